@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace chainmail
+{
+
+/// An OpenCL device as its driver describes it.
+struct DeviceInfo
+{
+  std::string name;
+  std::string platform;
+  bool gpu = false;
+  std::size_t globalMemory = 0;  ///< [bytes]
+  std::size_t maxAllocation = 0; ///< largest single buffer [bytes]
+  unsigned computeUnits = 0;
+};
+
+/// All usable devices of this machine, best first: GPUs by compute units, then the others. Empty when OpenCL has no
+/// platform or no device.
+std::vector<DeviceInfo> listDevices();
+
+/// The device that `name` asks for: the best one for "", else the first whose name contains `name` (upper and lower
+/// case are the same). Throws DeviceError, naming what there is, when none does.
+DeviceInfo chooseDevice(const std::string& name);
+
+}

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace chainmail
+{
+
+/// Base of everything the engine throws. The message is one sentence or more for the person at the screen: what is
+/// wrong and what to do about it.
+class Error : public std::runtime_error
+{
+public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The caller's data cannot be used as it is (no tissue, a probe in air, a constraint outside [0, 1), ...).
+class InputError : public Error
+{
+public:
+  using Error::Error;
+};
+
+/// OpenCL is missing, has no such device, or a call of it failed. The message holds the call, its error code by name
+/// and, for a kernel that did not build, the compiler's log.
+class DeviceError : public Error
+{
+public:
+  using Error::Error;
+};
+
+/// The device cannot hold what the scene touches. The message says how much is needed and how much there is.
+class MemoryError : public DeviceError
+{
+public:
+  using DeviceError::DeviceError;
+};
+
+/// A progress callback asked to stop. The simulation is at rest again and can be used.
+class Aborted : public Error
+{
+public:
+  Aborted()
+    : Error("Stopped on request.")
+  {
+  }
+};
+
+}

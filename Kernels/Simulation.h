@@ -1,0 +1,137 @@
+#pragma once
+
+#include "Model.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace chainmail
+{
+
+/// Where and how a simulation runs.
+struct Settings
+{
+  std::string device;             ///< see chooseDevice()
+  Index3 brickSize{ 0, 0, 0 };    ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
+};
+
+/// A hand in the tissue: it grabs the elements within `radius` of `position`, or the nearest one, and moves them
+/// together.
+struct Probe
+{
+  Vector3 position{};     ///< [mm], see Grid, at rest
+  Vector3 displacement{}; ///< [mm], from rest; ignored by an anchor
+  double radius = 0.0;    ///< [mm], 0 = the nearest element
+  bool anchor = false;    ///< hold the tissue where it is
+};
+
+/// What became of a probe.
+struct ProbeResult
+{
+  Vector3 reached{};        ///< [mm] the displacement it got; shorter than asked where the tissue does not stretch so far
+  Vector3 force{};          ///< [mm per unit of constraint] minus the energy's gradient at the tissue it holds
+  std::size_t elements = 0; ///< how many it grabbed
+};
+
+/// A cutting surface: triangles in [mm], see Grid. It need not be closed, flat or connected.
+struct Surface
+{
+  std::vector<Vector3> points;
+  std::vector<std::array<int, 3>> triangles;
+};
+
+/// What a relaxation did.
+struct RelaxResult
+{
+  int iterations = 0;
+  double largestMove = 0.0; ///< of the last iteration, as a fraction of the spacing
+  bool converged = false;
+};
+
+/// Figures of the whole state.
+struct Statistics
+{
+  double energy = 0.0;        ///< sum over links and axes of (u(i) - u(j))^2 / D(i,j) [mm]
+  double maxLinkExcess = 0.0; ///< largest violation of a link's limit, as a fraction of the spacing; 0 if none
+  std::size_t displaced = 0;  ///< elements away from their rest place
+  std::size_t allocated = 0;  ///< element places held on the device
+  std::size_t deviceBytes = 0;
+};
+
+/// Output voxels and where their material comes from. `offset` holds 3 floats a voxel, in voxels: the material at
+/// voxel y came from y + offset. 0: y shows what it showed before. NaN: tissue left y and none came.
+struct ResampledBox
+{
+  Index3 first{}; ///< lowest voxel, in the grid's indices; may be negative when the output is padded
+  Index3 size{};
+  const float* offset = nullptr;
+};
+
+/// Deformable tissue on an OpenCL device. Not thread-safe; each call finishes before it returns.
+///
+/// The state is the displacement of every element, in float32, as a fraction of the spacing, kept in bricks that are
+/// allocated when a deformation first reaches them. Between any two calls the state is feasible: every link obeys
+/// |u(i) - u(j)| <= D(i,j) on every axis, to float rounding.
+///
+/// Errors are exceptions of Error.h. After one, the simulation is at rest and usable, except after a DeviceError.
+class Simulation
+{
+public:
+  /// Called with the share done, 0 to 1; returns false to stop the call, which then throws Aborted.
+  using Progress = std::function<bool(double)>;
+
+  Simulation(std::shared_ptr<const Model> model, const Settings& settings);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+
+  const Model& model() const;
+  const std::string& deviceName() const;
+  Index3 brickSize() const;
+
+  void setProgress(Progress progress);
+
+  /// Everything back to its rest place, all probes released. Cuts stay; `mend` undoes them.
+  void reset();
+  void mend();
+
+  /// Removes the links whose segment, between the current places of their two elements, crosses the surface.
+  /// Exact: neighbouring triangles leave no gap. Returns the number of links removed.
+  std::size_t cut(const Surface& surface);
+
+  /// Holds exactly these probes from now on (others are released where they are), and moves them as far as the tissue
+  /// allows: incompatible ones later in the list give way to earlier ones and to anchors (conflict policy Limit).
+  /// The wave runs to its fixed point.
+  std::vector<ProbeResult> pull(const std::vector<Probe>& probes);
+
+  /// Lowers the energy by at most so many iterations of three-colour projected over-relaxation; stops when no element
+  /// moved more than `tolerance` (a fraction of the spacing) in one.
+  RelaxResult relax(int iterations, double tolerance);
+
+  /// ProbeResult::force of the current state, for the probes of the last pull().
+  std::vector<ProbeResult> probes() const;
+
+  Statistics measure() const;
+
+  /// Displacements of all voxels of the grid [mm], 3 interleaved floats each; 0 in air.
+  void displacements(float* out) const;
+
+  /// Rigid cluster of each element and axis: equal numbers move as one; -1 where the element is not rigid. `axes()`
+  /// interleaved values a voxel, numbered from 0 in order of the clusters' first voxels.
+  void clusters(int* out) const;
+
+  /// Which of an element's links exist: bit 0 x-, 1 x+, 2 y-, 3 y+, 4 z-, 5 z+. One value a voxel, 0 in air.
+  void links(std::uint8_t* out) const;
+
+  /// Finds where the material of each output voxel comes from; `visit` is called with boxes that do not overlap and
+  /// cover every voxel that changed. Output voxels are those of the grid and `padding` more on every side.
+  void resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit) const;
+
+private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}
