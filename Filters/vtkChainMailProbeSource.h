@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkChainMailProbeSource
+ * @brief   one probe for vtkChainMailDeformation
+ *
+ * The output is one point at Position, with a vertex so that it can be seen, and the point arrays that
+ * vtkChainMailDeformation reads from its `Probes` input: `Displacement` (3 doubles, Target - Position), `Radius` (1
+ * double) and `Anchor` (1 unsigned char, 0 or 1). Several probes are several sources connected to the same port.
+ * Lengths are in the physical units of the image (mm for medical data), in world axes.
+ */
+
+#ifndef vtkChainMailProbeSource_h
+#define vtkChainMailProbeSource_h
+
+#include "ChainMailFiltersModule.h" // for export macro
+#include "vtkPolyDataAlgorithm.h"
+
+class CHAINMAILFILTERS_EXPORT vtkChainMailProbeSource : public vtkPolyDataAlgorithm
+{
+public:
+  static vtkChainMailProbeSource* New();
+  vtkTypeMacro(vtkChainMailProbeSource, vtkPolyDataAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * Where tissue is grabbed, at rest [mm]. Default: 0 0 0.
+   */
+  vtkSetVector3Macro(Position, double);
+  vtkGetVector3Macro(Position, double);
+  ///@}
+
+  ///@{
+  /**
+   * Where that place is dragged to [mm]. An anchor does not use it. Default: 0 0 0.
+   */
+  vtkSetVector3Macro(Target, double);
+  vtkGetVector3Macro(Target, double);
+  ///@}
+
+  ///@{
+  /**
+   * Elements within this distance of Position move together [mm], [0, VTK_DOUBLE_MAX]; 0: the nearest element alone.
+   * Default: 0.
+   */
+  vtkSetClampMacro(Radius, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(Radius, double);
+  ///@}
+
+  ///@{
+  /**
+   * Hold the tissue where it is instead of moving it. Default: off.
+   */
+  vtkSetMacro(Anchor, bool);
+  vtkGetMacro(Anchor, bool);
+  vtkBooleanMacro(Anchor, bool);
+  ///@}
+
+protected:
+  vtkChainMailProbeSource();
+  ~vtkChainMailProbeSource() override = default;
+
+  int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector*) override;
+
+private:
+  vtkChainMailProbeSource(const vtkChainMailProbeSource&) = delete;
+  void operator=(const vtkChainMailProbeSource&) = delete;
+
+  double Position[3] = { 0.0, 0.0, 0.0 };
+  double Target[3] = { 0.0, 0.0, 0.0 };
+  double Radius = 0.0;
+  bool Anchor = false;
+};
+
+#endif
