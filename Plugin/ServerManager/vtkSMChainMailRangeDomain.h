@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class vtkSMChainMailRangeDomain
+ * @brief The finite range of the chosen scalars, with a default that parts air from tissue.
+ *
+ * As vtkSMArrayRangeDomain, for the component that vtkChainMailDeformation reads and without infinities. The default
+ * is the threshold that vtkChainMailDeformation::FitMaterial() finds for the range where `default_mode` is "tissue",
+ * else what `default_mode` says. Use it as
+ * @code{xml}
+ * <ChainMailRangeDomain name="range" default_mode="tissue">
+ *   <RequiredProperties>
+ *     <Property name="Input" function="Input"/>
+ *     <Property name="Scalars" function="ArraySelection"/>
+ *   </RequiredProperties>
+ * </ChainMailRangeDomain>
+ * @endcode
+ */
+
+#ifndef vtkSMChainMailRangeDomain_h
+#define vtkSMChainMailRangeDomain_h
+
+#include "ChainMailServerManagerModule.h" // for the export macro
+#include "vtkSMDoubleRangeDomain.h"
+
+class CHAINMAILSERVERMANAGER_EXPORT vtkSMChainMailRangeDomain : public vtkSMDoubleRangeDomain
+{
+public:
+  static vtkSMChainMailRangeDomain* New();
+  vtkTypeMacro(vtkSMChainMailRangeDomain, vtkSMDoubleRangeDomain);
+
+  void Update(vtkSMProperty* requestingProperty) override;
+  int SetDefaultValues(vtkSMProperty* property, bool use_unchecked_values) override;
+
+  /**
+   * The finite range of the array that `domain`'s required properties `Input` and `ArraySelection` name. False, and
+   * `range` as it was, where there is no such array or nothing finite in it.
+   */
+  static bool FindRange(vtkSMDomain* domain, double range[2]);
+
+protected:
+  vtkSMChainMailRangeDomain() = default;
+  ~vtkSMChainMailRangeDomain() override = default;
+
+  int ReadXMLAttributes(vtkSMProperty* property, vtkPVXMLElement* element) override;
+
+private:
+  vtkSMChainMailRangeDomain(const vtkSMChainMailRangeDomain&) = delete;
+  void operator=(const vtkSMChainMailRangeDomain&) = delete;
+
+  bool DefaultIsTissueThreshold = false;
+};
+
+#endif
