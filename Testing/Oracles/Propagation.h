@@ -1,0 +1,177 @@
+#pragma once
+
+#include "Block.h"
+
+#include <algorithm>
+#include <functional>
+#include <queue>
+#include <utility>
+
+namespace oracle
+{
+
+/// Dijkstra's algorithm on one axis from any number of sources, each with the value its path starts with:
+/// min over sources k of value(k) + d(k, i); infinity where no source reaches.
+inline std::vector<double> shortest(
+  const Block& block, int axis, const std::vector<std::pair<std::size_t, double>>& sources)
+{
+  using Entry = std::pair<double, std::size_t>;
+  const auto neighbours = graph(block, axis);
+  std::vector<double> distance(block.count(), std::numeric_limits<double>::infinity());
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<Entry>> queue;
+  for (const auto& [voxel, value] : sources)
+  {
+    if (value < distance[voxel])
+    {
+      distance[voxel] = value;
+      queue.push({ value, voxel });
+    }
+  }
+  while (!queue.empty())
+  {
+    const auto [reached, voxel] = queue.top();
+    queue.pop();
+    if (reached > distance[voxel])
+    {
+      continue;
+    }
+    for (const Neighbour& n : neighbours[voxel])
+    {
+      if (reached + n.limit < distance[n.voxel])
+      {
+        distance[n.voxel] = reached + n.limit;
+        queue.push({ distance[n.voxel], n.voxel });
+      }
+    }
+  }
+  return distance;
+}
+
+/// A hand, as the oracle sees it: these elements go to one displacement (fractions of the spacing), or stay.
+struct Hand
+{
+  std::vector<std::size_t> elements;
+  Vector3 target{};
+  bool anchor = false;
+};
+
+struct Propagated
+{
+  std::vector<Vector3> state;
+  std::vector<Vector3> reached; ///< per hand; for an anchor what its first element has
+};
+
+/// Formula (P*): u0 clamped between the largest t_k - d(k, i) and the smallest t_k + d(k, i), with policy Limit: a hand
+/// gives way to earlier ones and to anchored tissue. A hand's target is clamped to the bounds of what is held already
+/// at each of its elements.
+inline Propagated propagate(const Block& block, const std::vector<Vector3>& before, const std::vector<Hand>& hands)
+{
+  Propagated result{ before, std::vector<Vector3>(hands.size()) };
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    // value of every held element: min of value + d is the upper envelope, max of value - d = -(min of -value + d).
+    std::vector<std::pair<std::size_t, double>> up, down;
+    const auto hold = [&](std::size_t voxel, double value)
+    {
+      up.push_back({ voxel, value });
+      down.push_back({ voxel, -value });
+    };
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      if (block.tissue[v] && block.anchored[v])
+      {
+        hold(v, before[v][axis]);
+      }
+    }
+    // Tissue that a hand only holds is where it is already, so it is compatible with everything held.
+    for (const Hand& hand : hands)
+    {
+      for (const std::size_t v : hand.elements)
+      {
+        if (hand.anchor)
+        {
+          hold(v, before[v][axis]);
+        }
+      }
+    }
+    for (std::size_t h = 0; h < hands.size(); ++h)
+    {
+      const Hand& hand = hands[h];
+      if (hand.elements.empty())
+      {
+        continue;
+      }
+      if (hand.anchor)
+      {
+        result.reached[h][axis] = before[hand.elements.front()][axis];
+        continue;
+      }
+      const std::vector<double> upper = shortest(block, axis, up);
+      const std::vector<double> lower = shortest(block, axis, down);
+      double high = std::numeric_limits<double>::infinity();
+      double low = -high;
+      for (const std::size_t v : hand.elements)
+      {
+        high = std::min(high, upper[v]);
+        low = std::max(low, -lower[v]);
+      }
+      const double reached = std::min(std::max(hand.target[axis], low), high);
+      result.reached[h][axis] = reached;
+      for (const std::size_t v : hand.elements)
+      {
+        hold(v, reached);
+      }
+    }
+    const std::vector<double> upper = shortest(block, axis, up);
+    const std::vector<double> lower = shortest(block, axis, down);
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      if (block.tissue[v])
+      {
+        result.state[v][axis] = std::min(std::max(before[v][axis], -lower[v]), upper[v]);
+      }
+    }
+  }
+  return result;
+}
+
+/// The elements a probe grabs: all within `radius` of `position`, or the nearest one. Empty: none within half a voxel
+/// diagonal.
+inline std::vector<std::size_t> grab(const Block& block, const Vector3& position, double radius)
+{
+  std::vector<std::size_t> within;
+  std::size_t nearest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t v = 0; v < block.count(); ++v)
+  {
+    if (!block.tissue[v])
+    {
+      continue;
+    }
+    const Index3 p = block.index(v);
+    double square = 0.0;
+    for (int a = 0; a < 3; ++a)
+    {
+      const double d = p[a] * block.spacing[a] - position[a];
+      square += d * d;
+    }
+    if (square < least)
+    {
+      least = square;
+      nearest = v;
+    }
+    if (radius > 0.0 && square <= radius * radius)
+    {
+      within.push_back(v);
+    }
+  }
+  const Vector3& h = block.spacing;
+  const double halfDiagonalSquare = 0.25 * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]);
+  if (within.empty() && least <= halfDiagonalSquare * (1.0 + 1e-12))
+  {
+    within.push_back(nearest);
+  }
+  return within;
+}
+
+}

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+/// A small generator whose numbers are the same on every machine (the distributions of the standard library are not).
+/// Source: splitmix64, Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195.
+class Random
+{
+public:
+  explicit Random(std::uint64_t seed)
+    : state_(seed)
+  {
+  }
+
+  /// Uniform in [low, high).
+  double operator()(double low, double high) { return low + (high - low) * (this->next() >> 11) * 0x1.0p-53; }
+
+  /// Uniform in 0 .. n - 1.
+  int below(int n) { return static_cast<int>(this->next() % static_cast<std::uint64_t>(n)); }
+
+private:
+  std::uint64_t next()
+  {
+    std::uint64_t z = (this->state_ += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+
+  std::uint64_t state_;
+};

@@ -1,0 +1,332 @@
+#pragma once
+
+#include "../Oracles/Crossing.h"
+#include "../Oracles/Optimiser.h"
+#include "../Oracles/Propagation.h"
+#include "Error.h"
+#include "Random.h"
+#include "Simulation.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+/// A block of tissue that the engine and the oracles are both given: constraints as fractions of the spacing, air where
+/// `scalar` is 0. Nothing is anchored unless a test says so.
+struct Scene
+{
+  chainmail::Grid grid;
+  int components = 1;
+  std::vector<float> constraint; ///< `components` values a voxel
+  std::vector<float> scalar;
+  chainmail::Anchors anchors;
+
+  explicit Scene(const chainmail::Index3& size, float everywhere = 0.3f, int axes = 1)
+    : components(axes)
+  {
+    this->grid.size = size;
+    this->constraint.assign(this->grid.voxels() * axes, everywhere);
+    this->scalar.assign(this->grid.voxels(), 1.0f);
+    this->anchors.faces.fill(false);
+  }
+
+  void air(int i, int j, int k) { this->scalar[this->grid.at(i, j, k)] = 0.0f; }
+  bool tissue(std::size_t voxel) const { return this->scalar[voxel] != 0.0f; }
+  void give(int i, int j, int k, float value)
+  {
+    for (int c = 0; c < this->components; ++c)
+    {
+      this->constraint[this->grid.at(i, j, k) * this->components + c] = value;
+    }
+  }
+
+  /// Calls `f(i, j, k)` for every voxel.
+  template <typename F> void each(F&& f) const
+  {
+    for (int k = 0; k < this->grid.size[2]; ++k)
+    {
+      for (int j = 0; j < this->grid.size[1]; ++j)
+      {
+        for (int i = 0; i < this->grid.size[0]; ++i)
+        {
+          f(i, j, k);
+        }
+      }
+    }
+  }
+
+  /// Voxel centre in the engine's positions [mm].
+  chainmail::Vector3 place(int i, int j, int k) const
+  {
+    return { i * this->grid.spacing[0], j * this->grid.spacing[1], k * this->grid.spacing[2] };
+  }
+
+  /// The scene must outlive what is made of it: a model reads these arrays.
+  std::shared_ptr<const chainmail::Model> model() const
+  {
+    chainmail::Material material;
+    material.tissueThreshold = 0.5;
+    material.constraintArray.data = this->constraint.data();
+    material.constraintArray.type = chainmail::ArrayView::Type::Float32;
+    material.constraintArray.components = this->components;
+    chainmail::ArrayView scalars;
+    scalars.data = this->scalar.data();
+    scalars.type = chainmail::ArrayView::Type::Float32;
+    return std::make_shared<chainmail::Model>(this->grid, scalars, material, this->anchors);
+  }
+
+  oracle::Block block() const
+  {
+    oracle::Block block(this->grid.size);
+    block.spacing = this->grid.spacing;
+    this->each(
+      [&](int i, int j, int k)
+      {
+        const std::size_t v = this->grid.at(i, j, k);
+        block.tissue[v] = this->tissue(v);
+        bool rigid = false;
+        for (int a = 0; a < 3; ++a)
+        {
+          block.give[v][a] = this->constraint[v * this->components + (this->components == 3 ? a : 0)];
+          rigid = rigid || block.give[v][a] == 0.0;
+        }
+        const chainmail::Index3 p{ i, j, k };
+        bool face = false;
+        for (int a = 0; a < 3; ++a)
+        {
+          face = face || (this->anchors.faces[2 * a] && p[a] == 0);
+          face = face || (this->anchors.faces[2 * a + 1] && p[a] == this->grid.size[a] - 1);
+        }
+        block.anchored[v] = block.tissue[v] && (face || (this->anchors.rigid && rigid));
+      });
+    return block;
+  }
+};
+
+/// The device the tests run on: the best one, or the one that the environment variable CHAINMAIL_TEST_DEVICE names.
+inline std::string testDevice()
+{
+  const char* name = std::getenv("CHAINMAIL_TEST_DEVICE");
+  return name ? name : "";
+}
+
+inline chainmail::Simulation simulate(const Scene& scene, const chainmail::Index3& brick = { 0, 0, 0 })
+{
+  chainmail::Settings settings;
+  settings.device = testDevice();
+  settings.brickSize = brick;
+  return chainmail::Simulation(scene.model(), settings);
+}
+
+/// Three brick sizes: the smallest, a middle one that is no cube, a large one.
+inline std::vector<chainmail::Index3> brickSizes()
+{
+  return { { 4, 2, 2 }, { 8, 4, 8 }, { 32, 16, 4 } };
+}
+
+/// The engine's displacements as it reports them [mm].
+inline std::vector<float> displacements(const chainmail::Simulation& simulation)
+{
+  std::vector<float> u(simulation.model().grid().voxels() * 3);
+  simulation.displacements(u.data());
+  return u;
+}
+
+/// The same as fractions of the spacing, in the form of the oracles.
+inline std::vector<oracle::Vector3> state(const chainmail::Simulation& simulation)
+{
+  const std::vector<float> u = displacements(simulation);
+  std::vector<oracle::Vector3> v(u.size() / 3);
+  for (std::size_t n = 0; n < u.size(); ++n)
+  {
+    v[n / 3][n % 3] = u[n] / simulation.model().grid().spacing[n % 3];
+  }
+  return v;
+}
+
+inline std::vector<std::uint8_t> links(const chainmail::Simulation& simulation)
+{
+  std::vector<std::uint8_t> bits(simulation.model().grid().voxels());
+  simulation.links(bits.data());
+  return bits;
+}
+
+inline std::vector<int> clusters(const chainmail::Simulation& simulation)
+{
+  std::vector<int> labels(simulation.model().grid().voxels() * simulation.model().axes());
+  simulation.clusters(labels.data());
+  return labels;
+}
+
+/// Removes from the block the links that the engine says are gone.
+inline void takeLinks(oracle::Block& block, const std::vector<std::uint8_t>& bits)
+{
+  for (const oracle::Link& link : oracle::links(block))
+  {
+    if (!(bits[link.from] >> (2 * link.direction + 1) & 1))
+    {
+      block.cut[link.from] |= static_cast<std::uint8_t>(1u << link.direction);
+    }
+  }
+}
+
+inline bool sameBits(const std::vector<float>& a, const std::vector<float>& b)
+{
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+/// Largest difference of two states over all tissue and axes, as a fraction of the spacing.
+inline double largestDifference(
+  const oracle::Block& block, const std::vector<oracle::Vector3>& a, const std::vector<oracle::Vector3>& b)
+{
+  double worst = 0.0;
+  for (std::size_t v = 0; v < block.count(); ++v)
+  {
+    for (int axis = 0; block.tissue[v] && axis < 3; ++axis)
+    {
+      const double d = std::abs(a[v][axis] - b[v][axis]);
+      worst = d <= worst ? worst : d; // takes a NaN as well
+    }
+  }
+  return worst;
+}
+
+/// Random tissue: constraints in [0, 0.5) in smooth patches and noise, a share of exactly rigid elements, air holes.
+inline Scene randomScene(
+  const chainmail::Index3& size, int axes, std::uint64_t seed, double airShare = 0.15, double rigidShare = 0.1)
+{
+  Scene scene(size, 0.0f, axes);
+  Random random(seed);
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      if (random(0, 1) < airShare)
+      {
+        scene.air(i, j, k);
+      }
+      const bool rigid = random(0, 1) < rigidShare;
+      for (int c = 0; c < axes; ++c)
+      {
+        const double value = random(0.02, 0.25) + (((i / 4 + j / 4 + k / 4 + c) % 2) ? 0.2 : 0.0);
+        scene.constraint[scene.grid.at(i, j, k) * axes + c] = rigid ? 0.0f : static_cast<float>(value);
+      }
+    });
+  return scene;
+}
+
+/// A random element.
+inline chainmail::Index3 randomElement(const Scene& scene, Random& random)
+{
+  for (;;)
+  {
+    const chainmail::Index3 p{ random.below(scene.grid.size[0]), random.below(scene.grid.size[1]),
+      random.below(scene.grid.size[2]) };
+    if (scene.tissue(scene.grid.at(p[0], p[1], p[2])))
+    {
+      return p;
+    }
+  }
+}
+
+inline chainmail::Probe probeAt(
+  const Scene& scene, const chainmail::Index3& p, const chainmail::Vector3& displacement, double radius = 0.0)
+{
+  chainmail::Probe probe;
+  probe.position = scene.place(p[0], p[1], p[2]);
+  probe.displacement = displacement;
+  probe.radius = radius;
+  return probe;
+}
+
+/// The probes as the oracle takes them.
+inline std::vector<oracle::Hand> hands(const oracle::Block& block, const std::vector<chainmail::Probe>& probes)
+{
+  std::vector<oracle::Hand> result;
+  for (const chainmail::Probe& probe : probes)
+  {
+    oracle::Hand hand;
+    hand.elements = oracle::grab(block, probe.position, probe.radius);
+    hand.anchor = probe.anchor;
+    for (int a = 0; a < 3; ++a)
+    {
+      hand.target[a] = probe.displacement[a] / block.spacing[a];
+    }
+    result.push_back(hand);
+  }
+  return result;
+}
+
+/// `count` probes on random elements whose displacements the tissue allows together, with room for rounding.
+inline std::vector<chainmail::Probe> compatibleProbes(const Scene& scene, int count, double reach, std::uint64_t seed)
+{
+  const oracle::Block block = scene.block();
+  Random random(seed);
+  std::vector<chainmail::Probe> probes;
+  std::vector<oracle::Hand> before;
+  while (static_cast<int>(probes.size()) < count)
+  {
+    const chainmail::Index3 p = randomElement(scene, random);
+    oracle::Hand hand;
+    hand.elements = { scene.grid.at(p[0], p[1], p[2]) };
+    for (double& t : hand.target)
+    {
+      t = random(-reach, reach);
+    }
+    std::vector<oracle::Hand> all = before;
+    all.push_back(hand);
+    const auto allowed = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), all).reached.back();
+    // Halfway between what was wished and what is allowed lies outside; 0.98 of what is allowed may, too, where an
+    // earlier probe pulls far: such a draw is not compatible and another is made.
+    for (int a = 0; a < 3; ++a)
+    {
+      all.back().target[a] = hand.target[a] = 0.98 * allowed[a];
+    }
+    const auto again = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), all).reached.back();
+    bool compatible = true;
+    for (int a = 0; a < 3; ++a)
+    {
+      compatible = compatible && again[a] == hand.target[a];
+    }
+    if (!compatible)
+    {
+      continue;
+    }
+    before.push_back(hand);
+    chainmail::Vector3 displacement;
+    for (int a = 0; a < 3; ++a)
+    {
+      displacement[a] = hand.target[a] * scene.grid.spacing[a];
+    }
+    probes.push_back(probeAt(scene, p, displacement));
+  }
+  return probes;
+}
+
+/// Runs `f`, which must throw E, and returns its message.
+template <typename E, typename F> std::string messageOf(F&& f)
+{
+  try
+  {
+    f();
+  }
+  catch (const E& error)
+  {
+    return error.what();
+  }
+  catch (const std::exception& error)
+  {
+    ADD_FAILURE() << "another exception was thrown: " << error.what();
+    return {};
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return {};
+}
+
+inline bool contains(const std::string& text, const std::string& part)
+{
+  return text.find(part) != std::string::npos;
+}
