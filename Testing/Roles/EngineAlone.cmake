@@ -1,0 +1,20 @@
+# The engine without VTK, with the sanitizers on: its own tests, then an outside program that uses what it installs.
+include("${CMAKE_CURRENT_LIST_DIR}/Steps.cmake")
+
+configure("${SOURCE}" "${WORK}/build"
+  -DCHAINMAIL_ENGINE_ONLY=ON
+  -DCHAINMAIL_SANITIZE=address,undefined
+  -DCMAKE_BUILD_TYPE=RelWithDebInfo
+  -DCMAKE_DISABLE_FIND_PACKAGE_VTK=ON
+  -DCMAKE_DISABLE_FIND_PACKAGE_ParaView=ON
+  "-DCMAKE_INSTALL_PREFIX=${WORK}/prefix")
+build("${WORK}/build")
+step("Testing the sanitized engine" "${CMAKE_CTEST_COMMAND}" --test-dir "${WORK}/build" --output-on-failure --no-tests=error
+  --label-regex Unit)
+step("Installing the engine" "${CMAKE_COMMAND}" --install "${WORK}/build")
+
+configure("${SOURCE}/Testing/Consumer" "${WORK}/consumer"
+  "-DCMAKE_PREFIX_PATH=${WORK}/prefix"
+  -DCMAKE_DISABLE_FIND_PACKAGE_VTK=ON)
+build("${WORK}/consumer")
+step("Running the outside program" "${WORK}/consumer/useEngine")
