@@ -95,6 +95,8 @@ public:
   void AddProbesConnection(vtkAlgorithmOutput* producer);
   void SetCutsConnection(vtkAlgorithmOutput* producer);
   void AddCutsConnection(vtkAlgorithmOutput* producer);
+  void RemoveAllProbes() { this->SetProbesConnection(nullptr); }
+  void RemoveAllCuts() { this->SetCutsConnection(nullptr); }
   ///@}
 
   /**
