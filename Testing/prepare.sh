@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# Installs what is missing, configures and builds in build/ (or $CHAINMAIL_BUILD_DIR): bash Testing/prepare.sh [options
+# for CMake]. Can be run again at little cost. Testing/run-all.sh and Data/main-job.sh source it for its functions.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build=${CHAINMAIL_BUILD_DIR:-$root/build}
+
+say() { printf '\n== %s\n' "$*"; }
+fail() { printf '\nERROR: %s\n' "$*" >&2; exit 1; }
+
+build_packages=(g++ cmake make ocl-icd-opencl-dev paraview-dev python3-paraview libopenmpi-dev
+  libdouble-conversion-dev)
+run_packages=(pocl-opencl-icd python3-numpy xvfb xauth)
+test_packages=(libgtest-dev libqt5svg5 imagemagick xdotool)
+
+# Installs those of the named Debian packages that are missing; asks for nothing when none is.
+install_packages() {
+  if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+    say "This is not a Debian system: nothing is installed. What is needed, by Debian's names: $*"
+    return 0
+  fi
+  local missing=() package
+  for package in "$@"; do
+    case $(dpkg-query -W -f '${Status}' "$package" 2>/dev/null) in
+      "install ok installed") ;;
+      *) missing+=("$package") ;;
+    esac
+  done
+  [ ${#missing[@]} -eq 0 ] && return 0
+
+  local command="apt-get install --no-install-recommends ${missing[*]}"
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || fail "Packages are missing and installing them needs root. As root, run:
+  apt-get update && $command"
+    as_root=(sudo)
+  fi
+  say "Installing ${missing[*]} (up to 3 GB on disk when nothing is there yet)"
+  "${as_root[@]}" apt-get update || fail "apt-get update failed, see above. Is the network there?"
+  for package in "${missing[@]}"; do
+    apt-cache show "$package" >/dev/null 2>&1 ||
+      fail "The package $package is not in this system's package lists. Debian 12 has it in its section main: see /etc/apt/sources.list."
+  done
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install --yes --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}" ||
+    fail "Packages could not be installed, see above. The command was:
+  $command"
+}
+
+# configure_and_build [CMake options]
+configure_and_build() {
+  command -v cmake >/dev/null || fail "cmake was not found."
+  say "Configuring in $build"
+  cmake -S "$root" -B "$build" "$@" || fail "CMake could not configure the project, see above."
+  say "Building"
+  cmake --build "$build" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" || fail "The build failed, see above."
+}
+
+# One X server of our own for everything that renders, until the script ends: Debian's ParaView cannot render without
+# one, and nothing is to appear on a user's screen.
+start_display() {
+  command -v Xvfb >/dev/null || fail "Xvfb was not found: rendering needs an X server (on Debian the package xvfb)."
+  local number_file
+  number_file=$(mktemp)
+  Xvfb -displayfd 3 -screen 0 1600x1200x24 -nolisten tcp 3>"$number_file" 2>"$number_file.log" &
+  xvfb=$!
+  trap 'kill "$xvfb" 2>/dev/null; wait "$xvfb" 2>/dev/null' EXIT
+  local tries
+  for ((tries = 0; tries < 150; ++tries)); do
+    [ -s "$number_file" ] && break
+    kill -0 "$xvfb" 2>/dev/null || break
+    sleep 0.1
+  done
+  [ -s "$number_file" ] || fail "Xvfb did not start: $(tail -n 3 "$number_file.log")"
+  export DISPLAY=":$(tr -d '[:space:]' <"$number_file")"
+  rm -f "$number_file" "$number_file.log"
+}
+
+if [ "${BASH_SOURCE[0]}" = "$0" ]; then
+  set -u
+  install_packages "${build_packages[@]}" "${run_packages[@]}" "${test_packages[@]}"
+  configure_and_build "$@"
+fi
