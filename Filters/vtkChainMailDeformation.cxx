@@ -1,0 +1,1355 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkChainMailDeformation.h"
+
+#include "Device.h"
+#include "Error.h"
+#include "Model.h"
+#include "Simulation.h"
+#include "vtkChainMailSampling.h"
+
+#include "vtkCellArray.h"
+#include "vtkCellArrayIterator.h"
+#include "vtkCellData.h"
+#include "vtkDoubleArray.h"
+#include "vtkFieldData.h"
+#include "vtkFloatArray.h"
+#include "vtkIdList.h"
+#include "vtkIdTypeArray.h"
+#include "vtkImageData.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkIntArray.h"
+#include "vtkMath.h"
+#include "vtkMatrix3x3.h"
+#include "vtkNew.h"
+#include "vtkObjectFactory.h"
+#include "vtkPiecewiseFunction.h"
+#include "vtkPointData.h"
+#include "vtkPointSet.h"
+#include "vtkPolyData.h"
+#include "vtkSMPTools.h"
+#include "vtkStreamingDemandDrivenPipeline.h"
+#include "vtkStringArray.h"
+#include "vtkTriangleFilter.h"
+#include "vtkUnsignedCharArray.h"
+#include "vtkVersionMacros.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <new>
+#include <sstream>
+#include <tuple>
+
+using chainmail::InputError;
+using chainmail::Vector3;
+
+namespace
+{
+
+enum Ports
+{
+  IMAGE = 0,
+  PROBES = 1,
+  CUTS = 2
+};
+
+// The rows of the field array Milliseconds.
+enum Times
+{
+  UPLOAD,
+  PROPAGATE,
+  RELAX,
+  RESAMPLE,
+  DOWNLOAD,
+  NUMBER_OF_TIMES
+};
+
+//------------------------------------------------------------------------------
+std::string ToString(const double p[3])
+{
+  std::ostringstream text;
+  text << "(" << p[0] << ", " << p[1] << ", " << p[2] << ")";
+  return text.str();
+}
+
+bool IsFinite(const double p[3])
+{
+  return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+}
+
+/// "It has: a, b." for messages about names that are not there.
+std::string ListArrays(vtkFieldData* arrays)
+{
+  std::string list;
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    const char* name = arrays->GetArrayName(a);
+    if (name)
+    {
+      list += (list.empty() ? "" : ", ") + std::string(name);
+    }
+  }
+  return list.empty() ? "It has none." : "It has: " + list + ".";
+}
+
+//------------------------------------------------------------------------------
+/// World space against the engine's: lengths along the image's axes from the centre of its first voxel.
+class Frame
+{
+public:
+  explicit Frame(vtkImageData* image)
+  {
+    image->GetOrigin(this->Origin.data());
+    image->GetSpacing(this->Spacing.data());
+    std::copy_n(image->GetDirectionMatrix()->GetData(), 9, this->Direction.data());
+    int extent[6];
+    image->GetExtent(extent);
+    for (int a = 0; a < 3; ++a)
+    {
+      this->First[a] = extent[2 * a] * this->Spacing[a];
+    }
+    for (int a = 0; a < 3; ++a)
+    {
+      for (int b = 0; b < 3; ++b)
+      {
+        double product = 0.0;
+        for (int row = 0; row < 3; ++row)
+        {
+          product += this->Direction[3 * row + a] * this->Direction[3 * row + b];
+        }
+        // Direction cosines in image files are often written with six digits.
+        if (!(std::fabs(product - (a == b ? 1.0 : 0.0)) < 1e-4))
+        {
+          throw InputError("The direction matrix of the input image is not orthonormal: its columns have to be unit "
+                           "vectors at right angles. Resample the image onto such a grid.");
+        }
+      }
+    }
+  }
+
+  Vector3 PointToEngine(const double world[3]) const
+  {
+    const double fromOrigin[3] = { world[0] - this->Origin[0], world[1] - this->Origin[1], world[2] - this->Origin[2] };
+    Vector3 engine = this->VectorToEngine(fromOrigin);
+    for (int a = 0; a < 3; ++a)
+    {
+      engine[a] -= this->First[a];
+    }
+    return engine;
+  }
+
+  Vector3 VectorToEngine(const double world[3]) const
+  {
+    const double* d = this->Direction.data();
+    return { d[0] * world[0] + d[3] * world[1] + d[6] * world[2], d[1] * world[0] + d[4] * world[1] + d[7] * world[2],
+      d[2] * world[0] + d[5] * world[1] + d[8] * world[2] };
+  }
+
+  template <typename T> void VectorToWorld(const T engine[3], T world[3]) const
+  {
+    const double v[3] = { engine[0], engine[1], engine[2] };
+    const double* d = this->Direction.data();
+    for (int a = 0; a < 3; ++a)
+    {
+      world[a] = static_cast<T>(d[3 * a] * v[0] + d[3 * a + 1] * v[1] + d[3 * a + 2] * v[2]);
+    }
+  }
+
+  bool IsRotated() const { return this->Direction != std::array<double, 9>{ { 1, 0, 0, 0, 1, 0, 0, 0, 1 } }; }
+
+  const Vector3& GetSpacing() const { return this->Spacing; }
+  const std::array<double, 9>& GetDirection() const { return this->Direction; }
+
+private:
+  Vector3 Origin;
+  Vector3 Spacing;
+  Vector3 First;
+  std::array<double, 9> Direction; // row by row; its columns are the image's axes
+};
+
+//------------------------------------------------------------------------------
+/// What the engine reads: bits as bytes, anything else in its own type.
+vtkSmartPointer<vtkDataArray> ToEngineArray(vtkDataArray* array)
+{
+  if (array->GetDataType() == VTK_BIT)
+  {
+    vtkNew<vtkUnsignedCharArray> bytes;
+    bytes->DeepCopy(array);
+    return bytes;
+  }
+  return vtkChainMailSampling::Interleaved(array);
+}
+
+template <typename T> constexpr chainmail::ArrayView::Type EngineType()
+{
+  using Type = chainmail::ArrayView::Type;
+  if constexpr (std::is_floating_point<T>::value)
+  {
+    return sizeof(T) == 4 ? Type::Float32 : Type::Float64;
+  }
+  else if constexpr (std::is_signed<T>::value)
+  {
+    return sizeof(T) == 1 ? Type::Int8 : sizeof(T) == 2 ? Type::Int16 : sizeof(T) == 4 ? Type::Int32 : Type::Int64;
+  }
+  else
+  {
+    return sizeof(T) == 1 ? Type::UInt8 : sizeof(T) == 2 ? Type::UInt16 : sizeof(T) == 4 ? Type::UInt32 : Type::UInt64;
+  }
+}
+
+chainmail::ArrayView View(vtkDataArray* array)
+{
+  chainmail::ArrayView view;
+  if (array)
+  {
+    view.data = array->GetVoidPointer(0);
+    view.components = array->GetNumberOfComponents();
+    switch (array->GetDataType())
+    {
+      vtkTemplateMacro(view.type = EngineType<VTK_TT>());
+    }
+  }
+  return view;
+}
+
+//------------------------------------------------------------------------------
+/// All that the engine's model and simulation are made from. Equal sources: nothing has to be built anew.
+struct TissueSource
+{
+  // Held, so that the engine's views of them stay valid and an address is not used again for another array.
+  vtkSmartPointer<vtkDataArray> Scalars;
+  vtkSmartPointer<vtkDataArray> Constraints;
+  vtkMTimeType ScalarsTime = 0;
+  vtkMTimeType ConstraintsTime = 0;
+  chainmail::Index3 Size{};
+  Vector3 Spacing{};
+  double Threshold = 0.0;
+  std::vector<double> Function; // all that GetValue() of the material function depends on
+  bool AnchorRigid = false;
+  std::array<bool, 6> AnchoredFaces{};
+  std::string Device;
+  chainmail::Index3 BlockSize{};
+
+  bool operator==(const TissueSource& other) const
+  {
+    const auto all = [](const TissueSource& t)
+    {
+      return std::tie(t.Scalars, t.Constraints, t.ScalarsTime, t.ConstraintsTime, t.Size, t.Spacing, t.Threshold,
+        t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BlockSize);
+    };
+    return all(*this) == all(other);
+  }
+};
+
+bool Same(const std::vector<chainmail::Probe>& a, const std::vector<chainmail::Probe>& b)
+{
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+    [](const chainmail::Probe& p, const chainmail::Probe& q)
+    {
+      return p.position == q.position && p.displacement == q.displacement && p.radius == q.radius &&
+             p.anchor == q.anchor;
+    });
+}
+
+bool Same(const chainmail::Surface& a, const chainmail::Surface& b)
+{
+  return a.points == b.points && a.triangles == b.triangles;
+}
+
+/// Where a probe came from, for messages.
+struct ProbeOrigin
+{
+  int Input;
+  vtkIdType Point;
+  Vector3 Position; // world
+};
+
+/// One update's inputs, checked and in the engine's terms.
+struct Scene
+{
+  explicit Scene(vtkImageData* image)
+    : Image(image)
+    , Space(image)
+  {
+  }
+
+  vtkImageData* Image;
+  Frame Space;
+  vtkDataArray* Scalars = nullptr; // the image's own array
+  TissueSource Tissue;
+  vtkSmartPointer<vtkPiecewiseFunction> Function; // a copy
+  std::vector<chainmail::Probe> Probes;
+  std::vector<ProbeOrigin> ProbeOrigins;
+  chainmail::Surface Cuts;
+};
+
+}
+
+//------------------------------------------------------------------------------
+/// Turns the pipeline's data into a scene, keeps the engine in step with it and turns the results into outputs. Throws
+/// the engine's exceptions; the filter turns them into VTK's errors in one place.
+class vtkChainMailDeformation::vtkInternals
+{
+public:
+  explicit vtkInternals(vtkChainMailDeformation* self)
+    : Self(self)
+  {
+  }
+
+  void Update(vtkInformationVector** inputs, vtkImageData* deformed, vtkImageData* model);
+
+  /// After an error of the device nothing on it can be trusted.
+  void DropEngine()
+  {
+    this->Done = Stage::Nothing;
+    this->Simulation.reset();
+    this->Model.reset();
+    this->Tissue = TissueSource();
+  }
+
+private:
+  // Reading.
+  void ReadScalars(vtkInformationVector** inputs, Scene& scene);
+  void ReadMaterial(Scene& scene);
+  void ReadProbes(vtkInformationVector* inputs, Scene& scene);
+  void ReadCuts(vtkInformationVector* inputs, Scene& scene);
+  void CheckLabelArrays(vtkPointData* arrays);
+
+  // Computing.
+  void Build(const Scene& scene);
+  void Deform(const Scene& scene);
+
+  // Writing.
+  void WriteDeformed(const Scene& scene, vtkImageData* output);
+  void WriteModel(const Scene& scene, vtkImageData* output);
+  void WriteFieldData(const Scene& scene, vtkImageData* output);
+
+  /// Runs a part of the update: its time is added to a row of Milliseconds, and the engine's progress in it is mapped
+  /// to [from, to].
+  template <typename F> void Run(Times time, double from, double to, F&& part)
+  {
+    this->ProgressFrom = from;
+    this->ProgressTo = to;
+    this->Report(0.0);
+    const auto start = std::chrono::steady_clock::now();
+    part();
+    const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
+    this->Milliseconds[time] += elapsed.count();
+  }
+
+  /// Progress event; throws where somebody asked to stop.
+  void Report(double share)
+  {
+    if (!this->Progress(share))
+    {
+      throw chainmail::Aborted();
+    }
+  }
+  bool Progress(double share)
+  {
+    this->Self->UpdateProgress(this->ProgressFrom + share * (this->ProgressTo - this->ProgressFrom));
+#if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 2, 20220823)
+    return !this->Self->CheckAbort();
+#else
+    return !this->Self->GetAbortExecute();
+#endif
+  }
+
+  vtkChainMailDeformation* Self;
+
+  // How far the engine is on its way from nothing to the deformed state. Lowered before it is told to do something that
+  // may fail, raised after it has.
+  enum class Stage
+  {
+    Nothing,
+    Built,
+    Cut,
+    Relaxed
+  };
+  Stage Done = Stage::Nothing;
+
+  TissueSource Tissue;
+  vtkSmartPointer<vtkDataArray> EngineScalars; // read by the model as long as it lives
+  vtkSmartPointer<vtkDataArray> EngineConstraints;
+  std::shared_ptr<const chainmail::Model> Model;
+  std::unique_ptr<chainmail::Simulation> Simulation;
+
+  // What the stages Cut and Relaxed were reached with.
+  chainmail::Surface Cuts;
+  std::vector<chainmail::Probe> Probes;
+  int Iterations = 0;
+  double Tolerance = 0.0;
+
+  // Their results, shared by the outputs of all updates that find nothing new. The arrays are null where not fetched.
+  std::vector<chainmail::ProbeResult> Results;
+  chainmail::RelaxResult Relaxation;
+  chainmail::Statistics Statistics;
+  vtkSmartPointer<vtkFloatArray> Constraint;
+  vtkSmartPointer<vtkUnsignedCharArray> Element;
+  vtkSmartPointer<vtkIntArray> Cluster;
+  vtkSmartPointer<vtkFloatArray> Displacement;
+  std::array<double, 9> DisplacementDirection;
+
+  std::array<double, NUMBER_OF_TIMES> Milliseconds{};
+  double ProgressFrom = 0.0;
+  double ProgressTo = 1.0;
+};
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Update(
+  vtkInformationVector** inputs, vtkImageData* deformed, vtkImageData* model)
+{
+  vtkImageData* image = vtkImageData::GetData(inputs[IMAGE]);
+  if (!image || image->GetNumberOfPoints() == 0)
+  {
+    throw InputError("The input image is empty: give one with at least one voxel on every axis.");
+  }
+  this->Milliseconds.fill(0.0);
+
+  Scene scene(image);
+  this->ReadScalars(inputs, scene);
+  this->ReadMaterial(scene);
+  this->ReadProbes(inputs[PROBES], scene);
+  this->ReadCuts(inputs[CUTS], scene);
+  this->CheckLabelArrays(image->GetPointData());
+
+  if (this->Done == Stage::Nothing || !(this->Tissue == scene.Tissue))
+  {
+    this->Run(UPLOAD, 0.0, 0.15, [&] { this->Build(scene); });
+  }
+  this->Deform(scene);
+  this->Run(RESAMPLE, 0.75, 0.9, [&] { this->WriteDeformed(scene, deformed); });
+  this->WriteModel(scene, model);
+  this->WriteFieldData(scene, deformed);
+  this->WriteFieldData(scene, model);
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::ReadScalars(vtkInformationVector** inputs, Scene& scene)
+{
+  vtkPointData* arrays = scene.Image->GetPointData();
+  const auto findPointArray = [&](const std::string& property, vtkAbstractArray* array)
+  {
+    vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
+    if (!numbers)
+    {
+      throw InputError(property + " is the array \"" + (array->GetName() ? array->GetName() : "") +
+                       "\", which does not hold numbers. Choose another one.");
+    }
+    if (numbers->GetNumberOfTuples() != scene.Image->GetNumberOfPoints() || numbers->GetNumberOfComponents() < 1)
+    {
+      throw InputError(property + " is an array of " + std::to_string(numbers->GetNumberOfTuples()) +
+                       " tuples, but the input image has " + std::to_string(scene.Image->GetNumberOfPoints()) +
+                       " voxels.");
+    }
+    return numbers;
+  };
+
+  vtkInformation* choice = this->Self->GetInputArrayInformation(0);
+  const char* name = choice->Has(vtkDataObject::FIELD_NAME()) ? choice->Get(vtkDataObject::FIELD_NAME()) : nullptr;
+  int association = vtkDataObject::FIELD_ASSOCIATION_POINTS;
+  vtkAbstractArray* scalars = this->Self->GetInputAbstractArrayToProcess(0, inputs, association);
+  if (scalars && association != vtkDataObject::FIELD_ASSOCIATION_POINTS)
+  {
+    throw InputError("The scalars are cell data, but tissue is made from point data. Choose a point array, or convert "
+                     "with Cell Data to Point Data.");
+  }
+  if (!scalars && name)
+  {
+    throw InputError("The input image has no point array called \"" + std::string(name) + "\" to take as scalars. " +
+                     ListArrays(arrays) + " Choose one of these.");
+  }
+  if (!scalars)
+  {
+    throw InputError(
+      "The input image has no active point scalars to tell tissue from air. " + ListArrays(arrays) +
+      (arrays->GetNumberOfArrays() > 0 ? " Choose one of these." : " Give an image with point scalars."));
+  }
+  scene.Scalars = findPointArray("The array of scalars", scalars);
+
+  const std::string& constraintName = this->Self->ConstraintArray;
+  vtkDataArray* constraints = nullptr;
+  if (!constraintName.empty())
+  {
+    vtkAbstractArray* array = arrays->GetAbstractArray(constraintName.c_str());
+    if (!array)
+    {
+      throw InputError("The input image has no point array called \"" + constraintName +
+                       "\" to take as ConstraintArray. " + ListArrays(arrays) + " Choose one of these, or none.");
+    }
+    constraints = findPointArray("ConstraintArray", array);
+  }
+
+  // An array's first information object changes its time, and other filters make one when they ask for a range.
+  TissueSource& tissue = scene.Tissue;
+  const auto hold = [&](vtkDataArray* array, vtkSmartPointer<vtkDataArray>& held, vtkMTimeType& time)
+  {
+    array->GetInformation();
+    time = array->GetMTime();
+    held = array;
+  };
+  hold(scene.Scalars, tissue.Scalars, tissue.ScalarsTime);
+  if (constraints)
+  {
+    hold(constraints, tissue.Constraints, tissue.ConstraintsTime);
+  }
+
+  scene.Image->GetDimensions(tissue.Size.data());
+  tissue.Spacing = scene.Space.GetSpacing();
+  tissue.AnchorRigid = this->Self->AnchorRigid;
+  for (int f = 0; f < 6; ++f)
+  {
+    // A slice is not held by the two faces that all of it lies on.
+    tissue.AnchoredFaces[f] = this->Self->AnchoredFaces[f] != 0 && tissue.Size[f / 2] > 1;
+  }
+  tissue.Device = this->Self->Device;
+  std::copy_n(this->Self->BlockSize, 3, tissue.BlockSize.begin());
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::ReadMaterial(Scene& scene)
+{
+  TissueSource& tissue = scene.Tissue;
+  vtkPiecewiseFunction* given =
+    this->Self->MaterialPreset == MATERIAL_FUNCTION ? this->Self->MaterialFunction.Get() : nullptr;
+  tissue.Threshold = this->Self->MaterialPreset == MATERIAL_FUNCTION ? this->Self->TissueThreshold : vtkMath::Nan();
+
+  scene.Function = vtkSmartPointer<vtkPiecewiseFunction>::New();
+  if (!given || std::isnan(tissue.Threshold))
+  {
+    double range[2];
+    scene.Scalars->GetFiniteRange(range, 0);
+    double fitted;
+    vtkChainMailDeformation::GetPresetMaterial(this->Self->MaterialPreset, range, fitted, scene.Function);
+    tissue.Threshold = std::isnan(tissue.Threshold) ? fitted : tissue.Threshold;
+  }
+  if (tissue.Constraints)
+  {
+    return; // the function is not asked
+  }
+  if (given)
+  {
+    scene.Function->DeepCopy(given);
+    if (given->GetSize() == 0)
+    {
+      throw InputError("MaterialFunction has no nodes: add some, or unset it for one fitted to the scalars.");
+    }
+  }
+  for (int n = 0; n < scene.Function->GetSize(); ++n)
+  {
+    double node[4]; // scalar, constraint, midpoint, sharpness
+    scene.Function->GetNodeValue(n, node);
+    if (!(node[1] >= 0.0 && static_cast<float>(node[1]) < 1.0f))
+    {
+      std::ostringstream message;
+      message << "MaterialFunction is " << node[1] << " for a scalar of " << node[0]
+              << ". A constraint is a fraction of the spacing from 0 (rigid) to less than 1: move that node.";
+      throw InputError(message.str());
+    }
+    tissue.Function.insert(tissue.Function.end(), node, node + 4);
+  }
+  tissue.Function.push_back(scene.Function->GetClamping());
+  tissue.Function.push_back(scene.Function->GetUseLogScale());
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inputs, Scene& scene)
+{
+  for (int input = 0; input < inputs->GetNumberOfInformationObjects(); ++input)
+  {
+    vtkPointSet* points = vtkPointSet::GetData(inputs, input);
+    const vtkIdType numberOfPoints = points ? points->GetNumberOfPoints() : 0;
+    if (numberOfPoints == 0)
+    {
+      continue;
+    }
+    const std::string where = "Probes input " + std::to_string(input);
+    const auto find = [&](const char* name, int components) -> vtkDataArray*
+    {
+      vtkAbstractArray* array = points->GetPointData()->GetAbstractArray(name);
+      if (!array)
+      {
+        return nullptr;
+      }
+      vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
+      if (!numbers || numbers->GetNumberOfComponents() != components || numbers->GetNumberOfTuples() != numberOfPoints)
+      {
+        throw InputError(where + ": the point array \"" + name + "\" has to hold " + std::to_string(components) +
+                         (components == 1 ? " number" : " numbers") + " for every point; it holds " +
+                         (numbers ? std::to_string(numbers->GetNumberOfComponents()) + " for each of " +
+                                      std::to_string(numbers->GetNumberOfTuples()) + " points."
+                                  : std::string("no numbers.")));
+      }
+      return numbers;
+    };
+    vtkDataArray* displacements = find("Displacement", 3);
+    vtkDataArray* radii = find("Radius", 1);
+    vtkDataArray* anchors = find("Anchor", 1);
+
+    for (vtkIdType p = 0; p < numberOfPoints; ++p)
+    {
+      double position[3];
+      points->GetPoint(p, position);
+      const auto point = [&] { return where + ", point " + std::to_string(p) + " at " + ToString(position) + ": "; };
+      if (!IsFinite(position))
+      {
+        throw InputError(point() + "the position has to be finite.");
+      }
+      chainmail::Probe probe;
+      probe.position = scene.Space.PointToEngine(position);
+      probe.anchor = anchors && anchors->GetTuple1(p) != 0.0;
+      probe.radius = radii ? radii->GetTuple1(p) : 0.0;
+      if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
+      {
+        throw InputError(point() + "the radius is " + std::to_string(probe.radius) +
+                         "; it has to be 0 (the nearest element) or a positive length.");
+      }
+      if (!probe.anchor && !displacements)
+      {
+        throw InputError(
+          point() + "there is no point array \"Displacement\" to say how far to pull. " +
+          ListArrays(points->GetPointData()) +
+          " Add one with 3 components, or an array \"Anchor\" that is not 0 where tissue is to be held in place.");
+      }
+      if (!probe.anchor)
+      {
+        double displacement[3];
+        displacements->GetTuple(p, displacement);
+        if (!IsFinite(displacement))
+        {
+          throw InputError(point() + "the displacement " + ToString(displacement) + " has to be finite.");
+        }
+        probe.displacement = scene.Space.VectorToEngine(displacement);
+      }
+      scene.Probes.push_back(probe);
+      scene.ProbeOrigins.push_back({ input, p, { position[0], position[1], position[2] } });
+    }
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::ReadCuts(vtkInformationVector* inputs, Scene& scene)
+{
+  for (int input = 0; input < inputs->GetNumberOfInformationObjects(); ++input)
+  {
+    vtkPolyData* surface = vtkPolyData::GetData(inputs, input);
+    if (!surface || (surface->GetNumberOfPolys() == 0 && surface->GetNumberOfStrips() == 0))
+    {
+      continue;
+    }
+    vtkNew<vtkPolyData> blades;
+    blades->SetPoints(surface->GetPoints());
+    blades->SetPolys(surface->GetPolys());
+    blades->SetStrips(surface->GetStrips());
+
+    // Checked before the triangulation, which may move nothing but could drop what it cannot make sense of.
+    vtkNew<vtkIdList> cell;
+    for (vtkCellArray* cells : { blades->GetPolys(), blades->GetStrips() })
+    {
+      const auto iterator = vtk::TakeSmartPointer(cells->NewIterator());
+      for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
+      {
+        iterator->GetCurrentCell(cell);
+        for (vtkIdType n = 0; n < cell->GetNumberOfIds(); ++n)
+        {
+          double point[3];
+          surface->GetPoint(cell->GetId(n), point);
+          if (!IsFinite(point))
+          {
+            throw InputError("Cuts input " + std::to_string(input) + ", point " + std::to_string(cell->GetId(n)) +
+                             " at " + ToString(point) + ": the position has to be finite.");
+          }
+        }
+      }
+    }
+
+    vtkNew<vtkTriangleFilter> triangulate;
+    triangulate->SetInputData(blades);
+    triangulate->PassVertsOff();
+    triangulate->PassLinesOff();
+    triangulate->Update();
+    vtkPolyData* triangles = triangulate->GetOutput();
+
+    const int firstPoint = static_cast<int>(scene.Cuts.points.size());
+    if (triangles->GetNumberOfPoints() > std::numeric_limits<int>::max() - firstPoint)
+    {
+      throw InputError("The Cuts inputs have more points than can be handled: simplify them.");
+    }
+    for (vtkIdType p = 0; p < triangles->GetNumberOfPoints(); ++p)
+    {
+      // Points of no polygon may be anything.
+      double point[3];
+      triangles->GetPoint(p, point);
+      scene.Cuts.points.push_back(IsFinite(point) ? scene.Space.PointToEngine(point) : Vector3{});
+    }
+    const auto iterator = vtk::TakeSmartPointer(triangles->GetPolys()->NewIterator());
+    for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
+    {
+      iterator->GetCurrentCell(cell);
+      scene.Cuts.triangles.push_back({ firstPoint + static_cast<int>(cell->GetId(0)),
+        firstPoint + static_cast<int>(cell->GetId(1)), firstPoint + static_cast<int>(cell->GetId(2)) });
+    }
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::CheckLabelArrays(vtkPointData* arrays)
+{
+  for (const std::string& name : this->Self->LabelArrays)
+  {
+    if (!arrays->HasArray(name.c_str()))
+    {
+      throw InputError("LabelArrays names \"" + name + "\", which is no point array of the input image. " +
+                       ListArrays(arrays) + " Remove that name or choose one of these.");
+    }
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
+{
+  this->DropEngine();
+  this->Constraint = nullptr;
+  this->Element = nullptr;
+
+  const TissueSource& tissue = scene.Tissue;
+  this->EngineScalars = ToEngineArray(tissue.Scalars);
+  this->EngineConstraints = tissue.Constraints ? ToEngineArray(tissue.Constraints) : nullptr;
+
+  chainmail::Grid grid;
+  grid.size = tissue.Size;
+  grid.spacing = tissue.Spacing;
+  chainmail::Material material;
+  material.tissueThreshold = tissue.Threshold;
+  material.constraintArray = View(this->EngineConstraints);
+  material.constraint = [function = scene.Function](double scalar) { return function->GetValue(scalar); };
+  chainmail::Anchors anchors;
+  anchors.rigid = tissue.AnchorRigid;
+  anchors.faces = tissue.AnchoredFaces;
+  chainmail::Settings settings;
+  settings.device = tissue.Device;
+  settings.brickSize = tissue.BlockSize;
+
+  this->Model = std::make_shared<chainmail::Model>(grid, View(this->EngineScalars), material, anchors);
+  if (this->Model->nonFinite() > 0)
+  {
+    vtkWarningWithObjectMacro(
+      this->Self, << this->Model->nonFinite() << " voxels of the scalars are NaN or infinite; they are taken as air.");
+  }
+  this->Report(0.5);
+  this->Simulation = std::make_unique<chainmail::Simulation>(this->Model, settings);
+  this->Simulation->setProgress([this](double share) { return this->Progress(share); });
+  this->Tissue = tissue;
+  this->Done = Stage::Built;
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Deform(const Scene& scene)
+{
+  if (this->Done > Stage::Built && !Same(this->Cuts, scene.Cuts))
+  {
+    this->Done = Stage::Built;
+  }
+  if (this->Done > Stage::Cut &&
+      (!Same(this->Probes, scene.Probes) || this->Iterations != this->Self->RelaxationIterations ||
+        this->Tolerance != this->Self->RelaxationTolerance))
+  {
+    this->Done = Stage::Cut;
+  }
+
+  if (this->Done < Stage::Cut)
+  {
+    this->Run(PROPAGATE, 0.15, 0.2,
+      [&]
+      {
+        this->Simulation->reset();
+        this->Simulation->mend();
+        if (!scene.Cuts.triangles.empty())
+        {
+          this->Simulation->cut(scene.Cuts);
+        }
+      });
+    this->Cuts = scene.Cuts;
+    this->Cluster = nullptr; // a cut can divide a rigid cluster
+    this->Done = Stage::Cut;
+  }
+
+  if (this->Done < Stage::Relaxed)
+  {
+    // Should one of these fail, the simulation may have lost its cuts as well.
+    this->Done = Stage::Built;
+    this->Displacement = nullptr;
+    this->Run(PROPAGATE, 0.2, 0.45,
+      [&]
+      {
+        this->Simulation->reset();
+        this->Results = this->Simulation->pull(scene.Probes);
+      });
+    this->Run(RELAX, 0.45, 0.75,
+      [&]
+      {
+        this->Relaxation = this->Simulation->relax(this->Self->RelaxationIterations, this->Self->RelaxationTolerance);
+        const std::vector<chainmail::ProbeResult> relaxed = this->Simulation->probes();
+        for (std::size_t p = 0; p < this->Results.size(); ++p)
+        {
+          this->Results[p].force = relaxed[p].force;
+        }
+      });
+    this->Run(DOWNLOAD, 0.75, 0.75, [&] { this->Statistics = this->Simulation->measure(); });
+    this->Probes = scene.Probes;
+    this->Iterations = this->Self->RelaxationIterations;
+    this->Tolerance = this->Self->RelaxationTolerance;
+    this->Done = Stage::Relaxed;
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vtkImageData* output)
+{
+  vtkChainMailSampling::Grids grids;
+  grids.Size = scene.Tissue.Size;
+  int extent[6];
+  scene.Image->GetExtent(extent);
+  for (int a = 0; a < 3; ++a)
+  {
+    grids.Padding[a] = grids.Size[a] > 1 ? this->Self->OutputPadding : 0;
+    extent[2 * a] -= grids.Padding[a];
+    extent[2 * a + 1] += grids.Padding[a];
+  }
+  output->SetOrigin(scene.Image->GetOrigin());
+  output->SetSpacing(scene.Image->GetSpacing());
+  output->SetDirectionMatrix(scene.Image->GetDirectionMatrix());
+  output->SetExtent(extent);
+
+  vtkPointData* arrays = scene.Image->GetPointData();
+  std::vector<std::unique_ptr<vtkChainMailSampling::ArraySampler>> samplers;
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    vtkAbstractArray* array = arrays->GetAbstractArray(a);
+    const char* name = array->GetName();
+    const bool nearest = this->Self->Interpolation == INTERPOLATION_NEAREST || this->Self->HasLabelArray(name) ||
+                         (name && std::string(name) == vtkDataSetAttributes::GhostArrayName());
+    const double background = array == scene.Scalars ? this->Self->BackgroundValue : vtkMath::Nan();
+    samplers.push_back(vtkChainMailSampling::MakeSampler(array, grids, nearest, background));
+  }
+
+  // Boxes can be small: they are gathered, so that the arrays are sampled in few parallel loops.
+  constexpr std::size_t batchSize = std::size_t(3) << 20;
+  vtkChainMailSampling::Batch batch;
+  const auto sample = [&]
+  {
+    for (const auto& sampler : samplers)
+    {
+      sampler->Sample(batch);
+    }
+    batch.Spans.clear();
+    batch.Offsets.clear();
+  };
+  this->Simulation->resample(grids.Padding,
+    [&](const chainmail::ResampledBox& box)
+    {
+      const float* offset = box.offset;
+      for (int k = 0; k < box.size[2]; ++k)
+      {
+        for (int j = 0; j < box.size[1]; ++j, offset += 3 * static_cast<std::size_t>(box.size[0]))
+        {
+          const float* end = offset + 3 * static_cast<std::size_t>(box.size[0]);
+          if (std::all_of(offset, end, [](float o) { return o == 0.0f; }))
+          {
+            continue;
+          }
+          batch.Spans.push_back(
+            { { box.first[0], box.first[1] + j, box.first[2] + k }, box.size[0], batch.Offsets.size() });
+          batch.Offsets.insert(batch.Offsets.end(), offset, end);
+        }
+      }
+      if (batch.Offsets.size() >= batchSize)
+      {
+        sample();
+      }
+    });
+  if (!batch.Spans.empty())
+  {
+    sample();
+  }
+
+  vtkPointData* out = output->GetPointData();
+  for (const auto& sampler : samplers)
+  {
+    out->AddArray(sampler->GetOutput());
+  }
+  // The same arrays are the active ones.
+  for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
+  {
+    vtkAbstractArray* active = arrays->GetAbstractAttribute(attribute);
+    for (int a = 0; active && a < arrays->GetNumberOfArrays(); ++a)
+    {
+      if (arrays->GetAbstractArray(a) == active)
+      {
+        out->SetActiveAttribute(a, attribute);
+      }
+    }
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WriteModel(const Scene& scene, vtkImageData* output)
+{
+  const vtkIdType voxels = scene.Image->GetNumberOfPoints();
+  const int axes = this->Model->axes();
+
+  if (!this->Element)
+  {
+    this->Run(DOWNLOAD, 0.9, 0.93,
+      [&]
+      {
+        auto constraint = vtkSmartPointer<vtkFloatArray>::New();
+        constraint->SetName("Constraint");
+        constraint->SetNumberOfComponents(axes);
+        constraint->SetNumberOfTuples(voxels);
+        auto element = vtkSmartPointer<vtkUnsignedCharArray>::New();
+        element->SetName("Element");
+        element->SetNumberOfTuples(voxels);
+        const int width = scene.Tissue.Size[0];
+        float* c = constraint->GetPointer(0);
+        unsigned char* e = element->GetPointer(0);
+        for (int k = 0; k < scene.Tissue.Size[2]; ++k)
+        {
+          for (int j = 0; j < scene.Tissue.Size[1]; ++j)
+          {
+            this->Model->row(0, j, k, width, c);
+            for (int i = 0; i < width; ++i, c += axes, ++e)
+            {
+              // The engine marks air by an infinite constraint and anchors by a negative one.
+              *e = std::isinf(c[0]) ? 0 : 1;
+              for (int a = 0; a < axes; ++a)
+              {
+                c[a] = *e ? std::fabs(c[a]) : 0.0f;
+              }
+            }
+          }
+        }
+        this->Constraint = constraint;
+        this->Element = element;
+      });
+  }
+  if (!this->Cluster)
+  {
+    this->Run(DOWNLOAD, 0.93, 0.95,
+      [&]
+      {
+        auto cluster = vtkSmartPointer<vtkIntArray>::New();
+        cluster->SetName("Cluster");
+        cluster->SetNumberOfComponents(axes);
+        cluster->SetNumberOfTuples(voxels);
+        this->Simulation->clusters(cluster->GetPointer(0));
+        this->Cluster = cluster;
+      });
+  }
+  if (!this->Displacement || this->DisplacementDirection != scene.Space.GetDirection())
+  {
+    this->Run(DOWNLOAD, 0.95, 1.0,
+      [&]
+      {
+        auto displacement = vtkSmartPointer<vtkFloatArray>::New();
+        displacement->SetName("Displacement");
+        displacement->SetNumberOfComponents(3);
+        displacement->SetNumberOfTuples(voxels);
+        float* u = displacement->GetPointer(0);
+        this->Simulation->displacements(u);
+        if (scene.Space.IsRotated())
+        {
+          vtkSMPTools::For(0, voxels,
+            [&](vtkIdType first, vtkIdType last)
+            {
+              for (vtkIdType v = first; v < last; ++v)
+              {
+                scene.Space.VectorToWorld(u + 3 * v, u + 3 * v);
+              }
+            });
+        }
+        this->Displacement = displacement;
+        this->DisplacementDirection = scene.Space.GetDirection();
+      });
+  }
+
+  output->SetOrigin(scene.Image->GetOrigin());
+  output->SetSpacing(scene.Image->GetSpacing());
+  output->SetDirectionMatrix(scene.Image->GetDirectionMatrix());
+  output->SetExtent(scene.Image->GetExtent());
+  vtkPointData* arrays = output->GetPointData();
+  arrays->SetVectors(this->Displacement);
+  arrays->AddArray(this->Constraint);
+  arrays->SetScalars(this->Element);
+  arrays->AddArray(this->Cluster);
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WriteFieldData(const Scene& scene, vtkImageData* output)
+{
+  vtkFieldData* fields = output->GetFieldData();
+  fields->ShallowCopy(scene.Image->GetFieldData());
+
+  const vtkIdType numberOfProbes = static_cast<vtkIdType>(this->Results.size());
+  const auto addVectors = [&](const char* name, Vector3 chainmail::ProbeResult::*member)
+  {
+    vtkNew<vtkDoubleArray> array;
+    array->SetName(name);
+    array->SetNumberOfComponents(3);
+    array->SetNumberOfTuples(numberOfProbes);
+    for (vtkIdType p = 0; p < numberOfProbes; ++p)
+    {
+      double world[3];
+      scene.Space.VectorToWorld((this->Results[p].*member).data(), world);
+      array->SetTuple(p, world);
+    }
+    fields->AddArray(array);
+  };
+  addVectors("ProbeReached", &chainmail::ProbeResult::reached);
+  addVectors("ProbeForce", &chainmail::ProbeResult::force);
+
+  const auto addRow = [&](vtkDataArray* array, const char* name, const std::vector<double>& row)
+  {
+    array->SetName(name);
+    array->SetNumberOfComponents(static_cast<int>(row.size()));
+    array->InsertNextTuple(row.data());
+    fields->AddArray(array);
+  };
+  addRow(vtkNew<vtkDoubleArray>(), "Energy", { this->Statistics.energy });
+  addRow(vtkNew<vtkDoubleArray>(), "MaxLinkExcess", { this->Statistics.maxLinkExcess });
+  addRow(vtkNew<vtkIntArray>(), "RelaxationIterationsUsed", { static_cast<double>(this->Relaxation.iterations) });
+  addRow(vtkNew<vtkIdTypeArray>(), "ActiveElements", { static_cast<double>(this->Statistics.displaced) });
+  vtkNew<vtkDoubleArray> milliseconds;
+  addRow(milliseconds, "Milliseconds", { this->Milliseconds.begin(), this->Milliseconds.end() });
+  const char* const times[NUMBER_OF_TIMES] = { "upload", "propagate", "relax", "resample", "download" };
+  for (int t = 0; t < NUMBER_OF_TIMES; ++t)
+  {
+    milliseconds->SetComponentName(t, times[t]);
+  }
+
+  vtkNew<vtkStringArray> device;
+  device->SetName("DeviceName");
+  device->InsertNextValue(this->Simulation->deviceName());
+  fields->AddArray(device);
+}
+
+//------------------------------------------------------------------------------
+vtkStandardNewMacro(vtkChainMailDeformation);
+
+//------------------------------------------------------------------------------
+vtkChainMailDeformation::vtkChainMailDeformation()
+  : TissueThreshold(vtkMath::Nan())
+  , BackgroundValue(vtkMath::Nan())
+  , Internals(new vtkInternals(this))
+{
+  this->SetNumberOfInputPorts(3);
+  this->SetNumberOfOutputPorts(2);
+  this->SetInputArrayToProcess(0, IMAGE, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataSetAttributes::SCALARS);
+}
+
+//------------------------------------------------------------------------------
+vtkChainMailDeformation::~vtkChainMailDeformation() = default;
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::SetProbesConnection(vtkAlgorithmOutput* producer)
+{
+  this->SetInputConnection(PROBES, producer);
+}
+
+void vtkChainMailDeformation::AddProbesConnection(vtkAlgorithmOutput* producer)
+{
+  this->AddInputConnection(PROBES, producer);
+}
+
+void vtkChainMailDeformation::SetCutsConnection(vtkAlgorithmOutput* producer)
+{
+  this->SetInputConnection(CUTS, producer);
+}
+
+void vtkChainMailDeformation::AddCutsConnection(vtkAlgorithmOutput* producer)
+{
+  this->AddInputConnection(CUTS, producer);
+}
+
+//------------------------------------------------------------------------------
+vtkImageData* vtkChainMailDeformation::GetModelOutput()
+{
+  return vtkImageData::SafeDownCast(this->GetOutputDataObject(1));
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::SetMaterialFunction(vtkPiecewiseFunction* function)
+{
+  if (this->MaterialFunction != function)
+  {
+    this->MaterialFunction = function;
+    this->Modified();
+  }
+}
+
+vtkPiecewiseFunction* vtkChainMailDeformation::GetMaterialFunction()
+{
+  return this->MaterialFunction;
+}
+
+//------------------------------------------------------------------------------
+// NaN differs from itself: vtkSetMacro would take every call for a change.
+void vtkChainMailDeformation::SetTissueThreshold(double threshold)
+{
+  if (this->TissueThreshold != threshold && !(std::isnan(this->TissueThreshold) && std::isnan(threshold)))
+  {
+    this->TissueThreshold = threshold;
+    this->Modified();
+  }
+}
+
+void vtkChainMailDeformation::SetBackgroundValue(double value)
+{
+  if (this->BackgroundValue != value && !(std::isnan(this->BackgroundValue) && std::isnan(value)))
+  {
+    this->BackgroundValue = value;
+    this->Modified();
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::FitMaterial(
+  const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function)
+{
+  vtkChainMailDeformation::GetPresetMaterial(MATERIAL_FUNCTION, range, tissueThreshold, function);
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::GetPresetMaterial(
+  int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function)
+{
+  using Nodes = std::vector<std::array<double, 2>>; // scalar, constraint
+
+  Nodes nodes;
+  if (preset == MATERIAL_CT || (preset == MATERIAL_FUNCTION && range[0] < -200.0))
+  {
+    // Hounsfield units: skin and fat about -100, muscle and organs about 50, spongy bone from 200, compact bone above.
+    tissueThreshold = -300.0;
+    nodes = Nodes{ { -300.0, 0.3 }, { -100.0, 0.35 }, { 0.0, 0.25 }, { 50.0, 0.2 }, { 150.0, 0.15 }, { 300.0, 0.0 } };
+  }
+  else
+  {
+    const bool valid = range[0] <= range[1] && std::isfinite(range[0]) && std::isfinite(range[1]);
+    const double low = valid ? range[0] : 0.0;
+    const double width = valid ? range[1] - range[0] : 0.0;
+    // Shares of the range. T1-weighted MR: tendon is dark, muscle grey, fat bright. Else brighter is taken as stiffer.
+    nodes = preset == MATERIAL_MR ? Nodes{ { 0.1, 0.15 }, { 0.3, 0.2 }, { 0.6, 0.3 }, { 1.0, 0.35 } }
+                                  : Nodes{ { 0.1, 0.3 }, { 0.4, 0.2 }, { 1.0, 0.05 } };
+    for (auto& node : nodes)
+    {
+      node[0] = low + node[0] * width;
+    }
+    tissueThreshold = low + 0.1 * width;
+  }
+  if (function)
+  {
+    function->RemoveAllPoints();
+    function->ClampingOn();
+    for (const auto& node : nodes)
+    {
+      function->AddPoint(node[0], node[1]);
+    }
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::AddLabelArray(const char* name)
+{
+  if (name && *name && !this->HasLabelArray(name))
+  {
+    this->LabelArrays.emplace_back(name);
+    this->Modified();
+  }
+}
+
+void vtkChainMailDeformation::RemoveLabelArray(const char* name)
+{
+  if (this->HasLabelArray(name))
+  {
+    this->LabelArrays.erase(std::find(this->LabelArrays.begin(), this->LabelArrays.end(), name));
+    this->Modified();
+  }
+}
+
+void vtkChainMailDeformation::ClearLabelArrays()
+{
+  if (!this->LabelArrays.empty())
+  {
+    this->LabelArrays.clear();
+    this->Modified();
+  }
+}
+
+int vtkChainMailDeformation::GetNumberOfLabelArrays() const
+{
+  return static_cast<int>(this->LabelArrays.size());
+}
+
+const char* vtkChainMailDeformation::GetLabelArray(int index) const
+{
+  return index >= 0 && index < this->GetNumberOfLabelArrays() ? this->LabelArrays[index].c_str() : nullptr;
+}
+
+bool vtkChainMailDeformation::HasLabelArray(const char* name) const
+{
+  return name && std::find(this->LabelArrays.begin(), this->LabelArrays.end(), name) != this->LabelArrays.end();
+}
+
+//------------------------------------------------------------------------------
+vtkStringArray* vtkChainMailDeformation::GetAvailableDevices()
+{
+  this->AvailableDevices = vtkSmartPointer<vtkStringArray>::New();
+  try
+  {
+    for (const chainmail::DeviceInfo& device : chainmail::listDevices())
+    {
+      this->AvailableDevices->InsertNextValue(device.name);
+    }
+  }
+  catch (const std::exception& error)
+  {
+    vtkErrorMacro(<< error.what());
+  }
+  return this->AvailableDevices;
+}
+
+//------------------------------------------------------------------------------
+vtkMTimeType vtkChainMailDeformation::GetMTime()
+{
+  const vtkMTimeType own = this->Superclass::GetMTime();
+  return this->MaterialFunction ? std::max(own, this->MaterialFunction->GetMTime()) : own;
+}
+
+//------------------------------------------------------------------------------
+int vtkChainMailDeformation::FillInputPortInformation(int port, vtkInformation* info)
+{
+  if (port == IMAGE)
+  {
+    info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
+    return 1;
+  }
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), port == PROBES ? "vtkPointSet" : "vtkPolyData");
+  info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
+  info->Set(vtkAlgorithm::INPUT_IS_REPEATABLE(), 1);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+int vtkChainMailDeformation::RequestInformation(
+  vtkInformation* vtkNotUsed(request), vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkInformation* input = inputVector[IMAGE]->GetInformationObject(0);
+  int extent[6];
+  input->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent);
+  vtkInformation* model = outputVector->GetInformationObject(1);
+  model->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
+  vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1); // Element
+
+  for (int a = 0; a < 3; ++a)
+  {
+    const int padding = extent[2 * a + 1] > extent[2 * a] ? this->OutputPadding : 0;
+    extent[2 * a] -= padding;
+    extent[2 * a + 1] += padding;
+  }
+  outputVector->GetInformationObject(0)->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+int vtkChainMailDeformation::RequestUpdateExtent(
+  vtkInformation* vtkNotUsed(request), vtkInformationVector** inputVector, vtkInformationVector* vtkNotUsed(outputs))
+{
+  // A wave can come from anywhere.
+  vtkInformation* input = inputVector[IMAGE]->GetInformationObject(0);
+  int extent[6];
+  input->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent);
+  input->Set(vtkStreamingDemandDrivenPipeline::UPDATE_EXTENT(), extent, 6);
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+int vtkChainMailDeformation::RequestData(
+  vtkInformation* vtkNotUsed(request), vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkImageData* deformed = vtkImageData::GetData(outputVector, 0);
+  vtkImageData* model = vtkImageData::GetData(outputVector, 1);
+
+  // The one place where the engine's exceptions become VTK's errors.
+  try
+  {
+    this->Internals->Update(inputVector, deformed, model);
+    return 1;
+  }
+  catch (const chainmail::Aborted&)
+  {
+    deformed->Initialize();
+    model->Initialize();
+    return 1; // no error: somebody wanted it
+  }
+  catch (const chainmail::DeviceError& error)
+  {
+    this->Internals->DropEngine();
+    vtkErrorMacro(<< error.what());
+  }
+  catch (const std::bad_alloc&)
+  {
+    this->Internals->DropEngine();
+    vtkErrorMacro("There is not enough main memory for this image. Crop it or resample it to fewer voxels.");
+  }
+  catch (const std::exception& error)
+  {
+    vtkErrorMacro(<< error.what());
+  }
+  deformed->Initialize();
+  model->Initialize();
+  return 0;
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  const char* const presets[] = { "Function", "CT", "MR" };
+  os << indent << "MaterialPreset: " << presets[this->MaterialPreset] << "\n";
+  os << indent << "MaterialFunction: ";
+  if (this->MaterialFunction)
+  {
+    os << "\n";
+    this->MaterialFunction->PrintSelf(os, indent.GetNextIndent());
+  }
+  else
+  {
+    os << "(none)\n";
+  }
+  os << indent << "ConstraintArray: " << (this->ConstraintArray.empty() ? "(none)" : this->ConstraintArray) << "\n";
+  os << indent << "TissueThreshold: " << this->TissueThreshold << "\n";
+  os << indent << "AnchorRigid: " << (this->AnchorRigid ? "On" : "Off") << "\n";
+  os << indent << "AnchoredFaces:";
+  for (int face : this->AnchoredFaces)
+  {
+    os << " " << face;
+  }
+  os << "\n";
+  os << indent << "RelaxationIterations: " << this->RelaxationIterations << "\n";
+  os << indent << "RelaxationTolerance: " << this->RelaxationTolerance << "\n";
+  os << indent << "Interpolation: " << (this->Interpolation == INTERPOLATION_LINEAR ? "Linear" : "Nearest") << "\n";
+  os << indent << "LabelArrays:";
+  for (const std::string& name : this->LabelArrays)
+  {
+    os << " " << name;
+  }
+  os << "\n";
+  os << indent << "BackgroundValue: " << this->BackgroundValue << "\n";
+  os << indent << "OutputPadding: " << this->OutputPadding << "\n";
+  os << indent << "Device: " << (this->Device.empty() ? "(best)" : this->Device) << "\n";
+  os << indent << "BlockSize: " << this->BlockSize[0] << " " << this->BlockSize[1] << " " << this->BlockSize[2] << "\n";
+}

@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Private to vtkChainMailDeformation: samples the point arrays of an image at displaced places, each in its own type.
+
+#ifndef vtkChainMailSampling_h
+#define vtkChainMailSampling_h
+
+#include "vtkAbstractArray.h"
+#include "vtkBitArray.h"
+#include "vtkDataArray.h"
+#include "vtkSMPTools.h"
+#include "vtkSmartPointer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+namespace vtkChainMailSampling
+{
+
+/// Gives `array` the name, components and information of `like`, and room for so many tuples.
+inline void Describe(vtkAbstractArray* array, vtkAbstractArray* like, vtkIdType tuples)
+{
+  array->SetName(like->GetName());
+  array->SetNumberOfComponents(like->GetNumberOfComponents());
+  array->CopyComponentNames(like);
+  array->SetNumberOfTuples(tuples);
+  if (like->HasInformation())
+  {
+    array->CopyInformation(like->GetInformation());
+  }
+}
+
+/**
+ * An array of numbers whose tuples lie one after the other in memory: `array` itself, or a copy of one that is stored
+ * in another way (by component, mapped, ...). Not for bits.
+ */
+inline vtkSmartPointer<vtkDataArray> Interleaved(vtkDataArray* array)
+{
+  if (array->HasStandardMemoryLayout())
+  {
+    return array;
+  }
+  auto copy = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(array->GetDataType()));
+  Describe(copy, array, array->GetNumberOfTuples());
+  array->ExportToVoidPointer(copy->GetVoidPointer(0));
+  return copy;
+}
+
+/**
+ * The input's grid and the padded grid of the output. Indices are those of the input, from 0; an output voxel in the
+ * padding has a negative one, or one beyond the size.
+ */
+struct Grids
+{
+  std::array<int, 3> Size;
+  std::array<int, 3> Padding;
+
+  bool IsPadded() const { return this->Padding != std::array<int, 3>{ { 0, 0, 0 } }; }
+  vtkIdType InputVoxels() const { return static_cast<vtkIdType>(this->Size[0]) * this->Size[1] * this->Size[2]; }
+  vtkIdType OutputWidth(int axis) const { return this->Size[axis] + 2 * static_cast<vtkIdType>(this->Padding[axis]); }
+  vtkIdType OutputVoxels() const { return this->OutputWidth(0) * this->OutputWidth(1) * this->OutputWidth(2); }
+  vtkIdType InputId(int i, int j, int k) const
+  {
+    return i + this->Size[0] * (j + this->Size[1] * static_cast<vtkIdType>(k));
+  }
+  vtkIdType OutputId(int i, int j, int k) const
+  {
+    return (i + this->Padding[0]) +
+           this->OutputWidth(0) * ((j + this->Padding[1]) + this->OutputWidth(1) * (k + this->Padding[2]));
+  }
+};
+
+/**
+ * Output voxels first, first + x, ... and for each, at Offsets, where its material comes from relative to it [voxels]:
+ * 0: no other place; NaN: none is left.
+ */
+struct Span
+{
+  std::array<int, 3> First;
+  int Count;
+  std::size_t Offsets;
+};
+
+/// Spans and the offsets they refer to, 3 a voxel.
+struct Batch
+{
+  std::vector<Span> Spans;
+  std::vector<float> Offsets;
+};
+
+/**
+ * One array of the output, made from one of the input.
+ */
+class ArraySampler
+{
+public:
+  virtual ~ArraySampler() = default;
+
+  /// Overwrites the output's voxels of the batch.
+  virtual void Sample(const Batch& batch) = 0;
+
+  /// The output's array: the input's own one when nothing was overwritten and there is no padding.
+  virtual vtkAbstractArray* GetOutput() = 0;
+};
+
+/**
+ * Arrays of numbers, stored interleaved: trilinear or nearest.
+ */
+template <typename T> class NumericSampler : public ArraySampler
+{
+public:
+  /// `background` NaN: the smallest finite value of each component.
+  NumericSampler(vtkDataArray* original, const Grids& grids, bool nearest, double background)
+    : Original(original)
+    , Input(Interleaved(original))
+    , In(static_cast<const T*>(this->Input->GetVoidPointer(0)))
+    , Components(this->Input->GetNumberOfComponents())
+    , G(grids)
+    , Nearest(nearest)
+    , BackgroundValue(background)
+  {
+    this->Step[0] = this->Components;
+    this->Step[1] = this->Step[0] * grids.Size[0];
+    this->Step[2] = this->Step[1] * grids.Size[1];
+  }
+
+  void Sample(const Batch& batch) override
+  {
+    this->MakeOutput();
+    vtkSMPTools::For(0, static_cast<vtkIdType>(batch.Spans.size()),
+      [&](vtkIdType first, vtkIdType last)
+      {
+        for (vtkIdType s = first; s < last; ++s)
+        {
+          const Span& span = batch.Spans[s];
+          const float* offset = batch.Offsets.data() + span.Offsets;
+          T* out = this->Out + this->Components * this->G.OutputId(span.First[0], span.First[1], span.First[2]);
+          std::array<int, 3> voxel = span.First;
+          for (int n = 0; n < span.Count; ++n, ++voxel[0], offset += 3, out += this->Components)
+          {
+            if (std::isnan(offset[0]))
+            {
+              std::copy(this->Background.begin(), this->Background.end(), out);
+            }
+            else if (offset[0] != 0.0f || offset[1] != 0.0f || offset[2] != 0.0f)
+            {
+              this->SampleAt(voxel, offset, out);
+            }
+          }
+        }
+      });
+  }
+
+  vtkAbstractArray* GetOutput() override
+  {
+    if (this->G.IsPadded())
+    {
+      this->MakeOutput();
+    }
+    return this->Output ? this->Output.Get() : this->Original.Get();
+  }
+
+private:
+  // 64-bit integers do not fit a double.
+  using Real = std::conditional_t<std::is_integral<T>::value && sizeof(T) == 8, long double, double>;
+
+  static T ToType(Real value)
+  {
+    if constexpr (std::is_integral<T>::value)
+    {
+      const Real lowest = static_cast<Real>(std::numeric_limits<T>::lowest());
+      const Real highest = static_cast<Real>(std::numeric_limits<T>::max());
+      const Real rounded = std::floor(value + Real(0.5));
+      // Not std::clamp: where Real cannot hold the largest integer exactly, converting it back would overflow.
+      return rounded <= lowest    ? std::numeric_limits<T>::lowest()
+             : rounded >= highest ? std::numeric_limits<T>::max()
+                                  : static_cast<T>(rounded);
+    }
+    else
+    {
+      return static_cast<T>(value);
+    }
+  }
+
+  /// Between a and b. Equal ends are returned as they are: neither rounding nor inf - inf.
+  static Real Between(Real a, Real b, Real share) { return a == b ? a : a + share * (b - a); }
+
+  /// Linear along the axes up to `Axis`. Neighbours of weight 0 are not read: a place on the grid gets the value that
+  /// is there, whatever is beside it.
+  template <int Axis> Real Interpolate(const T* corner, const Real* share) const
+  {
+    if constexpr (Axis < 0)
+    {
+      return static_cast<Real>(*corner);
+    }
+    else
+    {
+      const Real low = this->template Interpolate<Axis - 1>(corner, share);
+      return share[Axis] == Real(0)
+               ? low
+               : Between(low, this->template Interpolate<Axis - 1>(corner + this->Step[Axis], share), share[Axis]);
+    }
+  }
+
+  void SampleAt(const std::array<int, 3>& voxel, const float* offset, T* out) const
+  {
+    const T* corner = this->In;
+    Real share[3];
+    bool onGrid = true;
+    for (int a = 0; a < 3; ++a)
+    {
+      const double place =
+        std::min(std::max(voxel[a] + static_cast<double>(offset[a]), 0.0), static_cast<double>(this->G.Size[a] - 1));
+      const double index = std::floor(this->Nearest ? place + 0.5 : place);
+      share[a] = this->Nearest ? 0.0 : place - index;
+      onGrid = onGrid && share[a] == Real(0);
+      corner += static_cast<vtkIdType>(index) * this->Step[a];
+    }
+    if (onGrid)
+    {
+      std::copy(corner, corner + this->Components, out);
+      return;
+    }
+    for (int c = 0; c < this->Components; ++c)
+    {
+      out[c] = ToType(this->template Interpolate<2>(corner + c, share));
+    }
+  }
+
+  void MakeOutput()
+  {
+    if (this->Output)
+    {
+      return;
+    }
+    this->MakeBackground();
+    this->Output.TakeReference(this->Input->NewInstance());
+    Describe(this->Output, this->Original, this->G.OutputVoxels());
+    this->Output->SetLookupTable(this->Original->GetLookupTable());
+    this->Out = static_cast<T*>(this->Output->GetVoidPointer(0));
+    if (this->G.IsPadded())
+    {
+      for (vtkIdType v = 0; v < this->G.OutputVoxels(); ++v)
+      {
+        std::copy(this->Background.begin(), this->Background.end(), this->Out + v * this->Components);
+      }
+    }
+    const std::size_t row = static_cast<std::size_t>(this->G.Size[0]) * this->Components * sizeof(T);
+    for (int k = 0; k < this->G.Size[2]; ++k)
+    {
+      for (int j = 0; j < this->G.Size[1]; ++j)
+      {
+        std::memcpy(this->Out + this->Components * this->G.OutputId(0, j, k),
+          this->In + this->Components * this->G.InputId(0, j, k), row);
+      }
+    }
+  }
+
+  void MakeBackground()
+  {
+    if (!std::isnan(this->BackgroundValue))
+    {
+      this->Background.assign(this->Components, ToType(static_cast<Real>(this->BackgroundValue)));
+      return;
+    }
+    this->Background.assign(this->Components, T(0));
+    const vtkIdType voxels = this->G.InputVoxels();
+    for (int c = 0; c < this->Components; ++c)
+    {
+      bool found = false;
+      for (vtkIdType v = 0; v < voxels; ++v)
+      {
+        const T value = this->In[v * this->Components + c];
+        const bool finite = value >= std::numeric_limits<T>::lowest() && value <= std::numeric_limits<T>::max();
+        if (finite && (!found || value < this->Background[c]))
+        {
+          this->Background[c] = value;
+          found = true;
+        }
+      }
+    }
+  }
+
+  vtkSmartPointer<vtkDataArray> Original;
+  vtkSmartPointer<vtkDataArray> Input;
+  const T* In;
+  int Components;
+  Grids G;
+  bool Nearest;
+  double BackgroundValue;
+  vtkIdType Step[3];
+  std::vector<T> Background;
+  vtkSmartPointer<vtkDataArray> Output;
+  T* Out = nullptr;
+};
+
+/**
+ * Arrays of bits, strings and variants: nearest. Serial, since neighbouring bits share a byte and strings a look-up.
+ * The background is a bit of 0, an empty string or an invalid variant.
+ */
+class TupleSampler : public ArraySampler
+{
+public:
+  TupleSampler(vtkAbstractArray* input, const Grids& grids)
+    : Input(input)
+    , G(grids)
+  {
+  }
+
+  void Sample(const Batch& batch) override
+  {
+    this->MakeOutput();
+    for (const Span& span : batch.Spans)
+    {
+      const float* offset = batch.Offsets.data() + span.Offsets;
+      const vtkIdType first = this->G.OutputId(span.First[0], span.First[1], span.First[2]);
+      for (int n = 0; n < span.Count; ++n, offset += 3)
+      {
+        if (std::isnan(offset[0]))
+        {
+          this->Output->SetTuple(first + n, 0, this->Background);
+        }
+        else if (offset[0] != 0.0f || offset[1] != 0.0f || offset[2] != 0.0f)
+        {
+          int place[3];
+          for (int a = 0; a < 3; ++a)
+          {
+            const double index = std::floor(span.First[a] + (a == 0 ? n : 0) + static_cast<double>(offset[a]) + 0.5);
+            place[a] = static_cast<int>(std::min(std::max(index, 0.0), static_cast<double>(this->G.Size[a] - 1)));
+          }
+          this->Output->SetTuple(first + n, this->G.InputId(place[0], place[1], place[2]), this->Input);
+        }
+      }
+    }
+  }
+
+  vtkAbstractArray* GetOutput() override
+  {
+    if (this->G.IsPadded())
+    {
+      this->MakeOutput();
+    }
+    return this->Output ? this->Output.Get() : this->Input.Get();
+  }
+
+private:
+  void MakeOutput()
+  {
+    if (this->Output)
+    {
+      return;
+    }
+    this->Background.TakeReference(this->Input->NewInstance());
+    this->Background->SetNumberOfComponents(this->Input->GetNumberOfComponents());
+    this->Background->SetNumberOfTuples(1);
+    if (vtkBitArray* bits = vtkBitArray::SafeDownCast(this->Background))
+    {
+      for (int c = 0; c < bits->GetNumberOfComponents(); ++c)
+      {
+        bits->SetValue(c, 0);
+      }
+    }
+    this->Output.TakeReference(this->Input->NewInstance());
+    Describe(this->Output, this->Input, this->G.OutputVoxels());
+    if (this->G.IsPadded())
+    {
+      for (vtkIdType v = 0; v < this->G.OutputVoxels(); ++v)
+      {
+        this->Output->SetTuple(v, 0, this->Background);
+      }
+    }
+    for (int k = 0; k < this->G.Size[2]; ++k)
+    {
+      for (int j = 0; j < this->G.Size[1]; ++j)
+      {
+        const vtkIdType from = this->G.InputId(0, j, k);
+        const vtkIdType to = this->G.OutputId(0, j, k);
+        for (int i = 0; i < this->G.Size[0]; ++i)
+        {
+          this->Output->SetTuple(to + i, from + i, this->Input);
+        }
+      }
+    }
+  }
+
+  vtkSmartPointer<vtkAbstractArray> Input;
+  Grids G;
+  vtkSmartPointer<vtkAbstractArray> Background;
+  vtkSmartPointer<vtkAbstractArray> Output;
+};
+
+/**
+ * The sampler for an array. `background` NaN: the array's own smallest finite value.
+ */
+inline std::unique_ptr<ArraySampler> MakeSampler(
+  vtkAbstractArray* input, const Grids& grids, bool nearest, double background)
+{
+  vtkDataArray* numbers = vtkDataArray::SafeDownCast(input);
+  if (numbers)
+  {
+    switch (numbers->GetDataType())
+    {
+      vtkTemplateMacro(return std::make_unique<NumericSampler<VTK_TT>>(numbers, grids, nearest, background));
+    }
+  }
+  return std::make_unique<TupleSampler>(input, grids);
+}
+
+}
+
+#endif
