@@ -8,7 +8,7 @@ build=${CHAINMAIL_BUILD_DIR:-$root/build}
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf '\nERROR: %s\n' "$*" >&2; exit 1; }
 
-build_packages=(g++ cmake make ocl-icd-opencl-dev paraview-dev python3-paraview libopenmpi-dev
+build_packages=(g++ cmake make ocl-icd-opencl-dev opencl-clhpp-headers paraview-dev python3-paraview libopenmpi-dev
   libdouble-conversion-dev)
 run_packages=(pocl-opencl-icd python3-numpy xvfb xauth)
 test_packages=(libgtest-dev libqt5svg5 imagemagick xdotool)
