@@ -36,6 +36,8 @@ void vtkSMChainMailMaterialDomain::Update(vtkSMProperty*)
 //------------------------------------------------------------------------------
 int vtkSMChainMailMaterialDomain::SetDefaultValues(vtkSMProperty* property, bool use_unchecked_values)
 {
+  vtkSMChainMailRangeDomain::EnsureData(this);
+
   // First the superclass: it connects the property with this domain's function, whose points are then replaced.
   const int done = this->Superclass::SetDefaultValues(property, use_unchecked_values);
   vtkSMProxy* proxy = this->GetNumberOfProxies() > 0 ? this->GetProxy(0) : nullptr;

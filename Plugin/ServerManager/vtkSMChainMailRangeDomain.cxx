@@ -7,6 +7,7 @@
 #include "vtkPVDataInformation.h"
 #include "vtkPVXMLElement.h"
 #include "vtkSMPropertyHelper.h"
+#include "vtkSMSourceProxy.h"
 #include "vtkSMUncheckedPropertyHelper.h"
 
 #include <cstring>
@@ -42,10 +43,21 @@ bool vtkSMChainMailRangeDomain::FindRange(vtkSMDomain* domain, double range[2])
 }
 
 //------------------------------------------------------------------------------
+void vtkSMChainMailRangeDomain::EnsureData(vtkSMDomain* domain)
+{
+  vtkPVDataInformation* data = domain->GetInputDataInformation("Input");
+  if (data && data->GetNumberOfPoints() == 0)
+  {
+    vtkSMUncheckedPropertyHelper input(domain->GetRequiredProperty("Input"));
+    vtkSMSourceProxy::SafeDownCast(input.GetAsProxy())->UpdatePipeline();
+  }
+}
+
+//------------------------------------------------------------------------------
 int vtkSMChainMailRangeDomain::ReadXMLAttributes(vtkSMProperty* property, vtkPVXMLElement* element)
 {
-  const char* mode = element->GetAttribute("default_mode");
-  this->DefaultIsTissueThreshold = mode && std::strcmp(mode, "tissue") == 0;
+  const char* fit = element->GetAttribute("fit");
+  this->FitsTissueThreshold = fit && std::strcmp(fit, "tissue") == 0;
   return this->Superclass::ReadXMLAttributes(property, element);
 }
 
@@ -64,7 +76,8 @@ void vtkSMChainMailRangeDomain::Update(vtkSMProperty*)
 //------------------------------------------------------------------------------
 int vtkSMChainMailRangeDomain::SetDefaultValues(vtkSMProperty* property, bool use_unchecked_values)
 {
-  if (!this->DefaultIsTissueThreshold || this->GetNumberOfEntries() == 0)
+  vtkSMChainMailRangeDomain::EnsureData(this);
+  if (!this->FitsTissueThreshold || this->GetNumberOfEntries() == 0)
   {
     return this->Superclass::SetDefaultValues(property, use_unchecked_values);
   }

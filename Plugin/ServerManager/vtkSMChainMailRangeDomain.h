@@ -4,10 +4,10 @@
  * @brief The finite range of the chosen scalars, with a default that parts air from tissue.
  *
  * As vtkSMArrayRangeDomain, for the component that vtkChainMailDeformation reads and without infinities. The default
- * is the threshold that vtkChainMailDeformation::FitMaterial() finds for the range where `default_mode` is "tissue",
- * else what `default_mode` says. Use it as
+ * is the threshold that vtkChainMailDeformation::FitMaterial() finds for the range where `fit` is "tissue", else what
+ * the superclass's `default_mode` says. Use it as
  * @code{xml}
- * <ChainMailRangeDomain name="range" default_mode="tissue">
+ * <ChainMailRangeDomain name="range" fit="tissue">
  *   <RequiredProperties>
  *     <Property name="Input" function="Input"/>
  *     <Property name="Scalars" function="ArraySelection"/>
@@ -37,6 +37,12 @@ public:
    */
   static bool FindRange(vtkSMDomain* domain, double range[2]);
 
+  /**
+   * Brings the source of `domain`'s required property `Input` up to date where it never was. In a script nobody has
+   * pressed Apply on the reader when the filter is made, and the defaults need its data.
+   */
+  static void EnsureData(vtkSMDomain* domain);
+
 protected:
   vtkSMChainMailRangeDomain() = default;
   ~vtkSMChainMailRangeDomain() override = default;
@@ -47,7 +53,7 @@ private:
   vtkSMChainMailRangeDomain(const vtkSMChainMailRangeDomain&) = delete;
   void operator=(const vtkSMChainMailRangeDomain&) = delete;
 
-  bool DefaultIsTissueThreshold = false;
+  bool FitsTissueThreshold = false;
 };
 
 #endif
