@@ -16,7 +16,7 @@ using Vector3 = std::array<double, 3>;
 /// own axes, measured from the centre of voxel (0, 0, 0). Arrays over a grid run x fastest, then y, then z.
 struct Grid
 {
-  Index3 size{ 0, 0, 0 };          ///< voxels per axis
+  Index3 size{ 0, 0, 0 };           ///< voxels per axis
   Vector3 spacing{ 1.0, 1.0, 1.0 }; ///< [mm], positive
 
   std::size_t voxels() const
@@ -26,7 +26,13 @@ struct Grid
   std::size_t at(int i, int j, int k) const
   {
     return static_cast<std::size_t>(i) +
-      static_cast<std::size_t>(size[0]) * (static_cast<std::size_t>(j) + static_cast<std::size_t>(size[1]) * k);
+           static_cast<std::size_t>(size[0]) * (static_cast<std::size_t>(j) + static_cast<std::size_t>(size[1]) * k);
+  }
+  Index3 indexOf(std::size_t voxel) const
+  {
+    const std::size_t nx = static_cast<std::size_t>(size[0]);
+    const std::size_t ny = static_cast<std::size_t>(size[1]);
+    return { static_cast<int>(voxel % nx), static_cast<int>(voxel / nx % ny), static_cast<int>(voxel / (nx * ny)) };
   }
   bool contains(int i, int j, int k) const
   {
@@ -74,7 +80,7 @@ struct Material
 /// Tissue that is held where it is from the start.
 struct Anchors
 {
-  bool rigid = false;                                                   ///< all rigid elements
+  bool rigid = false;                                                  ///< all rigid elements
   std::array<bool, 6> faces{ { true, true, true, true, true, true } }; ///< x- x+ y- y+ z- z+ of the grid
 };
 
@@ -84,7 +90,7 @@ class Model
 {
 public:
   /// Throws InputError: an empty grid, no finite tissue at all, a constraint outside [0, 1), a spacing that is not
-  /// positive, more than 2^29 voxels.
+  /// positive, more than 2^28 voxels.
   Model(const Grid& grid, const ArrayView& scalars, const Material& material, const Anchors& anchors);
 
   const Grid& grid() const { return this->grid_; }

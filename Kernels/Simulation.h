@@ -13,8 +13,9 @@ namespace chainmail
 /// Where and how a simulation runs.
 struct Settings
 {
-  std::string device;             ///< see chooseDevice()
-  Index3 brickSize{ 0, 0, 0 };    ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
+  std::string device; ///< see chooseDevice()
+  Index3 brickSize{ 0, 0,
+    0 }; ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
 };
 
 /// A hand in the tissue: it grabs the elements within `radius` of `position`, or the nearest one, and moves them
@@ -30,8 +31,8 @@ struct Probe
 /// What became of a probe.
 struct ProbeResult
 {
-  Vector3 reached{};        ///< [mm] the displacement it got; shorter than asked where the tissue does not stretch so far
-  Vector3 force{};          ///< [mm per unit of constraint] minus the energy's gradient at the tissue it holds
+  Vector3 reached{}; ///< [mm] the displacement it got; shorter than asked where the tissue does not stretch so far
+  Vector3 force{};   ///< gradient of the energy at the tissue it holds: what the hand must pull with
   std::size_t elements = 0; ///< how many it grabbed
 };
 
@@ -75,7 +76,8 @@ struct ResampledBox
 /// allocated when a deformation first reaches them. Between any two calls the state is feasible: every link obeys
 /// |u(i) - u(j)| <= D(i,j) on every axis, to float rounding.
 ///
-/// Errors are exceptions of Error.h. After one, the simulation is at rest and usable, except after a DeviceError.
+/// Errors are exceptions of Error.h. After InputError the state is as before the call, after Aborted it is at rest;
+/// after DeviceError only the destructor may be called.
 class Simulation
 {
 public:

@@ -1,0 +1,455 @@
+#include "Bricks.h"
+
+#include "Error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace chainmail
+{
+
+namespace
+{
+
+bool isPowerOfTwo(int n)
+{
+  return n > 0 && (n & (n - 1)) == 0;
+}
+
+void checkBrickSize(const Index3& size)
+{
+  const bool x = isPowerOfTwo(size[0]) && size[0] >= 4 && size[0] <= 64;
+  const bool y = isPowerOfTwo(size[1]) && size[1] >= 2 && size[1] <= 32;
+  const bool z = isPowerOfTwo(size[2]) && size[2] >= 2 && size[2] <= 32;
+  if (!x || !y || !z)
+  {
+    throw InputError(
+      "The block size " + std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]) +
+      " cannot be used: every number must be a power of two, the first from 4 to 64, the others from 2 to 32; or all 0 "
+      "for the best one.");
+  }
+}
+
+}
+
+Index3 defaultBrickSize(const DeviceInfo& device)
+{
+  // CPUs: one 16-wide vector a row and colour, bricks that fit the second-level cache. GPUs: 256 work-items a colour.
+  return device.gpu ? Index3{ 32, 4, 4 } : Index3{ 32, 8, 8 };
+}
+
+Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize)
+  : context_(std::move(context))
+  , model_(std::move(model))
+  , size_(brickSize)
+{
+  if (this->size_ == Index3{ 0, 0, 0 })
+  {
+    this->size_ = defaultBrickSize(this->context_->info());
+  }
+  checkBrickSize(this->size_);
+  this->elements_ = this->size_[0] * this->size_[1] * this->size_[2];
+  for (int a = 0; a < 3; ++a)
+  {
+    this->counts_[a] = (this->model_->grid().size[a] + this->size_[a] - 1) / this->size_[a];
+  }
+  this->strideY_ = this->counts_[0] + 2;
+  this->strideZ_ = this->strideY_ * (this->counts_[1] + 2);
+  const std::size_t bricks = static_cast<std::size_t>(this->strideZ_) * (this->counts_[2] + 2);
+  this->table_.assign(bricks, 0);
+  this->status_.assign(bricks, Status::Air);
+  for (int k = 0; k < this->counts_[2]; ++k)
+  {
+    for (int j = 0; j < this->counts_[1]; ++j)
+    {
+      for (int i = 0; i < this->counts_[0]; ++i)
+      {
+        this->status_[(i + 1) + this->strideY_ * (j + 1) + this->strideZ_ * (k + 1)] = Status::Unknown;
+      }
+    }
+  }
+  this->tableBuffer_ = this->context_->upload(this->table_, "the brick table");
+
+  // Slot 0: air, at rest.
+  this->place_.assign(1, 0);
+  this->touched_.assign(1, 0);
+  this->grow(1);
+  const std::vector<float> air(this->elements_, -std::numeric_limits<float>::infinity());
+  for (int a = 0; a < this->model_->axes(); ++a)
+  {
+    this->context_->write(this->constraint, sizeof(float) * a * this->pitch(), air);
+  }
+}
+
+int Bricks::width(bool vectors) const
+{
+  return vectors && !this->context_->info().gpu ? std::min(16, this->size_[0] / 2) : 1;
+}
+
+std::size_t Bricks::workItems(bool vectors) const
+{
+  // Local memory of measure.cl and the limit of every device that matters: 256.
+  return std::min(256, this->elements_ / 2 / this->width(vectors));
+}
+
+std::string Bricks::defines(bool vectors) const
+{
+  return "-DBX=" + std::to_string(this->size_[0]) + " -DBY=" + std::to_string(this->size_[1]) +
+         " -DBZ=" + std::to_string(this->size_[2]) + " -DWIDTH=" + std::to_string(this->width(vectors)) +
+         " -DAXES=" + std::to_string(this->model_->axes()) + (this->anyCut() ? " -DCUTS" : "");
+}
+
+Index3 Bricks::origin(int brick) const
+{
+  return { (brick % this->strideY_ - 1) * this->size_[0],
+    (brick % this->strideZ_ / this->strideY_ - 1) * this->size_[1], (brick / this->strideZ_ - 1) * this->size_[2] };
+}
+
+std::uint32_t Bricks::local(int i, int j, int k) const
+{
+  const int x = i & (this->size_[0] - 1);
+  const int y = j & (this->size_[1] - 1);
+  const int z = k & (this->size_[2] - 1);
+  const int colour = (x + y + z) & 1;
+  return static_cast<std::uint32_t>(
+    colour * (this->elements_ / 2) + (z * this->size_[1] + y) * (this->size_[0] / 2) + (x >> 1));
+}
+
+std::uint32_t Bricks::address(int i, int j, int k) const
+{
+  return static_cast<std::uint32_t>(this->slot(this->brickAt(i, j, k))) * this->elements_ + this->local(i, j, k);
+}
+
+bool Bricks::fill(int brick, std::vector<float>& out) const
+{
+  const Grid& grid = this->model_->grid();
+  const Index3 first = this->origin(brick);
+  const int axes = this->model_->axes();
+  const int count = std::min(this->size_[0], grid.size[0] - first[0]);
+  std::fill(out.begin(), out.end(), -std::numeric_limits<float>::infinity());
+  std::vector<float> row(static_cast<std::size_t>(count) * axes);
+  bool tissue = false;
+  for (int k = 0; k < std::min(this->size_[2], grid.size[2] - first[2]); ++k)
+  {
+    for (int j = 0; j < std::min(this->size_[1], grid.size[1] - first[1]); ++j)
+    {
+      this->model_->row(first[0], first[1] + j, first[2] + k, count, row.data());
+      const int r = k * this->size_[1] + j;
+      for (int i = 0; i < count; ++i)
+      {
+        const int colour = (i + j + k) & 1;
+        const std::size_t at = colour * (this->elements_ / 2) + r * (this->size_[0] / 2) + (i >> 1);
+        for (int a = 0; a < axes; ++a)
+        {
+          out[static_cast<std::size_t>(a) * this->elements_ + at] = row[i * axes + a];
+        }
+        tissue = tissue || !std::isinf(row[i * axes]);
+      }
+    }
+  }
+  return tissue;
+}
+
+void Bricks::grow(int slots)
+{
+  if (slots <= this->capacity_)
+  {
+    return;
+  }
+  // Doubling keeps the copies rare; large pools grow by less so that the last step does not ask for twice the need.
+  const int before = this->capacity_;
+  const int bricks = this->counts_[0] * this->counts_[1] * this->counts_[2] + 1;
+  const int wanted = std::min(std::max({ slots, before + std::min(before, 2048), 64 }), std::max(bricks, slots));
+  const std::size_t oldPitch = this->pitch();
+  const std::size_t pitch = static_cast<std::size_t>(wanted) * this->elements_;
+  const int axes = this->model_->axes();
+  if (pitch * 3 > std::numeric_limits<std::uint32_t>::max())
+  {
+    throw MemoryError(
+      "The deformation reaches more tissue than one device can address (1.4 billion elements). Crop the "
+      "scan or resample it to fewer voxels.");
+  }
+  const auto enlarged = [&](const cl::Buffer& old, std::size_t runs, std::size_t bytes, const char* purpose)
+  {
+    cl::Buffer buffer = this->context_->allocate(runs * pitch * bytes, purpose);
+    for (std::size_t run = 0; oldPitch > 0 && run < runs; ++run)
+    {
+      this->context_->queue().enqueueCopyBuffer(
+        old, buffer, run * oldPitch * bytes, run * pitch * bytes, oldPitch * bytes);
+    }
+    this->context_->queue().finish();
+    return buffer;
+  };
+  cl::Buffer u = enlarged(this->displacement, 3, sizeof(float), "the displacement of the tissue reached");
+  cl::Buffer u0 = enlarged(this->before, 3, sizeof(float), "the displacement before a wave");
+  cl::Buffer c = enlarged(this->constraint, axes, sizeof(float), "the constraints of the tissue reached");
+  cl::Buffer cuts;
+  if (this->anyCut())
+  {
+    cuts = enlarged(this->cut, this->cut() ? 1 : 0, 1, "the cuts");
+    if (!this->cut())
+    {
+      cuts = this->context_->allocate(pitch, "the cuts");
+    }
+  }
+  std::vector<int> place = this->place_;
+  place.resize(wanted, 0);
+  this->placeBuffer_ = this->context_->upload(place, "the brick list");
+  this->displacement = u;
+  this->before = u0;
+  this->constraint = c;
+  this->cut = cuts;
+  this->capacity_ = wanted;
+}
+
+void Bricks::allocate(const std::vector<int>& bricks)
+{
+  // New slots follow each other, so many bricks go up in one piece.
+  constexpr std::size_t batch = 256;
+  const std::size_t axes = this->model_->axes();
+  const std::size_t count = this->elements_;
+  std::vector<int> found;
+  std::vector<float> constraints(axes * count);
+  std::vector<std::vector<float>> staging(axes);
+  const auto flush = [&]
+  {
+    const std::size_t first = this->slots();
+    this->grow(static_cast<int>(first + found.size()));
+    for (std::size_t a = 0; a < axes; ++a)
+    {
+      this->context_->write(this->constraint, sizeof(float) * (a * this->pitch() + first * count), staging[a]);
+      staging[a].clear();
+    }
+    for (const int brick : found)
+    {
+      this->table_[brick] = this->slots();
+      this->place_.push_back(brick);
+      this->touched_.push_back(0);
+      this->status_[brick] = Status::Allocated;
+      const auto bits = this->cuts_.find(brick);
+      if (bits != this->cuts_.end() && this->cut())
+      {
+        this->context_->write(this->cut, this->table_[brick] * count, bits->second);
+      }
+    }
+    found.clear();
+  };
+  for (const int brick : bricks)
+  {
+    if (!this->fill(brick, constraints))
+    {
+      this->status_[brick] = Status::Air;
+      continue;
+    }
+    found.push_back(brick);
+    for (std::size_t a = 0; a < axes; ++a)
+    {
+      staging[a].insert(staging[a].end(), constraints.begin() + a * count, constraints.begin() + (a + 1) * count);
+    }
+    if (found.size() == batch)
+    {
+      flush();
+    }
+  }
+  flush();
+}
+
+void Bricks::require(const std::vector<int>& bricks)
+{
+  std::vector<int> wanted;
+  for (const int brick : bricks)
+  {
+    if (this->ready(brick))
+    {
+      continue;
+    }
+    for (int z = -1; z <= 1; ++z)
+    {
+      for (int y = -1; y <= 1; ++y)
+      {
+        for (int x = -1; x <= 1; ++x)
+        {
+          const int near = this->beside(brick, x, y, z);
+          if (this->status_[near] == Status::Unknown)
+          {
+            wanted.push_back(near);
+          }
+        }
+      }
+    }
+  }
+  if (wanted.empty() && bricks.empty())
+  {
+    return;
+  }
+  const int before = this->slots();
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  this->allocate(wanted);
+  for (const int brick : bricks)
+  {
+    if (this->status_[brick] == Status::Allocated)
+    {
+      this->status_[brick] = Status::Ready;
+    }
+  }
+  if (this->slots() > before)
+  {
+    this->context_->write(this->tableBuffer_, 0, this->table_);
+    this->context_->write(this->placeBuffer_, 0, this->place_);
+  }
+}
+
+void Bricks::clearDisplacements()
+{
+  this->context_->queue().enqueueFillBuffer(this->displacement, cl_float(0), 0, sizeof(float) * 3 * this->pitch());
+  this->context_->queue().finish();
+  std::fill(this->touched_.begin(), this->touched_.end(), 0);
+}
+
+void Bricks::saveBefore()
+{
+  this->context_->queue().enqueueCopyBuffer(this->displacement, this->before, 0, 0, sizeof(float) * 3 * this->pitch());
+}
+
+void Bricks::restoreBefore()
+{
+  this->context_->queue().enqueueCopyBuffer(this->before, this->displacement, 0, 0, sizeof(float) * 3 * this->pitch());
+}
+
+namespace
+{
+
+/// Runs scatter.cl over a list of elements.
+void overElements(Context& context, const char* name, const cl::Buffer& field, cl_uint pitch, int components,
+  const cl::Buffer& addresses, const cl::Buffer& values, std::size_t count)
+{
+  cl::Kernel kernel = context.kernel("scatter.cl", "", name);
+  kernel.setArg(0, field);
+  kernel.setArg(1, pitch);
+  kernel.setArg(2, static_cast<cl_int>(components));
+  kernel.setArg(3, addresses);
+  kernel.setArg(4, values);
+  context.queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(count));
+}
+
+}
+
+void Bricks::setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+{
+  if (!addresses.empty())
+  {
+    overElements(*this->context_, "scatter", this->displacement, this->pitch(), 3,
+      this->addresses_.holding(*this->context_, addresses), this->values_.holding(*this->context_, values),
+      addresses.size());
+    this->context_->queue().finish();
+  }
+}
+
+void Bricks::setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+{
+  if (!addresses.empty())
+  {
+    overElements(*this->context_, "scatter", this->constraint, this->pitch(), this->model_->axes(),
+      this->addresses_.holding(*this->context_, addresses), this->values_.holding(*this->context_, values),
+      addresses.size());
+    this->context_->queue().finish();
+  }
+}
+
+std::vector<float> Bricks::displacements(const std::vector<std::uint32_t>& addresses)
+{
+  std::vector<float> values(3 * addresses.size());
+  if (!addresses.empty())
+  {
+    const cl::Buffer& out = this->values_.sized(*this->context_, sizeof(float) * values.size());
+    overElements(*this->context_, "gather", this->displacement, this->pitch(), 3,
+      this->addresses_.holding(*this->context_, addresses), out, addresses.size());
+    this->context_->read(out, values);
+  }
+  return values;
+}
+
+void Bricks::readSlot(int slot, std::vector<float>& out)
+{
+  out.resize(3 * static_cast<std::size_t>(this->elements_));
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    this->context_->queue().enqueueReadBuffer(this->displacement, CL_TRUE,
+      sizeof(float) * (a * this->pitch() + static_cast<std::size_t>(slot) * this->elements_),
+      sizeof(float) * this->elements_, out.data() + a * this->elements_);
+  }
+}
+
+std::uint8_t Bricks::cutBits(int i, int j, int k) const
+{
+  if (this->cuts_.empty())
+  {
+    return 0;
+  }
+  const auto bits = this->cuts_.find(this->brickAt(i, j, k));
+  return bits == this->cuts_.end() ? 0 : bits->second[this->local(i, j, k)];
+}
+
+bool Bricks::removeLink(int i, int j, int k, int direction)
+{
+  const auto mark = [this](int x, int y, int z, int d)
+  {
+    std::vector<std::uint8_t>& bits = this->cuts_[this->brickAt(x, y, z)];
+    bits.resize(this->elements_, 0);
+    std::uint8_t& byte = bits[this->local(x, y, z)];
+    const bool added = (byte & (1 << d)) == 0;
+    byte = static_cast<std::uint8_t>(byte | (1 << d));
+    return added;
+  };
+  Index3 other{ i, j, k };
+  other[direction / 2] += direction % 2 == 0 ? -1 : 1;
+  mark(other[0], other[1], other[2], opposite(direction));
+  return mark(i, j, k, direction);
+}
+
+void Bricks::removeNoLinks()
+{
+  this->cuts_.clear();
+  this->cut = cl::Buffer();
+}
+
+void Bricks::uploadCuts()
+{
+  if (!this->anyCut())
+  {
+    return;
+  }
+  if (!this->cut())
+  {
+    this->cut = this->context_->allocate(this->pitch(), "the cuts");
+  }
+  for (const auto& [brick, bits] : this->cuts_)
+  {
+    if (this->slot(brick) > 0)
+    {
+      this->context_->write(this->cut, static_cast<std::size_t>(this->slot(brick)) * this->elements_, bits);
+    }
+  }
+}
+
+void Bricks::bindTable(cl::Kernel& kernel, int& argument, bool withPlace) const
+{
+  kernel.setArg(argument++, this->tableBuffer_);
+  if (withPlace)
+  {
+    kernel.setArg(argument++, this->placeBuffer_);
+  }
+  kernel.setArg(argument++, static_cast<cl_int>(this->strideY_));
+  kernel.setArg(argument++, static_cast<cl_int>(this->strideZ_));
+}
+
+std::size_t Bricks::deviceBytes() const
+{
+  const std::size_t perElement =
+    sizeof(float) * (3 + 3 + static_cast<std::size_t>(this->model_->axes())) + (this->anyCut() ? 1 : 0);
+  return perElement * this->pitch() + sizeof(int) * (this->table_.size() + this->capacity_) + this->addresses_.bytes() +
+         this->values_.bytes();
+}
+
+}

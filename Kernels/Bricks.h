@@ -1,0 +1,147 @@
+#pragma once
+
+#include "Model.h"
+#include "OpenCL.h"
+
+#include <cstdint>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace chainmail
+{
+
+/// The state of the elements on the device, kept in bricks that get their memory when they are first needed.
+/// brick.clh describes the layout and what an address is.
+class Bricks
+{
+public:
+  Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize);
+
+  /// Neighbour directions: 0 x-, 1 x+, 2 y-, 3 y+, 4 z-, 5 z+.
+  static constexpr int opposite(int direction) { return direction ^ 1; }
+
+  const Model& model() const { return *this->model_; }
+  Context& context() const { return *this->context_; }
+  Index3 size() const { return this->size_; }
+  int elementsPerBrick() const { return this->elements_; }
+  /// -D options that every kernel of brick.clh needs; `vectors`: as wide as the device likes, else one by one.
+  std::string defines(bool vectors) const;
+  /// Work-items for one colour of a brick.
+  std::size_t workItems(bool vectors) const;
+
+  // --- Which brick is where
+  // -------------------------------------------------------------------------------------------
+
+  /// Bricks are named by their place in the table that is padded by one brick on every side.
+  int brickAt(int i, int j, int k) const
+  {
+    return (i / this->size_[0] + 1) + this->strideY_ * (j / this->size_[1] + 1) +
+           this->strideZ_ * (k / this->size_[2] + 1);
+  }
+  Index3 origin(int brick) const;
+  int beside(int brick, int x, int y, int z) const { return brick + x + y * this->strideY_ + z * this->strideZ_; }
+  int neighbour(int brick, int direction) const
+  {
+    const int strides[3] = { 1, this->strideY_, this->strideZ_ };
+    return brick + (direction % 2 == 0 ? -1 : 1) * strides[direction / 2];
+  }
+  /// 0 where the brick has no memory, be it for lack of tissue or of need.
+  int slot(int brick) const { return this->table_[brick]; }
+  int brick(int slot) const { return this->place_[slot]; }
+  /// Slots are 1 .. slots() - 1.
+  int slots() const { return static_cast<int>(this->place_.size()); }
+
+  std::uint32_t address(int i, int j, int k) const;
+  std::uint32_t local(int i, int j, int k) const;
+
+  // --- Memory
+  // ---------------------------------------------------------------------------------------------------------
+
+  /// Gives memory to these bricks and to the 26 around each, so that kernels may update them.
+  void require(const std::vector<int>& bricks);
+  bool ready(int brick) const { return this->status_[brick] == Status::Ready || this->status_[brick] == Status::Air; }
+
+  /// All displacements to zero.
+  void clearDisplacements();
+
+  /// Whether any element of a slot may be away from its rest place.
+  bool touched(int slot) const { return this->touched_[slot] != 0; }
+  void touch(int slot) { this->touched_[slot] = 1; }
+
+  /// Remembers the displacements as the state before a wave, or goes back to it.
+  void saveBefore();
+  void restoreBefore();
+
+  /// Sets single elements: displacement on every axis, or signed constraint on `axes()` axes, interleaved.
+  void setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
+  void setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
+  /// Displacements of single elements, 3 interleaved values each.
+  std::vector<float> displacements(const std::vector<std::uint32_t>& addresses);
+  /// All displacements of one slot, 3 runs of elementsPerBrick() values in the order of addresses.
+  void readSlot(int slot, std::vector<float>& out);
+
+  /// Bits of links that a cut removed, by brick: one byte an element in the order of `local`.
+  using CutBits = std::unordered_map<int, std::vector<std::uint8_t>>;
+  const CutBits& cuts() const { return this->cuts_; }
+  std::uint8_t cutBits(int i, int j, int k) const;
+  /// Removes the link from (i, j, k) in one direction, seen from both ends. Both must lie in the grid.
+  bool removeLink(int i, int j, int k, int direction);
+  void removeNoLinks();
+  /// Brings the removed links to the device.
+  void uploadCuts();
+  bool anyCut() const { return !this->cuts_.empty(); }
+
+  std::size_t deviceBytes() const;
+
+  // --- What kernels read
+  // ----------------------------------------------------------------------------------------------
+
+  cl::Buffer displacement; ///< float [axis][address]
+  cl::Buffer before;       ///< float [axis][address], the state before the wave
+  cl::Buffer constraint;   ///< float [axis][address], signed
+  cl::Buffer cut;          ///< uchar [address], only where anyCut()
+  /// `cut`, or any buffer for kernels that were built without cuts and do not look at it.
+  const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }
+  cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_; }
+
+  /// Sets the arguments `table, place, strideY, strideZ` of brick.clh, or without `place`.
+  void bindTable(cl::Kernel& kernel, int& argument, bool withPlace = true) const;
+
+private:
+  enum class Status : std::uint8_t
+  {
+    Unknown,
+    Air,       ///< holds no element
+    Allocated, ///< has memory
+    Ready      ///< and so have all around it
+  };
+
+  void allocate(const std::vector<int>& bricks);
+  void grow(int slots);
+  int width(bool vectors) const;
+  bool fill(int brick, std::vector<float>& out) const;
+
+  std::shared_ptr<Context> context_;
+  std::shared_ptr<const Model> model_;
+  Index3 size_;
+  Index3 counts_;
+  int elements_;
+  int strideY_;
+  int strideZ_;
+  int capacity_ = 0;
+  std::vector<int> table_;
+  std::vector<int> place_;
+  std::vector<Status> status_;
+  std::vector<char> touched_;
+  CutBits cuts_;
+  cl::Buffer tableBuffer_;
+  cl::Buffer placeBuffer_;
+  mutable Scratch addresses_{ "a list of elements" };
+  mutable Scratch values_{ "a list of elements" };
+};
+
+/// Best brick for a device.
+Index3 defaultBrickSize(const DeviceInfo& device);
+
+}

@@ -1,0 +1,293 @@
+#include "Device.h"
+
+#include "Error.h"
+#include "KernelSources.h"
+#include "OpenCL.h"
+
+#include <algorithm>
+#include <cctype>
+#include <mutex>
+#include <sstream>
+
+namespace chainmail
+{
+
+namespace
+{
+
+std::string lower(std::string text)
+{
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+/// Driver strings come with blanks and a trailing zero.
+std::string trimmed(std::string text)
+{
+  text.erase(std::find(text.begin(), text.end(), '\0'), text.end());
+  const auto first = text.find_first_not_of(" \t");
+  const auto last = text.find_last_not_of(" \t");
+  return first == std::string::npos ? std::string() : text.substr(first, last - first + 1);
+}
+
+std::string megabytes(std::size_t bytes)
+{
+  std::ostringstream text;
+  text << (bytes + (1u << 20) - 1) / (1u << 20) << " MiB";
+  return text.str();
+}
+
+DeviceInfo describe(const cl::Device& device)
+{
+  DeviceInfo info;
+  info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
+  info.platform = trimmed(cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>());
+  info.gpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
+  info.globalMemory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+  info.maxAllocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  info.computeUnits = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+  return info;
+}
+
+/// Best first. A platform that fails (a driver without its card, say) only hides its own devices.
+std::vector<cl::Device> findDevices()
+{
+  std::vector<cl::Platform> platforms;
+  try
+  {
+    cl::Platform::get(&platforms);
+  }
+  catch (const cl::Error&)
+  {
+    return {};
+  }
+  std::vector<cl::Device> devices;
+  for (const cl::Platform& platform : platforms)
+  {
+    try
+    {
+      std::vector<cl::Device> ofPlatform;
+      platform.getDevices(CL_DEVICE_TYPE_ALL, &ofPlatform);
+      for (const cl::Device& device : ofPlatform)
+      {
+        if (device.getInfo<CL_DEVICE_AVAILABLE>() && device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>())
+        {
+          devices.push_back(device);
+        }
+      }
+    }
+    catch (const cl::Error&)
+    {
+    }
+  }
+  const auto rank = [](const cl::Device& device)
+  {
+    const bool gpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
+    return std::make_pair(gpu, device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
+  };
+  std::stable_sort(
+    devices.begin(), devices.end(), [&](const cl::Device& a, const cl::Device& b) { return rank(a) > rank(b); });
+  return devices;
+}
+
+cl::Device findDevice(const std::string& name)
+{
+  const std::vector<cl::Device> devices = findDevices();
+  if (devices.empty())
+  {
+    throw DeviceError("No OpenCL device was found. Install the driver of your graphics card, or PoCL to run on the "
+                      "processor (Debian and Ubuntu: apt-get install pocl-opencl-icd), and try again.");
+  }
+  std::string known;
+  for (const cl::Device& device : devices)
+  {
+    const DeviceInfo info = describe(device);
+    if (lower(info.name).find(lower(name)) != std::string::npos)
+    {
+      return device;
+    }
+    known += (known.empty() ? "\"" : ", \"") + info.name + "\"";
+  }
+  throw DeviceError("No OpenCL device has a name that contains \"" + name + "\". This machine has: " + known +
+                    ". Leave the name empty for the best one.");
+}
+
+/// The text of a kernel file with its own headers in place of its #include lines; compiler messages keep file and line.
+std::string expanded(const std::string& file)
+{
+  std::istringstream lines(detail::kernelSource(file));
+  std::ostringstream text;
+  int number = -1; // the text is led by a #line directive
+  for (std::string line; std::getline(lines, line);)
+  {
+    ++number;
+    const std::string include = "#include \"";
+    if (line.compare(0, include.size(), include) == 0)
+    {
+      const std::string header = line.substr(include.size(), line.find('"', include.size()) - include.size());
+      text << expanded(header) << "#line " << number + 1 << " \"" << file << "\"\n";
+    }
+    else
+    {
+      text << line << '\n';
+    }
+  }
+  return text.str();
+}
+
+}
+
+const char* errorName(cl_int code)
+{
+  switch (code)
+  {
+#define CHAINMAIL_NAME(name)                                                                                           \
+  case name:                                                                                                           \
+    return #name
+    CHAINMAIL_NAME(CL_DEVICE_NOT_FOUND);
+    CHAINMAIL_NAME(CL_DEVICE_NOT_AVAILABLE);
+    CHAINMAIL_NAME(CL_COMPILER_NOT_AVAILABLE);
+    CHAINMAIL_NAME(CL_MEM_OBJECT_ALLOCATION_FAILURE);
+    CHAINMAIL_NAME(CL_OUT_OF_RESOURCES);
+    CHAINMAIL_NAME(CL_OUT_OF_HOST_MEMORY);
+    CHAINMAIL_NAME(CL_BUILD_PROGRAM_FAILURE);
+    CHAINMAIL_NAME(CL_INVALID_VALUE);
+    CHAINMAIL_NAME(CL_INVALID_DEVICE);
+    CHAINMAIL_NAME(CL_INVALID_CONTEXT);
+    CHAINMAIL_NAME(CL_INVALID_COMMAND_QUEUE);
+    CHAINMAIL_NAME(CL_INVALID_MEM_OBJECT);
+    CHAINMAIL_NAME(CL_INVALID_BUILD_OPTIONS);
+    CHAINMAIL_NAME(CL_INVALID_PROGRAM);
+    CHAINMAIL_NAME(CL_INVALID_PROGRAM_EXECUTABLE);
+    CHAINMAIL_NAME(CL_INVALID_KERNEL_NAME);
+    CHAINMAIL_NAME(CL_INVALID_KERNEL);
+    CHAINMAIL_NAME(CL_INVALID_ARG_INDEX);
+    CHAINMAIL_NAME(CL_INVALID_ARG_VALUE);
+    CHAINMAIL_NAME(CL_INVALID_ARG_SIZE);
+    CHAINMAIL_NAME(CL_INVALID_KERNEL_ARGS);
+    CHAINMAIL_NAME(CL_INVALID_WORK_DIMENSION);
+    CHAINMAIL_NAME(CL_INVALID_WORK_GROUP_SIZE);
+    CHAINMAIL_NAME(CL_INVALID_WORK_ITEM_SIZE);
+    CHAINMAIL_NAME(CL_INVALID_GLOBAL_OFFSET);
+    CHAINMAIL_NAME(CL_INVALID_EVENT_WAIT_LIST);
+    CHAINMAIL_NAME(CL_INVALID_OPERATION);
+    CHAINMAIL_NAME(CL_INVALID_BUFFER_SIZE);
+    CHAINMAIL_NAME(CL_INVALID_GLOBAL_WORK_SIZE);
+#undef CHAINMAIL_NAME
+  case -1001:
+    return "CL_PLATFORM_NOT_FOUND_KHR";
+  default:
+    return "unknown error";
+  }
+}
+
+void throwTranslated(const cl::Error& error)
+{
+  const std::string text = std::string("OpenCL call ") + error.what() + " failed with " + errorName(error.err()) +
+                           " (" + std::to_string(error.err()) + ").";
+  switch (error.err())
+  {
+  case CL_MEM_OBJECT_ALLOCATION_FAILURE:
+  case CL_OUT_OF_RESOURCES:
+  case CL_OUT_OF_HOST_MEMORY:
+  case CL_INVALID_BUFFER_SIZE:
+    throw MemoryError(text + " The device has too little free memory for this scene: close other programs that use it, "
+                             "crop the scan, or choose another device.");
+  default:
+    throw DeviceError(text);
+  }
+}
+
+std::vector<DeviceInfo> listDevices()
+{
+  std::vector<DeviceInfo> list;
+  for (const cl::Device& device : findDevices())
+  {
+    list.push_back(describe(device));
+  }
+  return list;
+}
+
+DeviceInfo chooseDevice(const std::string& name)
+{
+  return translated([&] { return describe(findDevice(name)); });
+}
+
+std::shared_ptr<Context> Context::of(const std::string& deviceName)
+{
+  static std::mutex mutex;
+  static std::map<cl_device_id, std::shared_ptr<Context>> contexts;
+  const cl::Device device = findDevice(deviceName);
+  const std::lock_guard<std::mutex> lock(mutex);
+  std::shared_ptr<Context>& context = contexts[device()];
+  if (!context)
+  {
+    context = std::make_shared<Context>(device);
+  }
+  return context;
+}
+
+Context::Context(const cl::Device& device)
+  : device_(device)
+  , info_(describe(device))
+  , context_(device)
+  , queue_(context_, device)
+{
+}
+
+const cl::Program& Context::program(const std::string& file, const std::string& defines)
+{
+  const std::string key = file + ' ' + defines;
+  const auto known = this->programs_.find(key);
+  if (known != this->programs_.end())
+  {
+    return known->second;
+  }
+  cl::Program program(this->context_, expanded(file));
+  try
+  {
+    program.build(std::vector<cl::Device>{ this->device_ }, ("-cl-std=CL1.2 " + defines).c_str());
+  }
+  catch (const cl::Error& error)
+  {
+    throw DeviceError(std::string("OpenCL call ") + error.what() + " failed with " + errorName(error.err()) + " for " +
+                      file + " on \"" + this->info_.name +
+                      "\": " + program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(this->device_));
+  }
+  return this->programs_.emplace(key, program).first->second;
+}
+
+cl::Kernel Context::kernel(const std::string& file, const std::string& defines, const char* name)
+{
+  return cl::Kernel(this->program(file, defines), name);
+}
+
+cl::Buffer Context::allocate(std::size_t bytes, const char* purpose)
+{
+  const auto fail = [&](const std::string& room)
+  {
+    throw MemoryError(
+      "The device \"" + this->info_.name + "\" has too little memory: " + purpose + " needs " + megabytes(bytes) +
+      ", " + room + " Crop the scan or resample it to fewer voxels, pull less tissue, or choose " + "another device.");
+  };
+  if (bytes > this->info_.maxAllocation)
+  {
+    fail("its largest single buffer is " + megabytes(this->info_.maxAllocation) + " (of " +
+         megabytes(this->info_.globalMemory) + " in all).");
+  }
+  try
+  {
+    cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE, bytes);
+    this->queue_.enqueueFillBuffer(buffer, cl_uchar(0), 0, bytes);
+    this->queue_.finish();
+    return buffer;
+  }
+  catch (const cl::Error& error)
+  {
+    fail(
+      "of " + megabytes(this->info_.globalMemory) + " in all (" + error.what() + ": " + errorName(error.err()) + ").");
+    throw;
+  }
+}
+
+}

@@ -1,0 +1,122 @@
+#pragma once
+
+// Private to the engine: the OpenCL side of a simulation. Public headers never include this file.
+
+#define CL_HPP_ENABLE_EXCEPTIONS
+#define CL_HPP_TARGET_OPENCL_VERSION 120
+#define CL_HPP_MINIMUM_OPENCL_VERSION 120
+#include <CL/opencl.hpp>
+
+#include "Device.h"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace chainmail
+{
+
+/// The symbolic name of an OpenCL error code.
+const char* errorName(cl_int code);
+
+/// Runs `body` and turns an OpenCL exception into a DeviceError or MemoryError.
+template <typename Body> auto translated(Body&& body) -> decltype(body());
+
+[[noreturn]] void throwTranslated(const cl::Error& error);
+
+/// A device with its context, an in-order queue and the programs built for it so far. One per device and process.
+class Context
+{
+public:
+  static std::shared_ptr<Context> of(const std::string& deviceName);
+
+  explicit Context(const cl::Device& device);
+
+  const DeviceInfo& info() const { return this->info_; }
+  const cl::Device& device() const { return this->device_; }
+  cl::CommandQueue& queue() { return this->queue_; }
+
+  /// The program of one .cl file with the given -D options, built on first use.
+  const cl::Program& program(const std::string& file, const std::string& defines);
+  cl::Kernel kernel(const std::string& file, const std::string& defines, const char* name);
+
+  /// A device buffer, filled with zeros. Throws MemoryError, which says what `purpose` needs, where the device has
+  /// no room.
+  cl::Buffer allocate(std::size_t bytes, const char* purpose);
+
+  template <typename T> cl::Buffer upload(const std::vector<T>& values, const char* purpose)
+  {
+    cl::Buffer buffer = this->allocate(sizeof(T) * std::max<std::size_t>(1, values.size()), purpose);
+    this->write(buffer, 0, values);
+    return buffer;
+  }
+  template <typename T> void write(const cl::Buffer& buffer, std::size_t offset, const std::vector<T>& values)
+  {
+    if (!values.empty())
+    {
+      this->queue_.enqueueWriteBuffer(buffer, CL_TRUE, offset, sizeof(T) * values.size(), values.data());
+    }
+  }
+  template <typename T> void read(const cl::Buffer& buffer, std::vector<T>& values)
+  {
+    if (!values.empty())
+    {
+      this->queue_.enqueueReadBuffer(buffer, CL_TRUE, 0, sizeof(T) * values.size(), values.data());
+    }
+  }
+
+private:
+  cl::Device device_;
+  DeviceInfo info_;
+  cl::Context context_;
+  cl::CommandQueue queue_;
+  std::map<std::string, cl::Program> programs_;
+};
+
+/// A small buffer that keeps its memory between uses and grows when it must.
+class Scratch
+{
+public:
+  explicit Scratch(const char* purpose)
+    : purpose_(purpose)
+  {
+  }
+
+  cl::Buffer& sized(Context& context, std::size_t bytes)
+  {
+    if (bytes > this->bytes_)
+    {
+      this->buffer_ = cl::Buffer();
+      this->bytes_ = bytes + bytes / 2;
+      this->buffer_ = context.allocate(this->bytes_, this->purpose_);
+    }
+    return this->buffer_;
+  }
+  template <typename T> cl::Buffer& holding(Context& context, const std::vector<T>& values)
+  {
+    cl::Buffer& buffer = this->sized(context, sizeof(T) * values.size());
+    context.write(buffer, 0, values);
+    return buffer;
+  }
+  std::size_t bytes() const { return this->bytes_; }
+
+private:
+  const char* purpose_;
+  std::size_t bytes_ = 0;
+  cl::Buffer buffer_;
+};
+
+template <typename Body> auto translated(Body&& body) -> decltype(body())
+{
+  try
+  {
+    return body();
+  }
+  catch (const cl::Error& error)
+  {
+    throwTranslated(error);
+  }
+}
+
+}

@@ -1,0 +1,311 @@
+#include "RigidClusters.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// Links that one work-item sums up. Fixed, so that no layout changes a sum.
+constexpr int chunkLength = 64;
+
+constexpr int steps[6][3] = { { -1, 0, 0 }, { 1, 0, 0 }, { 0, -1, 0 }, { 0, 1, 0 }, { 0, 0, -1 }, { 0, 0, 1 } };
+
+}
+
+int RigidClusters::label(const Bricks& bricks, int axis, std::vector<int>& out)
+{
+  const Grid& grid = bricks.model().grid();
+  const int axes = bricks.model().axes();
+  constexpr int unlabelled = -2;
+  out.assign(grid.voxels(), -1);
+  std::vector<float> row(static_cast<std::size_t>(grid.size[0]) * axes);
+  for (int k = 0; k < grid.size[2]; ++k)
+  {
+    for (int j = 0; j < grid.size[1]; ++j)
+    {
+      bricks.model().row(0, j, k, grid.size[0], row.data());
+      int* labels = out.data() + grid.at(0, j, k);
+      for (int i = 0; i < grid.size[0]; ++i)
+      {
+        labels[i] = row[static_cast<std::size_t>(i) * axes + axis] == 0.0f ? unlabelled : -1;
+      }
+    }
+  }
+
+  int count = 0;
+  std::vector<std::size_t> front;
+  for (std::size_t seed = 0; seed < out.size(); ++seed)
+  {
+    if (out[seed] != unlabelled)
+    {
+      continue;
+    }
+    out[seed] = count;
+    front.push_back(seed);
+    while (!front.empty())
+    {
+      const Index3 at = grid.indexOf(front.back());
+      front.pop_back();
+      const std::uint8_t cut = bricks.cutBits(at[0], at[1], at[2]);
+      for (int d = 0; d < 6; ++d)
+      {
+        const int i = at[0] + steps[d][0];
+        const int j = at[1] + steps[d][1];
+        const int k = at[2] + steps[d][2];
+        if ((cut & (1 << d)) == 0 && grid.contains(i, j, k) && out[grid.at(i, j, k)] == unlabelled)
+        {
+          out[grid.at(i, j, k)] = count;
+          front.push_back(grid.at(i, j, k));
+        }
+      }
+    }
+    ++count;
+  }
+  return count;
+}
+
+RigidClusters::RigidClusters(Bricks& bricks)
+  : bricks_(bricks)
+{
+  const Grid& grid = bricks.model().grid();
+  const int axes = bricks.model().axes();
+  std::vector<int> labels;
+  for (int axis = 0; axis < axes; ++axis)
+  {
+    const std::size_t before = this->clusters_.size();
+    const std::size_t firstVoxel = this->voxels_.size();
+    const int count = label(bricks, axis, labels);
+
+    // Members of each cluster in the order of voxels: a counting sort.
+    std::vector<std::size_t> ends(count + 1, firstVoxel);
+    for (const int id : labels)
+    {
+      if (id >= 0)
+      {
+        ++ends[id + 1];
+      }
+    }
+    for (int id = 0; id < count; ++id)
+    {
+      ends[id + 1] += ends[id] - firstVoxel;
+      this->clusters_.push_back({ axes == 1 ? -1 : axis, ends[id], ends[id + 1] - ends[id], false, false, false, {} });
+    }
+    this->voxels_.resize(ends[count]);
+    std::vector<std::size_t> cursor(ends.begin(), ends.end());
+    for (std::size_t voxel = 0; voxel < labels.size(); ++voxel)
+    {
+      if (labels[voxel] >= 0)
+      {
+        this->voxels_[cursor[labels[voxel]]++] = static_cast<std::uint32_t>(voxel);
+      }
+    }
+    std::vector<float> c(axes);
+    for (std::size_t id = before; id < this->clusters_.size(); ++id)
+    {
+      Cluster& cluster = this->clusters_[id];
+      for (std::size_t n = cluster.first; n < cluster.first + cluster.count; ++n)
+      {
+        const Index3 at = grid.indexOf(this->voxels_[n]);
+        cluster.bricks.push_back(bricks.brickAt(at[0], at[1], at[2]));
+        if (!cluster.anchored)
+        {
+          bricks.model().row(at[0], at[1], at[2], 1, c.data());
+          cluster.anchored = std::signbit(c[axis]);
+        }
+      }
+      std::sort(cluster.bricks.begin(), cluster.bricks.end());
+      cluster.bricks.erase(std::unique(cluster.bricks.begin(), cluster.bricks.end()), cluster.bricks.end());
+      for (const int brick : cluster.bricks)
+      {
+        this->ofBrick_[brick].push_back(static_cast<int>(id));
+      }
+    }
+  }
+}
+
+void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels)
+{
+  for (Cluster& cluster : this->clusters_)
+  {
+    cluster.held = cluster.anchored;
+    cluster.active = false;
+  }
+  this->active_.clear();
+  this->chunkList_.clear();
+  this->linkList_.clear();
+  this->memberList_.clear();
+  this->clusterList_.clear();
+
+  const Grid& grid = this->bricks_.model().grid();
+  for (const std::size_t voxel : heldVoxels)
+  {
+    const Index3 at = grid.indexOf(voxel);
+    const auto here = this->ofBrick_.find(this->bricks_.brickAt(at[0], at[1], at[2]));
+    if (here == this->ofBrick_.end())
+    {
+      continue;
+    }
+    for (const int id : here->second)
+    {
+      Cluster& cluster = this->clusters_[id];
+      const auto first = this->voxels_.begin() + cluster.first;
+      cluster.held =
+        cluster.held || std::binary_search(first, first + cluster.count, static_cast<std::uint32_t>(voxel));
+    }
+  }
+}
+
+void RigidClusters::activate(const std::vector<int>& bricks)
+{
+  std::vector<int> added;
+  for (const int brick : bricks)
+  {
+    const auto here = this->ofBrick_.find(brick);
+    if (here == this->ofBrick_.end())
+    {
+      continue;
+    }
+    for (const int id : here->second)
+    {
+      Cluster& cluster = this->clusters_[id];
+      if (!cluster.held && !cluster.active)
+      {
+        cluster.active = true;
+        added.push_back(id);
+      }
+    }
+  }
+  if (added.empty())
+  {
+    return;
+  }
+
+  std::vector<int> needed;
+  for (const int id : added)
+  {
+    needed.insert(needed.end(), this->clusters_[id].bricks.begin(), this->clusters_[id].bricks.end());
+  }
+  this->bricks_.require(needed);
+
+  const Grid& grid = this->bricks_.model().grid();
+  const int axes = this->bricks_.model().axes();
+  std::vector<float> c(axes);
+  for (const int id : added)
+  {
+    const Cluster& cluster = this->clusters_[id];
+    const cl_int position = static_cast<cl_int>(this->active_.size());
+    const int axis = std::max(0, cluster.axis);
+    const std::size_t firstLink = this->linkList_.size();
+    for (std::size_t n = cluster.first; n < cluster.first + cluster.count; ++n)
+    {
+      const Index3 at = grid.indexOf(this->voxels_[n]);
+      this->memberList_.push_back({ { this->bricks_.address(at[0], at[1], at[2]), static_cast<cl_uint>(position) } });
+      const std::uint8_t cut = this->bricks_.cutBits(at[0], at[1], at[2]);
+      for (int d = 0; d < 6; ++d)
+      {
+        const int i = at[0] + steps[d][0];
+        const int j = at[1] + steps[d][1];
+        const int k = at[2] + steps[d][2];
+        if ((cut & (1 << d)) != 0 || !grid.contains(i, j, k))
+        {
+          continue;
+        }
+        this->bricks_.model().row(i, j, k, 1, c.data());
+        if (c[axis] != 0.0f && !std::isinf(c[axis]))
+        {
+          this->linkList_.push_back(this->bricks_.address(i, j, k));
+        }
+      }
+    }
+    const cl_int firstChunk = static_cast<cl_int>(this->chunkList_.size());
+    for (std::size_t link = firstLink; link < this->linkList_.size(); link += chunkLength)
+    {
+      const std::size_t length = std::min<std::size_t>(chunkLength, this->linkList_.size() - link);
+      this->chunkList_.push_back({ { position, static_cast<cl_int>(link), static_cast<cl_int>(length), 0 } });
+    }
+    this->clusterList_.push_back(
+      { { firstChunk, static_cast<cl_int>(this->chunkList_.size()) - firstChunk, cluster.axis, 0 } });
+    this->active_.push_back(id);
+  }
+  this->upload();
+}
+
+void RigidClusters::upload()
+{
+  Context& context = this->bricks_.context();
+  const char* purpose = "the rigid clusters";
+  this->chunks_ = context.upload(this->chunkList_, purpose);
+  this->links_ = context.upload(this->linkList_, purpose);
+  this->members_ = context.upload(this->memberList_, purpose);
+  this->heads_ = context.upload(this->clusterList_, purpose);
+  this->partial_ = context.allocate(sizeof(cl_float) * 12 * std::max<std::size_t>(1, this->chunkList_.size()), purpose);
+  this->moves_ = context.allocate(sizeof(cl_float) * this->active_.size(), purpose);
+
+  // A cluster is where its first member is.
+  std::vector<std::uint32_t> firsts;
+  const Grid& grid = this->bricks_.model().grid();
+  for (const int id : this->active_)
+  {
+    const Index3 at = grid.indexOf(this->voxels_[this->clusters_[id].first]);
+    firsts.push_back(this->bricks_.address(at[0], at[1], at[2]));
+  }
+  this->places_ = context.upload(this->bricks_.displacements(firsts), purpose);
+}
+
+float RigidClusters::relax(float omega, float still, std::vector<int>& moved)
+{
+  if (this->chunkList_.empty())
+  {
+    return 0.0f;
+  }
+  Context& context = this->bricks_.context();
+  const std::string defines = this->bricks_.defines(false);
+
+  cl::Kernel gather = context.kernel("clusters.cl", defines, "clusterGather");
+  gather.setArg(0, this->chunks_);
+  gather.setArg(1, this->links_);
+  gather.setArg(2, this->places_);
+  gather.setArg(3, this->bricks_.pitch());
+  gather.setArg(4, this->bricks_.displacement);
+  gather.setArg(5, this->bricks_.constraint);
+  gather.setArg(6, this->partial_);
+  context.queue().enqueueNDRangeKernel(gather, cl::NullRange, cl::NDRange(this->chunkList_.size()));
+
+  cl::Kernel move = context.kernel("clusters.cl", defines, "clusterMove");
+  move.setArg(0, this->heads_);
+  move.setArg(1, omega);
+  move.setArg(2, still);
+  move.setArg(3, this->partial_);
+  move.setArg(4, this->places_);
+  move.setArg(5, this->moves_);
+  context.queue().enqueueNDRangeKernel(move, cl::NullRange, cl::NDRange(this->active_.size()));
+
+  cl::Kernel scatter = context.kernel("clusters.cl", defines, "clusterScatter");
+  scatter.setArg(0, this->members_);
+  scatter.setArg(1, this->heads_);
+  scatter.setArg(2, this->places_);
+  scatter.setArg(3, this->moves_);
+  scatter.setArg(4, this->bricks_.pitch());
+  scatter.setArg(5, this->bricks_.displacement);
+  context.queue().enqueueNDRangeKernel(scatter, cl::NullRange, cl::NDRange(this->memberList_.size()));
+
+  std::vector<float> moves(this->active_.size());
+  context.read(this->moves_, moves);
+  float largest = 0.0f;
+  for (std::size_t n = 0; n < moves.size(); ++n)
+  {
+    if (moves[n] != 0.0f)
+    {
+      largest = std::max(largest, moves[n]);
+      const std::vector<int>& bricks = this->clusters_[this->active_[n]].bricks;
+      moved.insert(moved.end(), bricks.begin(), bricks.end());
+    }
+  }
+  return largest;
+}
+
+}

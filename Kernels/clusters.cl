@@ -1,0 +1,81 @@
+// The third colour of a relaxation sweep: rigid clusters, each one unknown. The links that leave a cluster are listed in
+// an order that no brick size changes, in chunks of fixed length, so sums come out the same for every layout.
+//
+// The host guarantees: all members of a cluster are at the same place, none is held, its links' other ends are not
+// rigid, and their bricks are in memory.
+
+#include "brick.clh"
+#include "element.clh"
+
+// chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4]: the fields of Neighbours.
+kernel void clusterGather(global const int4* chunks, global const uint* links, global const float* places, uint pitch,
+  global const float* displacement, global const float* constraint, global float* partial)
+{
+  const int4 chunk = chunks[get_global_id(0)];
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    global const float* u = displacement + axis * pitch;
+    global const float* c = constraint + min(axis, AXES - 1) * pitch;
+    const float ui = places[chunk.x * 3 + axis];
+    float weight = 0.0f, pull = 0.0f, lower = -INFINITY, upper = INFINITY;
+    for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
+    {
+      const float limit = linkLimit(0.0f, c[links[n]]);
+      const float w = linkWeight(limit);
+      const float uj = u[links[n]];
+      weight += w;
+      pull += w * (uj - ui);
+      lower = max(lower, uj - limit);
+      upper = min(upper, uj + limit);
+    }
+    vstore4((float4)(weight, pull, lower, upper), get_global_id(0) * 3 + axis, partial);
+  }
+}
+
+// cluster: first chunk, number of chunks, axis (-1 for all three). moves: how far it went, 0 if it stayed.
+kernel void clusterMove(global const int4* clusters, float omega, float still, global const float* partial,
+  global float* places, global float* moves)
+{
+  const int id = get_global_id(0);
+  const int4 cluster = clusters[id];
+  float move = 0.0f;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    if (cluster.z >= 0 && cluster.z != axis)
+    {
+      continue;
+    }
+    Neighbours n = { 0.0f, 0.0f, -INFINITY, INFINITY };
+    for (int chunk = cluster.x; chunk < cluster.x + cluster.y; ++chunk)
+    {
+      const float4 part = vload4(chunk * 3 + axis, partial);
+      n.weight += part.x;
+      n.pull += part.y;
+      n.lower = max(n.lower, part.z);
+      n.upper = min(n.upper, part.w);
+    }
+    const float u = places[id * 3 + axis];
+    const float next = relaxedPlace(n, u, omega, still);
+    places[id * 3 + axis] = next;
+    move = max(move, fabs(next - u));
+  }
+  moves[id] = move;
+}
+
+// member: address, cluster.
+kernel void clusterScatter(global const uint2* members, global const int4* clusters, global const float* places,
+  global const float* moves, uint pitch, global float* displacement)
+{
+  const uint2 member = members[get_global_id(0)];
+  if (moves[member.y] == 0.0f)
+  {
+    return;
+  }
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    if (clusters[member.y].z < 0 || clusters[member.y].z == axis)
+    {
+      displacement[axis * pitch + member.x] = places[member.y * 3 + axis];
+    }
+  }
+}

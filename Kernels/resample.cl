@@ -1,0 +1,437 @@
+// Where the material of each output voxel comes from.
+//
+// The unit is the cell of eight neighbouring grid points with at least one element. The links left in a cell split its
+// elements into components. Each component gets a whole virtual cell: its own corners as they are, the others (air at
+// the border, elements behind a cut) at the mean of the elements around them that hang together with the component. A
+// material point belongs to the component of its nearest corner, so components share a cell without gap or overlap.
+//
+// Two passes over the same inversion: `claim` lets every moved cell claim the voxels it covers, the lowest claim wins;
+// `locate` finds the winner's material point. Coordinates are relative to the cell, in voxels, so float32 suffices.
+//
+// The host guarantees: brick.clh's promise for every brick with a displaced element; WIDTH is 1; flat[axis] says that
+// the grid has a single layer there, in which case the axis takes no part.
+
+#include "brick.clh"
+
+// Claims: cell * 8 + component, and above all of these, in falling rank:
+#define FOLLOWS 0x80000000u // + claim: air next to that component, which moved less than a voxel and takes it along
+#define RESTS 0xFFFFFFFDu   // material that is still at its rest place
+#define VACATED 0xFFFFFFFEu // material was here and went away
+#define NOTHING 0xFFFFFFFFu
+
+// Local coordinates may be off by this much, so that rounding opens no gap between two cells.
+#define SLACK 1e-4f
+
+typedef struct
+{
+  global const int* table;
+  int strideY, strideZ;
+  int4 size; // of the grid, in voxels
+  int4 flat;
+  uint pitch;
+  global const float* displacement;
+  global const float* constraint;
+  global const uchar* cut;
+} Tissue;
+
+inline uint addressOf(const Tissue* t, int i, int j, int k)
+{
+  // Shifted by one brick so that the division is one of non-negative numbers.
+  const int x = i + BX, y = j + BY, z = k + BZ;
+  const int slot = t->table[x / BX + y / BY * t->strideY + z / BZ * t->strideZ];
+  const int li = x % BX, lj = y % BY, lk = z % BZ;
+  const int colour = (li + lj + lk) & 1;
+  return (uint)slot * ELEMENTS + colour * COLOUR + (lk * BY + lj) * HALF + li / 2;
+}
+
+inline bool isElement(const Tissue* t, uint address)
+{
+  return !isinf(t->constraint[address]);
+}
+
+inline float3 displacementAt(const Tissue* t, uint address)
+{
+  return (float3)(t->flat.x ? 0.0f : t->displacement[address],
+    t->flat.y ? 0.0f : t->displacement[t->pitch + address],
+    t->flat.z ? 0.0f : t->displacement[2 * t->pitch + address]);
+}
+
+inline uint cutAt(const Tissue* t, uint address)
+{
+#ifdef CUTS
+  return t->cut[address];
+#else
+  return 0;
+#endif
+}
+
+// Corner n of a cell: bit 0 x, bit 1 y, bit 2 z.
+typedef struct
+{
+  int3 base;
+  uint elements;         // bit n: corner n is an element
+  bool whole;            // all corners belong to one component
+  uchar component[8];    // lowest corner of the component that corner n belongs to; air corners join the nearest one
+  uint address[8];
+} Cell;
+
+inline Cell cellAt(const Tissue* t, int3 base)
+{
+  Cell cell;
+  cell.base = base;
+  cell.elements = 0;
+  for (int n = 0; n < 8; ++n)
+  {
+    const int x = t->flat.x ? 0 : n & 1, y = t->flat.y ? 0 : n >> 1 & 1, z = t->flat.z ? 0 : n >> 2;
+    cell.address[n] = addressOf(t, base.x + x, base.y + y, base.z + z);
+    cell.component[n] = n;
+    if (isElement(t, cell.address[n]))
+    {
+      cell.elements |= 1u << n;
+    }
+  }
+  return cell;
+}
+
+// Splits the elements of a cell by the links between them.
+inline void findComponents(const Tissue* t, Cell* cell)
+{
+  if (cell->elements == 255)
+  {
+    // Nearly all cells: nothing is missing.
+    uint cuts = 0;
+#ifdef CUTS
+    for (int n = 0; n < 7; ++n)
+    {
+      cuts |= cutAt(t, cell->address[n]);
+    }
+#endif
+    if (cuts == 0)
+    {
+      for (int n = 0; n < 8; ++n)
+      {
+        cell->component[n] = 0;
+      }
+      cell->whole = true;
+      return;
+    }
+  }
+  for (int pass = 0; pass < 4; ++pass)
+  {
+    for (int n = 0; n < 8; ++n)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        const int m = n | 1 << a;
+        if (m == n || !(cell->elements >> n & cell->elements >> m & 1))
+        {
+          continue;
+        }
+        const bool same = cell->address[m] == cell->address[n];
+        if (same || !(cutAt(t, cell->address[n]) >> (2 * a + 1) & 1))
+        {
+          const uchar lowest = min(cell->component[n], cell->component[m]);
+          cell->component[n] = lowest;
+          cell->component[m] = lowest;
+        }
+      }
+    }
+  }
+  for (int n = 0; n < 8; ++n)
+  {
+    if (cell->elements >> n & 1)
+    {
+      continue;
+    }
+    int best = 0, distance = 4;
+    for (int m = 0; m < 8; ++m)
+    {
+      const int steps = popcount((uint)(n ^ m));
+      if ((cell->elements >> m & 1) && steps < distance)
+      {
+        best = m;
+        distance = steps;
+      }
+    }
+    cell->component[n] = cell->component[best];
+  }
+  cell->whole = true;
+  for (int n = 1; n < 8; ++n)
+  {
+    cell->whole = cell->whole && cell->component[n] == cell->component[0];
+  }
+}
+
+// The displacement of corner n of a component that it is not part of: the mean over the elements of the 3 x 3 x 3 grid
+// points around the corner that links within these points join to the component. Cells that share the corner and the
+// tissue around it get the same value, so their virtual cells fit together.
+inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, int n)
+{
+  const int3 centre = cell->base + (int3)(n & 1, n >> 1 & 1, n >> 2);
+  uint elements = 0, cutX = 0, cutY = 0, cutZ = 0;
+  uint addresses[27];
+  for (int p = 0; p < 27; ++p)
+  {
+    const int i = centre.x + p % 3 - 1, j = centre.y + p / 3 % 3 - 1, k = centre.z + p / 9 - 1;
+    addresses[p] = 0;
+    if ((t->flat.x && p % 3 != 1) || (t->flat.y && p / 3 % 3 != 1) || (t->flat.z && p / 9 != 1) || i < 0 || j < 0 ||
+      k < 0 || i >= t->size.x || j >= t->size.y || k >= t->size.z)
+    {
+      continue;
+    }
+    addresses[p] = addressOf(t, i, j, k);
+    if (isElement(t, addresses[p]))
+    {
+      const uint cuts = cutAt(t, addresses[p]);
+      elements |= 1u << p;
+      cutX |= (cuts >> 1 & 1) << p;
+      cutY |= (cuts >> 3 & 1) << p;
+      cutZ |= (cuts >> 5 & 1) << p;
+    }
+  }
+  // Links to the next point along each axis, if both ends are elements.
+  const uint notLastX = 0x36DB6DBu; // p % 3 < 2
+  const uint notLastY = 0x0FC7E3Fu; // p / 3 % 3 < 2
+  const uint linkX = elements & elements >> 1 & ~cutX & notLastX;
+  const uint linkY = elements & elements >> 3 & ~cutY & notLastY;
+  const uint linkZ = elements & elements >> 9 & ~cutZ;
+  uint reached = 0;
+  for (int m = 0; m < 8; ++m)
+  {
+    if ((cell->elements >> m & 1) && cell->component[m] == component)
+    {
+      const int x = (m & 1) - (n & 1) + 1, y = (m >> 1 & 1) - (n >> 1 & 1) + 1, z = (m >> 2) - (n >> 2) + 1;
+      reached |= 1u << ((t->flat.x ? 1 : x) + 3 * (t->flat.y ? 1 : y) + 9 * (t->flat.z ? 1 : z));
+    }
+  }
+  for (uint before = 0; before != reached;)
+  {
+    before = reached;
+    reached |= (reached & linkX) << 1 | (reached >> 1 & linkX);
+    reached |= (reached & linkY) << 3 | (reached >> 3 & linkY);
+    reached |= (reached & linkZ) << 9 | (reached >> 9 & linkZ);
+  }
+  if (reached >> 13 & 1)
+  {
+    return displacementAt(t, addresses[13]); // joined to the component around the end of a cut
+  }
+  float3 sum = (float3)(0.0f);
+  float3 first = (float3)(0.0f);
+  int count = 0;
+  bool equal = true;
+  for (int p = 0; p < 27; ++p)
+  {
+    if (reached >> p & 1)
+    {
+      const float3 u = displacementAt(t, addresses[p]);
+      first = count == 0 ? u : first;
+      equal = equal && all(u == first);
+      sum += u;
+      ++count;
+    }
+  }
+  return equal ? first : sum / (float)count; // tissue that moves as one takes its border along exactly
+}
+
+inline void cornersOf(const Tissue* t, const Cell* cell, int component, float3* corners)
+{
+  for (int n = 0; n < 8; ++n)
+  {
+    const bool own = (cell->elements >> n & 1) && cell->component[n] == component;
+    corners[n] = own ? displacementAt(t, cell->address[n]) : virtualCorner(t, cell, component, n);
+  }
+}
+
+inline float3 mixed(float3 a, float3 b, float s)
+{
+  return a + s * (b - a);
+}
+
+// Solves x + U(x) = target, U trilinear, for local coordinates x by Newton's method. True if x lies in the cell, in the
+// component's share of it.
+inline bool invert(const Tissue* t, const Cell* cell, int component, const float3* u, float3 target, float3* out)
+{
+  float3 x = target - 0.125f * (u[0] + u[1] + u[2] + u[3] + u[4] + u[5] + u[6] + u[7]);
+  bool solved = false;
+  for (int step = 0; step < 16 && !solved; ++step)
+  {
+    const float3 u00 = mixed(u[0], u[1], x.x), u10 = mixed(u[2], u[3], x.x);
+    const float3 u01 = mixed(u[4], u[5], x.x), u11 = mixed(u[6], u[7], x.x);
+    const float3 u0 = mixed(u00, u10, x.y), u1 = mixed(u01, u11, x.y);
+    const float3 residual = x + mixed(u0, u1, x.z) - target;
+    const float3 dx = mixed(mixed(u[1] - u[0], u[3] - u[2], x.y), mixed(u[5] - u[4], u[7] - u[6], x.y), x.z) +
+      (float3)(1.0f, 0.0f, 0.0f);
+    const float3 dy = mixed(u10 - u00, u11 - u01, x.z) + (float3)(0.0f, 1.0f, 0.0f);
+    const float3 dz = u1 - u0 + (float3)(0.0f, 0.0f, 1.0f);
+    const float3 normal = cross(dy, dz);
+    const float det = dot(dx, normal);
+    if (all(residual == 0.0f))
+    {
+      solved = true;
+      break;
+    }
+    if (fabs(det) < 1e-9f)
+    {
+      return false;
+    }
+    const float3 change =
+      (float3)(dot(residual, normal), dot(residual, cross(dz, dx)), dot(residual, cross(dx, dy))) / det;
+    x -= change;
+    const float3 size = fabs(change);
+    if (any(fabs(x) > 16.0f))
+    {
+      return false;
+    }
+    solved = max(size.x, max(size.y, size.z)) < 1e-6f;
+  }
+  // Rounding may keep the last steps just above the bound; a point that is still on the move is no solution.
+  const float3 u0 = mixed(mixed(u[0], u[1], x.x), mixed(u[2], u[3], x.x), x.y);
+  const float3 u1 = mixed(mixed(u[4], u[5], x.x), mixed(u[6], u[7], x.x), x.y);
+  if (any(fabs(x + mixed(u0, u1, x.z) - target) > 1e-4f) || any(x < -SLACK) || any(x > 1.0f + SLACK))
+  {
+    return false;
+  }
+  *out = x;
+  for (int n = 0; !cell->whole && n < 8; ++n)
+  {
+    const float3 corner = (float3)(n & 1, n >> 1 & 1, n >> 2);
+    if (cell->component[n] == component && all(fabs(x - corner) <= 0.5f + SLACK))
+    {
+      return true;
+    }
+  }
+  return cell->whole;
+}
+
+// Cells of a brick: those whose lowest corner lies in it. list: bricks, as places in the table.
+kernel void claim(global const int* list, global const int* table, int strideY, int strideZ,
+  uint pitch, global const float* displacement, global const float* constraint, global const uchar* cut, int4 size,
+  int4 flat, int4 boxFirst, int4 boxSize, volatile global uint* claims)
+{
+  const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
+  const Tissue* t = &tissue;
+  const int at = list[get_group_id(0)];
+  const int3 origin = (int3)((at % strideY - 1) * BX, (at % strideZ / strideY - 1) * BY, (at / strideZ - 1) * BZ);
+  for (int work = get_local_id(0); work < ELEMENTS; work += get_local_size(0))
+  {
+    const int3 base = origin + (int3)(work % BX, work / BX % BY, work / (BX * BY));
+    const int3 cells = max(size.xyz - 1, 1);
+    if (any(base >= cells))
+    {
+      continue;
+    }
+    Cell cell = cellAt(t, base);
+    if (cell.elements == 0)
+    {
+      continue;
+    }
+    if (cell.elements == 255)
+    {
+      bool rests = true;
+      for (int n = 0; rests && n < 8; ++n)
+      {
+        rests = all(displacementAt(t, cell.address[n]) == 0.0f);
+      }
+      if (rests)
+      {
+        continue;
+      }
+    }
+    findComponents(t, &cell);
+    for (int component = 0; component < 8; ++component)
+    {
+      if (!(cell.elements >> component & 1) || cell.component[component] != component)
+      {
+        continue;
+      }
+      float3 u[8];
+      cornersOf(t, &cell, component, u);
+      float3 low = (float3)(INFINITY), high = (float3)(-INFINITY);
+      bool rests = true;
+      for (int n = 0; n < 8; ++n)
+      {
+        const float3 corner = u[n] + (float3)(n & 1, n >> 1 & 1, n >> 2);
+        low = min(low, corner);
+        high = max(high, corner);
+        rests = rests && all(u[n] == 0.0f);
+      }
+      if (rests)
+      {
+        continue;
+      }
+      const uint key = (uint)(base.x + size.x * (base.y + size.y * base.z)) * 8 + component;
+      // Corners leave their voxels, unless they stay.
+      for (int n = 0; n < 8; ++n)
+      {
+        if (cell.component[n] == component)
+        {
+          const int3 voxel =
+            base + (int3)(flat.x ? 0 : n & 1, flat.y ? 0 : n >> 1 & 1, flat.z ? 0 : n >> 2) - boxFirst.xyz;
+          if (all(voxel >= 0) && all(voxel < boxSize.xyz))
+          {
+            const bool follows = !(cell.elements >> n & 1) && all(fabs(u[n]) < 1.0f);
+            atomic_min(claims + (voxel.x + boxSize.x * (voxel.y + boxSize.y * voxel.z)),
+              all(u[n] == 0.0f) ? RESTS : follows ? FOLLOWS + key : VACATED);
+          }
+        }
+      }
+      const int3 lowest = max(convert_int3(floor(low - SLACK)) + base, boxFirst.xyz);
+      const int3 highest = min(convert_int3(ceil(high + SLACK)) + base, boxFirst.xyz + boxSize.xyz - 1);
+      for (int z = flat.z ? base.z : lowest.z; z <= (flat.z ? base.z : highest.z); ++z)
+      {
+        for (int y = flat.y ? base.y : lowest.y; y <= (flat.y ? base.y : highest.y); ++y)
+        {
+          for (int x = flat.x ? base.x : lowest.x; x <= (flat.x ? base.x : highest.x); ++x)
+          {
+            const int3 voxel = (int3)(x, y, z) - boxFirst.xyz;
+            float3 found;
+            if (all(voxel >= 0) && all(voxel < boxSize.xyz) &&
+              invert(t, &cell, component, u, convert_float3((int3)(x, y, z) - base), &found))
+            {
+              atomic_min(claims + (voxel.x + boxSize.x * (voxel.y + boxSize.y * voxel.z)), key);
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+kernel void locate(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
+  global const float* constraint, global const uchar* cut, int4 size, int4 flat, int4 boxFirst, int4 boxSize,
+  global const uint* claims, global float* offsets)
+{
+  const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
+  const Tissue* t = &tissue;
+  const size_t at = get_global_id(0);
+  const uint key = claims[at];
+  float3 offset = (float3)(0.0f);
+  if (key == VACATED)
+  {
+    offset = (float3)(NAN);
+  }
+  else if (key < RESTS)
+  {
+    const uint claimed = key & ~FOLLOWS;
+    const int linear = (int)(claimed / 8);
+    const int component = claimed % 8;
+    Cell cell = cellAt(t, (int3)(linear % size.x, linear / size.x % size.y, linear / (size.x * size.y)));
+    findComponents(t, &cell);
+    float3 u[8];
+    cornersOf(t, &cell, component, u);
+    const int3 voxel = (int3)((int)at % boxSize.x, (int)at / boxSize.x % boxSize.y, (int)at / (boxSize.x * boxSize.y));
+    const int3 corner = voxel + boxFirst.xyz - cell.base;
+    if (key & FOLLOWS)
+    {
+      offset = -u[corner.x + 2 * corner.y + 4 * corner.z];
+    }
+    else
+    {
+      const float3 target = convert_float3(corner);
+      float3 found = target;
+      invert(t, &cell, component, u, target, &found);
+      offset = found - target;
+    }
+  }
+  vstore3(offset, at, offsets);
+}
