@@ -1,0 +1,244 @@
+#include "Scene.h"
+
+#include <cmath>
+#include <limits>
+
+namespace
+{
+
+using namespace chainmail;
+
+/// One row of voxels.
+Grid rowOf(int n)
+{
+  Grid grid;
+  grid.size = { n, 1, 1 };
+  return grid;
+}
+
+Anchors noAnchors()
+{
+  Anchors anchors;
+  anchors.faces.fill(false);
+  return anchors;
+}
+
+template <typename T>
+ArrayView view(const std::vector<T>& data, ArrayView::Type type, int components = 1, int component = 0)
+{
+  ArrayView v;
+  v.data = data.data();
+  v.type = type;
+  v.components = components;
+  v.component = component;
+  return v;
+}
+
+Material percent(double threshold)
+{
+  Material material;
+  material.tissueThreshold = threshold;
+  material.constraint = [](double scalar) { return scalar / 100.0; };
+  return material;
+}
+
+std::vector<float> rowOf(const Model& model, int j = 0, int k = 0)
+{
+  std::vector<float> row(static_cast<std::size_t>(model.grid().size[0]) * model.axes());
+  model.row(0, j, k, model.grid().size[0], row.data());
+  return row;
+}
+
+const float air = -std::numeric_limits<float>::infinity();
+
+template <typename T> void readsType(ArrayView::Type type)
+{
+  // Two components, the second one is the scalar; 19 is just air, 20 just tissue.
+  const std::vector<T> data{ T(99), T(20), T(99), T(0), T(99), T(50), T(99), T(19), T(99), T(73) };
+  const Model model(rowOf(5), view(data, type, 2, 1), percent(20.0), noAnchors());
+  EXPECT_EQ(model.axes(), 1);
+  EXPECT_EQ(model.elements(), 3u);
+  EXPECT_EQ(model.nonFinite(), 0u);
+  EXPECT_EQ(rowOf(model), (std::vector<float>{ 0.2f, air, 0.5f, air, 0.73f }));
+}
+
+TEST(Model, ReadsEveryScalarType)
+{
+  readsType<std::int8_t>(ArrayView::Type::Int8);
+  readsType<std::uint8_t>(ArrayView::Type::UInt8);
+  readsType<std::int16_t>(ArrayView::Type::Int16);
+  readsType<std::uint16_t>(ArrayView::Type::UInt16);
+  readsType<std::int32_t>(ArrayView::Type::Int32);
+  readsType<std::uint32_t>(ArrayView::Type::UInt32);
+  readsType<std::int64_t>(ArrayView::Type::Int64);
+  readsType<std::uint64_t>(ArrayView::Type::UInt64);
+  readsType<float>(ArrayView::Type::Float32);
+  readsType<double>(ArrayView::Type::Float64);
+}
+
+TEST(Model, NegativeScalarsOfSmallTypes)
+{
+  const std::vector<std::int16_t> hounsfield{ -1024, -500, -499, 0, 3071, -32768, 32767 };
+  Material material;
+  material.tissueThreshold = -499.5;
+  material.constraint = [](double scalar) { return scalar < 0 ? 0.5 : scalar > 3000 ? 0.0 : 0.25; };
+  const Model model(rowOf(7), view(hounsfield, ArrayView::Type::Int16), material, noAnchors());
+  EXPECT_EQ(rowOf(model), (std::vector<float>{ air, air, 0.5f, 0.25f, 0.0f, air, 0.0f }));
+}
+
+TEST(Model, ScalarsThatAreNotFiniteAreAirAndCounted)
+{
+  const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<float> data{ 30.0f, nan, inf, -inf, 40.0f };
+  const Model model(rowOf(5), view(data, ArrayView::Type::Float32), percent(0.0), noAnchors());
+  EXPECT_EQ(model.elements(), 2u);
+  EXPECT_EQ(model.nonFinite(), 3u);
+  EXPECT_EQ(rowOf(model), (std::vector<float>{ 0.3f, air, air, air, 0.4f }));
+}
+
+TEST(Model, ConstraintArrayWinsOverTheFunction)
+{
+  const std::vector<std::uint8_t> scalars{ 50, 0, 60 };
+  const std::vector<double> one{ 0.125, 7.0, 0.0 }; // a bad value in air is nobody's
+  Material material = percent(10.0);
+  material.constraintArray = view(one, ArrayView::Type::Float64);
+  const Model isotropic(rowOf(3), view(scalars, ArrayView::Type::UInt8), material, noAnchors());
+  EXPECT_EQ(rowOf(isotropic), (std::vector<float>{ 0.125f, air, 0.0f }));
+
+  const std::vector<float> three{ 0.1f, 0.2f, 0.3f, 9.0f, 9.0f, 9.0f, 0.0f, 0.5f, 0.25f };
+  material.constraintArray = view(three, ArrayView::Type::Float32, 3);
+  const Model anisotropic(rowOf(3), view(scalars, ArrayView::Type::UInt8), material, noAnchors());
+  EXPECT_EQ(anisotropic.axes(), 3);
+  EXPECT_EQ(anisotropic.elements(), 2u);
+  EXPECT_EQ(rowOf(anisotropic), (std::vector<float>{ 0.1f, 0.2f, 0.3f, air, air, air, 0.0f, 0.5f, 0.25f }));
+}
+
+TEST(Model, PartsOfARow)
+{
+  std::vector<std::uint8_t> scalars(4 * 3 * 2);
+  for (std::size_t n = 0; n < scalars.size(); ++n)
+  {
+    scalars[n] = static_cast<std::uint8_t>(n);
+  }
+  Grid grid;
+  grid.size = { 4, 3, 2 };
+  const Model model(grid, view(scalars, ArrayView::Type::UInt8), percent(0.0), noAnchors());
+  float two[2];
+  model.row(1, 2, 1, 2, two);
+  EXPECT_EQ(two[0], 0.21f);
+  EXPECT_EQ(two[1], 0.22f);
+}
+
+TEST(Model, AnchoredFacesCarryTheSign)
+{
+  const int n[3] = { 5, 4, 3 };
+  std::vector<std::uint8_t> scalars(5 * 4 * 3, 25);
+  scalars[0] = 0; // air in an anchored corner stays air
+  Grid grid;
+  grid.size = { n[0], n[1], n[2] };
+  Material material = percent(10.0);
+  for (int face = 0; face < 6; ++face)
+  {
+    Anchors anchors = noAnchors();
+    anchors.faces[face] = true;
+    const Model model(grid, view(scalars, ArrayView::Type::UInt8), material, anchors);
+    for (int k = 0; k < n[2]; ++k)
+    {
+      for (int j = 0; j < n[1]; ++j)
+      {
+        const std::vector<float> row = rowOf(model, j, k);
+        for (int i = 0; i < n[0]; ++i)
+        {
+          const int p[3] = { i, j, k };
+          const bool held = p[face / 2] == (face % 2 == 0 ? 0 : n[face / 2] - 1);
+          const float expected = i + j + k == 0 ? air : held ? -0.25f : 0.25f;
+          EXPECT_EQ(row[i], expected) << face << ": " << i << ' ' << j << ' ' << k;
+        }
+      }
+    }
+  }
+}
+
+TEST(Model, RigidAnchorsAreNegativeZero)
+{
+  const std::vector<std::uint8_t> scalars{ 0, 30, 0 };
+  Anchors anchors = noAnchors();
+  Material material = percent(0.0);
+  for (const bool held : { false, true })
+  {
+    anchors.rigid = held;
+    const std::vector<float> row = rowOf(Model(rowOf(3), view(scalars, ArrayView::Type::UInt8), material, anchors));
+    EXPECT_EQ(row, (std::vector<float>{ 0.0f, 0.3f, 0.0f }));
+    EXPECT_EQ(std::signbit(row[0]), held);
+    EXPECT_FALSE(std::signbit(row[1]));
+    EXPECT_EQ(std::signbit(row[2]), held);
+  }
+}
+
+TEST(Model, RigidOnOneAxisIsRigidEnoughForAnAnchor)
+{
+  const std::vector<std::uint8_t> scalars{ 1, 1 };
+  const std::vector<float> three{ 0.1f, 0.0f, 0.3f, 0.1f, 0.2f, 0.3f };
+  Anchors anchors = noAnchors();
+  anchors.rigid = true;
+  Material material = percent(0.5);
+  material.constraintArray = view(three, ArrayView::Type::Float32, 3);
+  const std::vector<float> row = rowOf(Model(rowOf(2), view(scalars, ArrayView::Type::UInt8), material, anchors));
+  EXPECT_TRUE(std::signbit(row[0]) && std::signbit(row[1]) && std::signbit(row[2]));
+  EXPECT_FALSE(std::signbit(row[3]) || std::signbit(row[4]) || std::signbit(row[5]));
+}
+
+TEST(Model, RefusesWhatItCannotUse)
+{
+  const std::vector<std::uint8_t> scalars{ 10, 20, 30 };
+  const ArrayView good = view(scalars, ArrayView::Type::UInt8);
+  const auto message = [&](const Grid& grid, const ArrayView& array, const Material& material)
+  { return messageOf<InputError>([&] { Model(grid, array, material, noAnchors()); }); };
+
+  EXPECT_TRUE(contains(message(rowOf(0), good, percent(0)), "empty"));
+  for (const double spacing : { 0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity() })
+  {
+    Grid grid = rowOf(3);
+    grid.spacing[1] = spacing;
+    EXPECT_TRUE(contains(message(grid, good, percent(0)), "spacing")) << spacing;
+  }
+  Grid huge = rowOf(1 << 10);
+  huge.size = { 1 << 10, 1 << 10, 1 << 10 };
+  EXPECT_TRUE(contains(message(huge, good, percent(0)), "voxels"));
+
+  const std::string allAir = message(rowOf(3), good, percent(31.0));
+  EXPECT_TRUE(contains(allAir, "air") && contains(allAir, "threshold")) << allAir;
+  const std::vector<float> nan(3, std::nanf(""));
+  EXPECT_TRUE(contains(message(rowOf(3), view(nan, ArrayView::Type::Float32), percent(0)), "air"));
+
+  EXPECT_FALSE(message(rowOf(3), {}, percent(0)).empty());
+  EXPECT_FALSE(message(rowOf(3), good, Material{}).empty());
+
+  // 1 itself is outside [0, 1), and so is what only rounds to 1 in float.
+  for (const double bad : { 1.0, 1.0 - 1e-12, -0.01, 5.0, std::nan("") })
+  {
+    Material material;
+    material.constraint = [&](double scalar) { return scalar == 20.0 ? bad : 0.5; };
+    const std::string text = message(rowOf(3), good, material);
+    EXPECT_TRUE(contains(text, "constraint") && contains(text, "20")) << text;
+
+    const std::vector<double> array{ 0.5, bad, 0.5 };
+    material.constraintArray = view(array, ArrayView::Type::Float64);
+    EXPECT_TRUE(contains(message(rowOf(3), good, material), "constraint array")) << bad;
+  }
+  const std::vector<float> two(6, 0.5f);
+  Material material;
+  material.constraintArray = view(two, ArrayView::Type::Float32, 2);
+  EXPECT_TRUE(contains(message(rowOf(3), good, material), "2 components"));
+}
+
+TEST(Model, LargestConstraintBelowOneIsTaken)
+{
+  const std::vector<float> most{ std::nextafterf(1.0f, 0.0f) };
+  const std::vector<std::uint8_t> scalars{ 1 };
+  Material material = percent(0.0);
+  material.constraintArray = view(most, ArrayView::Type::Float32);
+  EXPECT_EQ(rowOf(Model(rowOf(1), view(scalars, ArrayView::Type::UInt8), material, noAnchors())), most);
+}
+
+}

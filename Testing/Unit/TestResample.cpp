@@ -1,0 +1,590 @@
+// Resampling against closed forms. Offsets are in voxels: the material at voxel y came from y + offset.
+
+#include "../Oracles/Resampling.h"
+#include "Blades.h"
+
+#include <cmath>
+
+namespace
+{
+
+using namespace chainmail;
+
+/// Everything resample() said, over the padded grid: 0 where it said nothing.
+struct Picture
+{
+  Index3 padding{};
+  Index3 size{};
+  std::vector<float> offset;
+  std::vector<int> visits;
+
+  std::size_t at(int i, int j, int k) const
+  {
+    return static_cast<std::size_t>(i + padding[0]) +
+           static_cast<std::size_t>(size[0]) *
+             ((j + padding[1]) + static_cast<std::size_t>(size[1]) * (k + padding[2]));
+  }
+  bool contains(int i, int j, int k) const
+  {
+    const int p[3] = { i, j, k };
+    for (int a = 0; a < 3; ++a)
+    {
+      if (p[a] < -padding[a] || p[a] >= size[a] - padding[a])
+      {
+        return false;
+      }
+    }
+    return true;
+  }
+  Vector3 operator()(int i, int j, int k) const
+  {
+    const float* o = offset.data() + 3 * this->at(i, j, k);
+    return { o[0], o[1], o[2] };
+  }
+  bool vacated(int i, int j, int k) const { return std::isnan(offset[3 * this->at(i, j, k)]); }
+
+  template <typename F> void each(F&& f) const
+  {
+    for (int k = -padding[2]; k < size[2] - padding[2]; ++k)
+    {
+      for (int j = -padding[1]; j < size[1] - padding[1]; ++j)
+      {
+        for (int i = -padding[0]; i < size[0] - padding[0]; ++i)
+        {
+          f(i, j, k);
+        }
+      }
+    }
+  }
+};
+
+Picture resample(const Simulation& simulation, const Index3& padding = { 0, 0, 0 })
+{
+  Picture picture;
+  picture.padding = padding;
+  for (int a = 0; a < 3; ++a)
+  {
+    picture.size[a] = simulation.model().grid().size[a] + 2 * padding[a];
+  }
+  const std::size_t voxels = static_cast<std::size_t>(picture.size[0]) * picture.size[1] * picture.size[2];
+  picture.offset.assign(3 * voxels, 0.0f);
+  picture.visits.assign(voxels, 0);
+  simulation.resample(padding,
+    [&](const ResampledBox& box)
+    {
+      const float* o = box.offset;
+      for (int k = 0; k < box.size[2]; ++k)
+      {
+        for (int j = 0; j < box.size[1]; ++j)
+        {
+          for (int i = 0; i < box.size[0]; ++i, o += 3)
+          {
+            const int x = box.first[0] + i, y = box.first[1] + j, z = box.first[2] + k;
+            ASSERT_TRUE(picture.contains(x, y, z)) << "a voxel outside of the output";
+            const std::size_t v = picture.at(x, y, z);
+            ASSERT_EQ(++picture.visits[v], 1) << "boxes overlap";
+            std::copy(o, o + 3, picture.offset.begin() + 3 * v);
+          }
+        }
+      }
+    });
+  return picture;
+}
+
+void expectNothingChanged(const Picture& picture)
+{
+  for (const float o : picture.offset)
+  {
+    ASSERT_EQ(o, 0.0f);
+  }
+}
+
+/// Whether an element lies within one voxel, diagonals included: the tissue and its skirt.
+bool nearTissue(const Scene& scene, int i, int j, int k)
+{
+  for (int c = -1; c <= 1; ++c)
+  {
+    for (int b = -1; b <= 1; ++b)
+    {
+      for (int a = -1; a <= 1; ++a)
+      {
+        if (scene.grid.contains(i + a, j + b, k + c) && scene.tissue(scene.grid.at(i + a, j + b, k + c)))
+        {
+          return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
+bool isTissue(const Scene& scene, int i, int j, int k)
+{
+  return scene.grid.contains(i, j, k) && scene.tissue(scene.grid.at(i, j, k));
+}
+
+/// A rigid lump without symmetry, free in air.
+Scene lump(const Index3& size, const Vector3& centre, double radius)
+{
+  Scene scene(size, 0.0f);
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      const double x = i - centre[0], y = j - centre[1], z = k - centre[2];
+      const bool inside = x * x + y * y + z * z <= radius * radius && !(x > 1 && y > 1 && z > 0);
+      scene.scalar[scene.grid.at(i, j, k)] = inside ? 1.0f : 0.0f;
+    });
+  return scene;
+}
+
+/// 1 in tissue, 0 in air, trilinear between voxel centres, at the place that voxel y shows; 0 where it was vacated.
+double shownTissue(const Scene& scene, const Picture& picture, int i, int j, int k)
+{
+  if (picture.vacated(i, j, k))
+  {
+    return 0.0;
+  }
+  const Vector3 o = picture(i, j, k);
+  const double x[3] = { i + o[0], j + o[1], k + o[2] };
+  int low[3];
+  double t[3];
+  for (int a = 0; a < 3; ++a)
+  {
+    low[a] = static_cast<int>(std::floor(x[a]));
+    t[a] = x[a] - low[a];
+  }
+  double sum = 0.0;
+  for (int n = 0; n < 8; ++n)
+  {
+    const int p[3] = { n & 1, n >> 1 & 1, n >> 2 };
+    const double w = (p[0] ? t[0] : 1 - t[0]) * (p[1] ? t[1] : 1 - t[1]) * (p[2] ? t[2] : 1 - t[2]);
+    sum += isTissue(scene, low[0] + p[0], low[1] + p[1], low[2] + p[2]) ? w : 0.0;
+  }
+  return sum;
+}
+
+TEST(Resample, AtRestNothingChanges)
+{
+  Scene scene = randomScene({ 17, 13, 9 }, 1, 1, 0.3);
+  for (const Index3& brick : brickSizes())
+  {
+    Simulation simulation = simulate(scene, brick);
+    expectNothingChanged(resample(simulation));
+    simulation.cut(planeAcrossX(7.5));
+    simulation.cut(sphere({ 9, 6, 4 }, 3.0, 10, 12));
+    expectNothingChanged(resample(simulation));
+    expectNothingChanged(resample(simulation, { 3, 0, 2 }));
+    Random random(3);
+    simulation.pull({ probeAt(scene, randomElement(scene, random), { 2.0, 1.0, 0.0 }) });
+    simulation.reset();
+    expectNothingChanged(resample(simulation));
+  }
+}
+
+TEST(Resample, WholeVoxelTranslationIsExact)
+{
+  for (const Index3& brick : brickSizes())
+  {
+    for (const Index3& shift : { Index3{ 3, -2, 4 }, Index3{ -1, 0, 0 }, Index3{ 0, 0, 1 }, Index3{ -4, 3, -3 } })
+    {
+      SCOPED_TRACE(testing::Message() << "shift " << shift[0] << ' ' << shift[1] << ' ' << shift[2]);
+      Scene scene = lump({ 24, 22, 20 }, { 11, 10, 9 }, 4.6);
+      scene.grid.spacing = { 0.5, 1.0, 2.0 }; // so that millimetres to voxels is exact
+      Simulation simulation = simulate(scene, brick);
+      simulation.pull({ probeAt(scene, { 11, 10, 9 }, { 0.5 * shift[0], 1.0 * shift[1], 2.0 * shift[2] }) });
+      const Picture picture = resample(simulation);
+      const Vector3 back{ -1.0 * shift[0], -1.0 * shift[1], -1.0 * shift[2] };
+      picture.each(
+        [&](int i, int j, int k)
+        {
+          const int x = i - shift[0], y = j - shift[1], z = k - shift[2];
+          if (isTissue(scene, x, y, z) || nearTissue(scene, x, y, z))
+          {
+            // Tissue and the partial-volume voxels around it: the input, shifted.
+            ASSERT_EQ(picture(i, j, k), back) << i << ' ' << j << ' ' << k;
+          }
+          else if (isTissue(scene, i, j, k))
+          {
+            ASSERT_TRUE(picture.vacated(i, j, k)) << i << ' ' << j << ' ' << k;
+          }
+          else if (!nearTissue(scene, i, j, k))
+          {
+            ASSERT_EQ(picture(i, j, k), (Vector3{ 0, 0, 0 })) << i << ' ' << j << ' ' << k;
+          }
+        });
+    }
+  }
+}
+
+TEST(Resample, TissueUpToTheBorderMovesIntoThePadding)
+{
+  // No air at all: everything is shown, also the outermost layers, and the rest is vacated.
+  Scene scene({ 9, 8, 7 }, 0.0f);
+  Simulation simulation = simulate(scene, { 4, 4, 4 });
+  simulation.pull({ probeAt(scene, { 4, 4, 3 }, { 2.0, -3.0, 1.0 }) });
+  const Picture picture = resample(simulation, { 4, 5, 3 });
+  EXPECT_EQ(picture.size, (Index3{ 17, 18, 13 }));
+  int shown = 0, vacated = 0;
+  picture.each(
+    [&](int i, int j, int k)
+    {
+      if (isTissue(scene, i - 2, j + 3, k - 1))
+      {
+        ++shown;
+        ASSERT_EQ(picture(i, j, k), (Vector3{ -2, 3, -1 })) << i << ' ' << j << ' ' << k;
+      }
+      else if (isTissue(scene, i, j, k))
+      {
+        ++vacated;
+        ASSERT_TRUE(picture.vacated(i, j, k)) << i << ' ' << j << ' ' << k;
+      }
+    });
+  EXPECT_EQ(shown, 9 * 8 * 7);
+  EXPECT_EQ(vacated, 9 * 8 * 7 - 7 * 5 * 6);
+
+  // Without padding: what left the image is gone, what stayed is shown.
+  const Picture cropped = resample(simulation);
+  cropped.each(
+    [&](int i, int j, int k)
+    {
+      const bool comesFromInside = isTissue(scene, i - 2, j + 3, k - 1);
+      ASSERT_EQ(comesFromInside, !cropped.vacated(i, j, k)) << i << ' ' << j << ' ' << k;
+    });
+}
+
+// Trilinear interpolation keeps the sum of an image under any translation, if the voxels at the border travel along. An
+// eroded border would lose some of its surface, a swollen one would gain.
+TEST(Resample, BordersNeitherErodeNorGrow)
+{
+  for (const Vector3& shift : { Vector3{ 0.5, 0, 0 }, Vector3{ 0.37, -0.61, 0.25 }, Vector3{ -2.25, 1.75, 3.5 } })
+  {
+    SCOPED_TRACE(testing::Message() << "shift " << shift[0] << ' ' << shift[1] << ' ' << shift[2]);
+    Scene scene = lump({ 24, 22, 20 }, { 11, 10, 9 }, 4.6);
+    Simulation simulation = simulate(scene);
+    simulation.pull({ probeAt(scene, { 11, 10, 9 }, shift) });
+    const Picture picture = resample(simulation);
+    double elements = 0.0, shown = 0.0;
+    picture.each(
+      [&](int i, int j, int k)
+      {
+        elements += isTissue(scene, i, j, k);
+        shown += shownTissue(scene, picture, i, j, k);
+        if (isTissue(scene, i, j, k) && !picture.vacated(i, j, k) && shownTissue(scene, picture, i, j, k) > 0.0)
+        {
+          for (int a = 0; a < 3; ++a)
+          {
+            ASSERT_NEAR(picture(i, j, k)[a], -shift[a], 1e-5);
+          }
+        }
+      });
+    EXPECT_NEAR(shown, elements, 1e-4 * elements);
+  }
+}
+
+TEST(Resample, LinearStretchIsTheAnalyticPreimage)
+{
+  // Uniform limits and every link at its limit: u(x) = slope * x exactly, for a stretch and for a compression, with a
+  // shear along y.
+  const int n = 16;
+  for (const double slope : { 0.25, -0.25, 0.4, -0.3 })
+  {
+    SCOPED_TRACE(slope);
+    Scene scene({ n, 9, 8 }, static_cast<float>(std::abs(slope)));
+    scene.anchors.faces[0] = true;
+    const double t = slope * (n - 1);
+    std::vector<Probe> probes;
+    for (int k = 0; k < 8; ++k)
+    {
+      for (int j = 0; j < 9; ++j)
+      {
+        probes.push_back(probeAt(scene, { n - 1, j, k }, { t, t / 2, 0.0 }));
+      }
+    }
+    Simulation simulation = simulate(scene);
+    simulation.pull(probes);
+    simulation.relax(2000, 1e-6); // for the shear, which the limits alone do not make linear
+    oracle::LinearField field;
+    field.gradient[0][0] = slope;
+    field.gradient[1][0] = slope / 2;
+    const Index3 padding{ 8, 8, 0 };
+    const Picture picture = resample(simulation, padding);
+    int inside = 0;
+    picture.each(
+      [&](int i, int j, int k)
+      {
+        const oracle::Vector3 x = field.preimage({ double(i), double(j), double(k) });
+        if (x[0] < 0.01 || x[0] > n - 1.01 || x[1] < 0.01 || x[1] > 7.99)
+        {
+          return;
+        }
+        ++inside;
+        // Relaxation leaves 2e-4 of a voxel (see TestRelax); the inversion itself is far better.
+        ASSERT_NEAR(picture(i, j, k)[0], x[0] - i, 5e-4) << i << ' ' << j << ' ' << k;
+        ASSERT_NEAR(picture(i, j, k)[1], x[1] - j, 5e-4) << i << ' ' << j << ' ' << k;
+        ASSERT_NEAR(picture(i, j, k)[2], 0.0, 5e-4);
+      });
+    EXPECT_GT(inside, static_cast<int>((n - 2) * (1 + slope)) * 5 * 6);
+  }
+}
+
+TEST(Resample, TwoHalvesPulledApartAreWholeAndLeaveTheGap)
+{
+  // The blade between, just beside and exactly on voxels.
+  for (const double at : { 9.5, 9.1, 9.9, 10.0 })
+  {
+    SCOPED_TRACE(at);
+    Scene scene({ 24, 12, 11 }, 0.0f);
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        if (i < 5 || i > 17 || j < 2 || j > 9 || k < 2 || k > 8)
+        {
+          scene.air(i, j, k);
+        }
+      });
+    for (const Index3& brick : brickSizes())
+    {
+      Simulation simulation = simulate(scene, brick);
+      ASSERT_EQ(simulation.cut(planeAcrossX(at)), 8u * 7u);
+      const std::vector<int> label = clusters(simulation);
+      const int leftLabel = label[scene.grid.at(6, 5, 5)];
+      const int edge = label[scene.grid.at(10, 5, 5)] == leftLabel ? 11 : 10; // first layer of the right half
+      simulation.pull(
+        { probeAt(scene, { 6, 5, 5 }, { -2.0, 1.0, 0.0 }), probeAt(scene, { 16, 5, 5 }, { 3.0, 0.0, -1.0 }) });
+      const Picture picture = resample(simulation);
+      int left = 0, right = 0, gap = 0;
+      picture.each(
+        [&](int i, int j, int k)
+        {
+          const bool fromLeft = isTissue(scene, i + 2, j - 1, k) && i + 2 < edge;
+          const bool fromRight = isTissue(scene, i - 3, j, k + 1) && i - 3 >= edge;
+          ASSERT_FALSE(fromLeft && fromRight);
+          if (fromLeft)
+          {
+            ++left;
+            ASSERT_EQ(picture(i, j, k), (Vector3{ 2, -1, 0 })) << i << ' ' << j << ' ' << k;
+          }
+          else if (fromRight)
+          {
+            ++right;
+            ASSERT_EQ(picture(i, j, k), (Vector3{ -3, 0, 1 })) << i << ' ' << j << ' ' << k;
+          }
+          else if (isTissue(scene, i, j, k) && i >= edge - 2 && i < edge + 3)
+          {
+            // Between the halves, where neither is: background, unless the border of one came along the other axes.
+            const bool borderOfOne = !isTissue(scene, i, j - 1, k) || !isTissue(scene, i, j, k + 1);
+            gap += picture.vacated(i, j, k);
+            ASSERT_TRUE(picture.vacated(i, j, k) || borderOfOne) << i << ' ' << j << ' ' << k;
+          }
+        });
+      EXPECT_EQ(left, (edge - 5) * 8 * 7);
+      EXPECT_EQ(right, (18 - edge) * 8 * 7);
+      EXPECT_EQ(gap, 5 * 8 * 7); // two voxels to the left, three to the right, over the whole cross section
+    }
+  }
+}
+
+TEST(Resample, ACurvedCutLosesNoTissue)
+{
+  Scene scene({ 22, 20, 34 }, 0.0f);
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      if (i < 3 || i > 18 || j < 3 || j > 16 || k < 8 || k > 25)
+      {
+        scene.air(i, j, k);
+      }
+    });
+  Simulation simulation = simulate(scene);
+  simulation.cut(sheet(
+    -1.0, -1.0, 0.5, 50, 46, [](double x, double y) { return 16.0 + 3.0 * std::sin(0.5 * x) * std::cos(0.4 * y); }));
+  const std::vector<int> label = clusters(simulation);
+  const int below = label[scene.grid.at(5, 5, 9)], above = label[scene.grid.at(5, 5, 24)];
+  ASSERT_NE(below, above);
+  simulation.pull({ probeAt(scene, { 5, 5, 9 }, { 0.0, 0.0, -3.0 }), probeAt(scene, { 5, 5, 24 }, { 0.0, 0.0, 4.0 }) });
+  const Picture picture = resample(simulation);
+  int lost = 0, gap = 0;
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      const std::size_t v = scene.grid.at(i, j, k);
+      if (scene.tissue(v))
+      {
+        const int to = label[v] == below ? k - 3 : k + 4;
+        const Vector3 expected{ 0.0, 0.0, static_cast<double>(k - to) };
+        lost += picture(i, j, to) != expected;
+      }
+      gap += picture.vacated(i, j, k);
+    });
+  EXPECT_EQ(lost, 0);
+  // Every column opens by exactly seven voxels.
+  EXPECT_EQ(gap, 16 * 14 * 7);
+}
+
+TEST(Resample, OffsetsAreOfTheSameBitsForEveryBrickAndRun)
+{
+  Scene scene = randomScene({ 26, 22, 18 }, 1, 8, 0.1, 0.05);
+  scene.anchors.faces[0] = true;
+  const std::vector<Probe> probes = compatibleProbes(scene, 3, 3.0, 9);
+  std::vector<float> first;
+  for (int run = 0; run < 4; ++run)
+  {
+    Simulation simulation = simulate(scene, brickSizes()[run % 3]);
+    simulation.cut(planeAcrossX(12.5));
+    simulation.pull(probes);
+    simulation.relax(10, 0.0);
+    const Picture picture = resample(simulation, { 2, 1, 3 });
+    if (run == 0)
+    {
+      first = picture.offset;
+    }
+    std::size_t different = 0;
+    for (std::size_t n = 0; n < first.size(); ++n)
+    {
+      const bool same = first[n] == picture.offset[n] || (std::isnan(first[n]) && std::isnan(picture.offset[n]));
+      different += !same;
+    }
+    EXPECT_EQ(different, 0u) << "run " << run;
+  }
+}
+
+// Every voxel shows material that the displacement field really takes there.
+TEST(Resample, OffsetsInvertTheDisplacementField)
+{
+  Scene scene({ 22, 20, 18 }, 0.3f);
+  scene.anchors.faces.fill(true);
+  Simulation simulation = simulate(scene);
+  simulation.pull({ probeAt(scene, { 11, 10, 9 }, { 2.0, -1.6, 1.2 }) });
+  simulation.relax(40, 0.0);
+  const std::vector<oracle::Vector3> u = state(simulation);
+  const Picture picture = resample(simulation);
+  int checked = 0;
+  picture.each(
+    [&](int i, int j, int k)
+    {
+      ASSERT_FALSE(picture.vacated(i, j, k)) << "a hole at " << i << ' ' << j << ' ' << k;
+      const Vector3 o = picture(i, j, k);
+      const double x[3] = { i + o[0], j + o[1], k + o[2] };
+      int low[3];
+      double t[3];
+      for (int a = 0; a < 3; ++a)
+      {
+        low[a] = std::min(std::max(static_cast<int>(std::floor(x[a])), 0), scene.grid.size[a] - 2);
+        t[a] = x[a] - low[a];
+        ASSERT_GT(t[a], -2e-3);
+        ASSERT_LT(t[a], 1 + 2e-3);
+      }
+      for (int a = 0; a < 3; ++a)
+      {
+        double moved = x[a];
+        for (int n = 0; n < 8; ++n)
+        {
+          const double w = (n & 1 ? t[0] : 1 - t[0]) * (n & 2 ? t[1] : 1 - t[1]) * (n & 4 ? t[2] : 1 - t[2]);
+          moved += w * u[scene.grid.at(low[0] + (n & 1), low[1] + (n >> 1 & 1), low[2] + (n >> 2))][a];
+        }
+        const int y[3] = { i, j, k };
+        ASSERT_NEAR(moved, y[a], 5e-4) << i << ' ' << j << ' ' << k;
+      }
+      ++checked;
+    });
+  EXPECT_EQ(checked, 22 * 20 * 18);
+}
+
+TEST(Resample, SingleSlice)
+{
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    Index3 size{ 20, 20, 20 };
+    size[axis] = 1;
+    Scene scene(size, 0.0f);
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        const int p[3] = { i, j, k };
+        for (int a = 0; a < 3; ++a)
+        {
+          if (a != axis && (p[a] < 6 || p[a] > 12))
+          {
+            scene.air(i, j, k);
+          }
+        }
+      });
+    Index3 grabbed{ 9, 9, 9 }, shift{ 3, -2, 4 };
+    grabbed[axis] = shift[axis] = 0;
+    Simulation simulation = simulate(scene);
+    simulation.pull({ probeAt(scene, grabbed, { 1.0 * shift[0], 1.0 * shift[1], 1.0 * shift[2] }) });
+    const Picture picture = resample(simulation);
+    int shown = 0;
+    picture.each(
+      [&](int i, int j, int k)
+      {
+        if (isTissue(scene, i - shift[0], j - shift[1], k - shift[2]))
+        {
+          ++shown;
+          ASSERT_EQ(picture(i, j, k), (Vector3{ -1.0 * shift[0], -1.0 * shift[1], -1.0 * shift[2] }));
+        }
+        else if (isTissue(scene, i, j, k) && !nearTissue(scene, i - shift[0], j - shift[1], k - shift[2]))
+        {
+          ASSERT_TRUE(picture.vacated(i, j, k));
+        }
+      });
+    EXPECT_EQ(shown, 49);
+  }
+}
+
+// Two bodies on one place: the winner is fixed, both whole elsewhere.
+TEST(Resample, OverlapShowsOneOfTheTwo)
+{
+  Scene scene({ 26, 12, 12 }, 0.0f);
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      const bool first = i >= 3 && i <= 8, second = i >= 15 && i <= 20;
+      if (!(first || second) || j < 3 || j > 8 || k < 3 || k > 8)
+      {
+        scene.air(i, j, k);
+      }
+    });
+  std::vector<float> before;
+  for (int run = 0; run < 3; ++run)
+  {
+    Simulation simulation = simulate(scene, brickSizes()[run]);
+    simulation.pull({ probeAt(scene, { 5, 5, 5 }, { 9.0, 0.0, 0.0 }) }); // to 12..17, over 15..17 of the other
+    const Picture picture = resample(simulation);
+    for (int i = 12; i <= 20; ++i)
+    {
+      const Vector3 o = picture(i, 5, 5);
+      const bool mayMove = i <= 17, mayRest = i >= 15;
+      EXPECT_TRUE((mayMove && o == Vector3{ -9, 0, 0 }) || (mayRest && o == Vector3{ 0, 0, 0 })) << i << ": " << o[0];
+    }
+    for (int i = 3; i <= 8; ++i)
+    {
+      EXPECT_TRUE(picture.vacated(i, 5, 5));
+    }
+    if (run == 0)
+    {
+      before = picture.offset;
+    }
+    for (std::size_t n = 0; n < before.size(); ++n)
+    {
+      ASSERT_TRUE(before[n] == picture.offset[n] || (std::isnan(before[n]) && std::isnan(picture.offset[n])));
+    }
+  }
+}
+
+TEST(Resample, OnlyWhatChangedIsVisited)
+{
+  Scene scene({ 80, 80, 80 }, 0.4f);
+  Simulation simulation = simulate(scene);
+  simulation.pull({ probeAt(scene, { 40, 40, 40 }, { 1.5, 0.0, 0.0 }) });
+  const Picture picture = resample(simulation);
+  std::size_t visited = 0;
+  for (const int v : picture.visits)
+  {
+    visited += v;
+  }
+  EXPECT_GT(visited, 0u);
+  EXPECT_LT(visited, scene.grid.voxels() / 4);
+}
+
+}

@@ -1,0 +1,272 @@
+// Life of a simulation: settings, bad input and what it leaves behind, reset, progress, memory.
+
+#include "Blades.h"
+#include "ChildProcess.h"
+
+#include <cmath>
+#include <iostream>
+
+namespace
+{
+
+using namespace chainmail;
+
+TEST(Simulation, StartsAtRest)
+{
+  Scene scene = randomScene({ 14, 11, 9 }, 1, 1);
+  Simulation simulation = simulate(scene);
+  for (const float u : displacements(simulation))
+  {
+    ASSERT_EQ(u, 0.0f);
+  }
+  const Statistics statistics = simulation.measure();
+  EXPECT_EQ(statistics.energy, 0.0);
+  EXPECT_EQ(statistics.maxLinkExcess, 0.0);
+  EXPECT_EQ(statistics.displaced, 0u);
+  EXPECT_TRUE(simulation.probes().empty());
+  EXPECT_EQ(simulation.model().grid().size, scene.grid.size);
+}
+
+TEST(Simulation, RefusesBadBrickSizes)
+{
+  Scene scene({ 8, 8, 8 });
+  for (const Index3& bad : { Index3{ 3, 4, 4 }, Index3{ 8, 6, 4 }, Index3{ 8, 4, 5 }, Index3{ 2, 4, 4 },
+         Index3{ 128, 4, 4 }, Index3{ 8, 1, 4 }, Index3{ 8, 4, 64 }, Index3{ -8, 4, 4 } })
+  {
+    const std::string message = messageOf<InputError>([&] { simulate(scene, bad); });
+    EXPECT_TRUE(contains(message, "power")) << message;
+  }
+  for (const Index3& good : { Index3{ 4, 2, 2 }, Index3{ 64, 2, 2 }, Index3{ 4, 32, 32 }, Index3{ 16, 16, 16 } })
+  {
+    EXPECT_EQ(simulate(scene, good).brickSize(), good);
+  }
+  const Index3 chosen = simulate(scene).brickSize();
+  for (const int n : chosen)
+  {
+    EXPECT_EQ(n & (n - 1), 0);
+    EXPECT_GE(n, 2);
+  }
+}
+
+TEST(Simulation, BadProbesNameThemselvesAndLoseNothing)
+{
+  Scene scene({ 12, 12, 12 });
+  for (int i = 4; i < 9; ++i)
+  {
+    for (int j = 4; j < 9; ++j)
+    {
+      for (int k = 4; k < 9; ++k)
+      {
+        scene.air(i, j, k);
+      }
+    }
+  }
+  Simulation simulation = simulate(scene);
+  const Probe good = probeAt(scene, { 1, 1, 1 }, { 1.0, 0.0, 0.0 });
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  std::vector<Probe> bad(7, good);
+  bad[0] = probeAt(scene, { 6, 6, 6 }, { 1.0, 0.0, 0.0 }); // in the middle of air
+  bad[1].position = { -5.0, 1.0, 1.0 };                    // outside
+  bad[2].position = { 1.0, nan, 1.0 };
+  bad[3].displacement = { 0.0, 0.0, nan };
+  bad[4].displacement = { inf, 0.0, 0.0 };
+  bad[5].radius = -1.0;
+  bad[6].radius = nan;
+  simulation.pull({ good });
+  simulation.relax(3, 0.0);
+  const std::vector<float> before = displacements(simulation);
+  for (std::size_t n = 0; n < bad.size(); ++n)
+  {
+    SCOPED_TRACE(n);
+    const std::string message = messageOf<InputError>([&] { simulation.pull({ good, bad[n], good }); });
+    // Third of the list or second, counted from 1 or from 0: the name must be the same rule for all.
+    EXPECT_TRUE(contains(message, "robe 1") || contains(message, "robe 2")) << message;
+    // Nothing is lost: the state is that before the call, hands included, and the next pull works.
+    EXPECT_TRUE(sameBits(displacements(simulation), before));
+    EXPECT_EQ(simulation.probes().size(), 1u);
+  }
+  // With a radius that reaches tissue the same place is fine.
+  Probe wide = bad[0];
+  wide.radius = 3.1;
+  EXPECT_GT(simulation.pull({ wide })[0].elements, 0u);
+}
+
+TEST(Simulation, AnchorsNeedNoDisplacement)
+{
+  Scene scene({ 8, 8, 8 });
+  Simulation simulation = simulate(scene);
+  Probe anchor = probeAt(scene, { 4, 4, 4 }, { std::nan(""), 0.0, 0.0 });
+  anchor.anchor = true;
+  EXPECT_EQ(simulation.pull({ anchor })[0].reached, (Vector3{ 0.0, 0.0, 0.0 }));
+}
+
+TEST(Simulation, ResetIsExactlyRest)
+{
+  Scene scene = randomScene({ 18, 14, 12 }, 1, 4);
+  scene.anchors.faces[0] = true;
+  Simulation simulation = simulate(scene), fresh = simulate(scene);
+  const std::vector<Probe> probes = compatibleProbes(scene, 3, 2.0, 5);
+  simulation.pull(probes);
+  simulation.relax(20, 0.0);
+  EXPECT_GT(simulation.measure().displaced, 0u);
+  simulation.reset();
+  for (const float u : displacements(simulation))
+  {
+    ASSERT_EQ(u, 0.0f);
+  }
+  EXPECT_EQ(simulation.measure().displaced, 0u);
+  EXPECT_EQ(simulation.measure().energy, 0.0);
+  EXPECT_TRUE(simulation.probes().empty());
+  EXPECT_TRUE(simulation.relax(5, 1e-3).converged) << "nobody holds anything any more";
+  simulation.pull(probes);
+  fresh.pull(probes);
+  simulation.relax(7, 0.0);
+  fresh.relax(7, 0.0);
+  EXPECT_TRUE(sameBits(displacements(simulation), displacements(fresh)));
+}
+
+TEST(Simulation, CanBeMovedAndManyMayLive)
+{
+  Scene scene({ 10, 10, 10 });
+  Simulation first = simulate(scene);
+  first.pull({ probeAt(scene, { 5, 5, 5 }, { 1.0, 0.0, 0.0 }) });
+  const std::vector<float> u = displacements(first);
+  Simulation second = std::move(first);
+  EXPECT_TRUE(sameBits(displacements(second), u));
+  Simulation third = simulate(scene);
+  third = std::move(second);
+  Simulation fourth = simulate(scene);
+  fourth.pull({ probeAt(scene, { 2, 2, 2 }, { -1.0, 0.0, 0.0 }) });
+  EXPECT_TRUE(sameBits(displacements(third), u));
+}
+
+TEST(Simulation, ProgressRisesWithinEachCall)
+{
+  Scene scene({ 40, 30, 30 }, 0.1f);
+  Simulation simulation = simulate(scene, { 8, 4, 4 });
+  double last = 0.0;
+  int calls = 0;
+  simulation.setProgress(
+    [&](double share)
+    {
+      EXPECT_GE(share, last);
+      EXPECT_LE(share, 1.0);
+      last = share;
+      ++calls;
+      return true;
+    });
+  for (int step = 0; step < 3; ++step)
+  {
+    last = 0.0;
+    calls = 0;
+    if (step == 0)
+    {
+      simulation.pull({ probeAt(scene, { 20, 15, 15 }, { 3.0, 2.0, 1.0 }) });
+    }
+    else if (step == 1)
+    {
+      simulation.relax(20, 0.0);
+    }
+    else
+    {
+      simulation.resample({ 0, 0, 0 }, [](const ResampledBox&) {});
+    }
+    EXPECT_GT(calls, 0) << "step " << step;
+  }
+}
+
+TEST(Simulation, AbortLeavesItAtRestAndUsable)
+{
+  Scene scene({ 40, 30, 30 }, 0.1f);
+  const std::vector<Probe> probes{ probeAt(scene, { 20, 15, 15 }, { 3.0, 2.0, 1.0 }) };
+  Simulation fresh = simulate(scene, { 8, 4, 4 });
+  fresh.pull(probes);
+  fresh.relax(5, 0.0);
+  const std::vector<float> expected = displacements(fresh);
+  for (const bool inPull : { true, false })
+  {
+    Simulation simulation = simulate(scene, { 8, 4, 4 });
+    if (!inPull)
+    {
+      simulation.pull(probes);
+    }
+    int left = 2; // in the middle of it
+    simulation.setProgress([&](double) { return --left >= 0; });
+    EXPECT_THROW(
+      inPull ? static_cast<void>(simulation.pull(probes)) : static_cast<void>(simulation.relax(50, 0.0)), Aborted);
+    simulation.setProgress({});
+    for (const float u : displacements(simulation))
+    {
+      ASSERT_EQ(u, 0.0f);
+    }
+    EXPECT_EQ(simulation.measure().displaced, 0u);
+    simulation.pull(probes);
+    simulation.relax(5, 0.0);
+    EXPECT_TRUE(sameBits(displacements(simulation), expected));
+  }
+}
+
+// Energy, held bytes and places grow with what a scene touches.
+TEST(Simulation, StatisticsOfAKnownState)
+{
+  Scene scene({ 3, 1, 1 }, 0.5f);
+  scene.grid.spacing = { 2.0, 3.0, 4.0 };
+  Simulation simulation = simulate(scene);
+  simulation.pull({ probeAt(scene, { 0, 0, 0 }, { 1.6, 0.0, 0.0 }) });
+  // 0.8, 0.3 and 0 of the spacing: links stretched by 0.5 and 0.3; energy = 2 mm * (0.25 + 0.09) / 0.500001.
+  const Statistics statistics = simulation.measure();
+  EXPECT_EQ(statistics.displaced, 2u);
+  EXPECT_NEAR(statistics.energy, 2.0 * 0.34 / 0.500001, 1e-5);
+  EXPECT_LE(statistics.maxLinkExcess, 1e-6);
+  EXPECT_GE(statistics.allocated, 3u);
+  EXPECT_GT(statistics.deviceBytes, statistics.allocated * 12);
+  // 2 * w * stretch of the one link at the hand: see ProbeResult.
+  const std::vector<ProbeResult> probes = simulation.probes();
+  ASSERT_EQ(probes.size(), 1u);
+  EXPECT_NEAR(probes[0].force[0], 2.0 * 0.5 / 0.500001, 1e-4);
+  EXPECT_EQ(probes[0].force[1], 0.0);
+  EXPECT_EQ(probes[0].elements, 1u);
+}
+
+int littleMemory()
+{
+  // A gibibyte is not enough for a wave through half a billion rigid elements.
+  Scene scene({ 4, 4, 4 });
+  std::vector<std::uint8_t> tissue(std::size_t(1024) * 1024 * 200, 1);
+  Grid grid;
+  grid.size = { 1024, 1024, 200 };
+  ArrayView view;
+  view.data = tissue.data();
+  view.type = ArrayView::Type::UInt8;
+  Material material;
+  material.constraint = [](double) { return 0.0; };
+  Anchors anchors;
+  anchors.faces.fill(false);
+  Settings settings;
+  settings.device = "pthread";
+  Simulation simulation(std::make_shared<Model>(grid, view, material, anchors), settings);
+  Probe probe;
+  probe.position = { 500.0, 500.0, 100.0 };
+  probe.displacement = { 1.0, 0.0, 0.0 };
+  try
+  {
+    simulation.pull({ probe });
+    std::cout << "it fitted\n";
+  }
+  catch (const MemoryError& error)
+  {
+    std::cout << "message: " << error.what() << '\n';
+  }
+  return 0;
+}
+const ChildPart littleMemoryPart("littleMemory", littleMemory);
+
+TEST(Simulation, TooLittleMemorySaysHowMuchIsNeeded)
+{
+  const ChildResult child = runChild("POCL_MEMORY_LIMIT=1", "littleMemory");
+  EXPECT_EQ(child.status, 0) << child.output;
+  EXPECT_TRUE(contains(child.output, "message: ")) << child.output;
+  EXPECT_TRUE(contains(child.output, "needs") && contains(child.output, "MiB")) << child.output;
+}
+
+}
