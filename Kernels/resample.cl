@@ -375,8 +375,8 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
           }
         }
       }
-      const int3 lowest = max(convert_int3(floor(low - SLACK)) + base, boxFirst.xyz);
-      const int3 highest = min(convert_int3(ceil(high + SLACK)) + base, boxFirst.xyz + boxSize.xyz - 1);
+      const int3 lowest = max(convert_int3(ceil(low - SLACK)) + base, boxFirst.xyz);
+      const int3 highest = min(convert_int3(floor(high + SLACK)) + base, boxFirst.xyz + boxSize.xyz - 1);
       for (int z = flat.z ? base.z : lowest.z; z <= (flat.z ? base.z : highest.z); ++z)
       {
         for (int y = flat.y ? base.y : lowest.y; y <= (flat.y ? base.y : highest.y); ++y)
