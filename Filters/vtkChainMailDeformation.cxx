@@ -311,6 +311,9 @@ public:
     this->Tissue = TissueSource();
   }
 
+  /// After a stop the engine is at rest.
+  void Rest() { this->Done = std::min(this->Done, Stage::Built); }
+
 private:
   // Reading.
   void ReadScalars(vtkInformationVector** inputs, Scene& scene);
@@ -837,45 +840,15 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
     samplers.push_back(vtkChainMailSampling::MakeSampler(array, grids, nearest, background));
   }
 
-  // Boxes can be small: they are gathered, so that the arrays are sampled in few parallel loops.
-  constexpr std::size_t batchSize = std::size_t(3) << 20;
-  vtkChainMailSampling::Batch batch;
-  const auto sample = [&]
-  {
-    for (const auto& sampler : samplers)
-    {
-      sampler->Sample(batch);
-    }
-    batch.Spans.clear();
-    batch.Offsets.clear();
-  };
   this->Simulation->resample(grids.Padding,
     [&](const chainmail::ResampledBox& box)
     {
-      const float* offset = box.offset;
-      for (int k = 0; k < box.size[2]; ++k)
+      for (const auto& sampler : samplers)
       {
-        for (int j = 0; j < box.size[1]; ++j, offset += 3 * static_cast<std::size_t>(box.size[0]))
-        {
-          const float* end = offset + 3 * static_cast<std::size_t>(box.size[0]);
-          if (std::all_of(offset, end, [](float o) { return o == 0.0f; }))
-          {
-            continue;
-          }
-          batch.Spans.push_back(
-            { { box.first[0], box.first[1] + j, box.first[2] + k }, box.size[0], batch.Offsets.size() });
-          batch.Offsets.insert(batch.Offsets.end(), offset, end);
-        }
+        sampler->Sample({ box.first, box.size, box.offset });
       }
-      if (batch.Offsets.size() >= batchSize)
-      {
-        sample();
-      }
+      this->Report(0.5);
     });
-  if (!batch.Spans.empty())
-  {
-    sample();
-  }
 
   vtkPointData* out = output->GetPointData();
   for (const auto& sampler : samplers)
@@ -1138,7 +1111,7 @@ void vtkChainMailDeformation::GetPresetMaterial(
   }
   else
   {
-    const bool valid = range[0] <= range[1] && std::isfinite(range[0]) && std::isfinite(range[1]);
+    const bool valid = range[0] <= range[1] && std::isfinite(range[1] - range[0]); // not where nothing is finite
     const double low = valid ? range[0] : 0.0;
     const double width = valid ? range[1] - range[0] : 0.0;
     // Shares of the range. T1-weighted MR: tendon is dark, muscle grey, fat bright. Else brighter is taken as stiffer.
@@ -1291,6 +1264,7 @@ int vtkChainMailDeformation::RequestData(
   }
   catch (const chainmail::Aborted&)
   {
+    this->Internals->Rest();
     deformed->Initialize();
     model->Initialize();
     return 1; // no error: somebody wanted it

@@ -51,16 +51,16 @@
  *   `Constraint`).
  *
  * Both have the input's field data and these field arrays: `ProbeReached` (3 per probe: the displacement it got, world
- * axes, [mm]), `ProbeForce` (3 per probe: minus the energy's gradient at the tissue it holds, world axes, [mm per unit
- * of constraint]), `Energy` [mm], `MaxLinkExcess` (largest violation of (C), fraction of the spacing),
- * `RelaxationIterationsUsed`, `ActiveElements` (elements away from their rest place), `Milliseconds` (upload,
+ * axes, [mm]), `ProbeForce` (3 per probe: the energy's gradient at the tissue it holds, which is what the
+ * hand pulls with, world axes, no unit), `Energy` [mm], `MaxLinkExcess` (largest violation of (C), fraction of the
+ * spacing), `RelaxationIterationsUsed`, `ActiveElements` (elements away from their rest place), `Milliseconds` (upload,
  * propagate, relax, resample, download; 0 for what this update did not have to do again) and `DeviceName`.
  *
  * @section vtkChainMailDeformation-limitations Limitations
  *
  * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
- * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^29 voxels. 64-bit
+ * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels. 64-bit
  * integers are interpolated exactly only where long double has a 64-bit mantissa.
  *
  * @sa vtkChainMailProbeSource
@@ -148,8 +148,8 @@ public:
 
   ///@{
   /**
-   * Voxels with a smaller scalar are air. Any number; NaN (default): the threshold that FitMaterial() fits to the
-   * finite range of the scalars.
+   * Voxels with a smaller scalar are air. Any number; NaN: the threshold that FitMaterial() fits to the finite range of
+   * the scalars. Default: NaN.
    */
   virtual void SetTissueThreshold(double threshold);
   vtkGetMacro(TissueThreshold, double);
@@ -180,7 +180,8 @@ public:
   ///@{
   /**
    * Hold the tissue that touches these faces of the image where it is, since the body goes on beyond the scan there:
-   * x- x+ y- y+ z- z+ along the image's axes, 0 is free. An axis with a single voxel has no faces. Default: all 1.
+   * x- x+ y- y+ z- z+ along the image's axes, 0 is free. An axis with a single voxel has no faces. Default: 1 1 1 1
+   * 1 1.
    */
   vtkSetVector6Macro(AnchoredFaces, int);
   vtkGetVector6Macro(AnchoredFaces, int);
@@ -238,7 +239,7 @@ public:
   /**
    * Value of the scalars (the array that the material function reads) where tissue was and is no more, and in the
    * padding; brought into the range of the array's type. Other arrays show their own smallest finite value there, by
-   * component. NaN (default): so do the scalars.
+   * component, bits 0 and strings nothing. NaN: so do the scalars. Default: NaN.
    */
   virtual void SetBackgroundValue(double value);
   vtkGetMacro(BackgroundValue, double);

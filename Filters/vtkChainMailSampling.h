@@ -76,21 +76,32 @@ struct Grids
 };
 
 /**
- * Output voxels first, first + x, ... and for each, at Offsets, where its material comes from relative to it [voxels]:
- * 0: no other place; NaN: none is left.
+ * A box of output voxels and, 3 numbers a voxel, where the material of each comes from relative to it [voxels]: 0: from
+ * nowhere else; NaN: none is left.
  */
-struct Span
+struct Box
 {
   std::array<int, 3> First;
-  int Count;
-  std::size_t Offsets;
-};
+  std::array<int, 3> Size;
+  const float* Offset;
 
-/// Spans and the offsets they refer to, 3 a voxel.
-struct Batch
-{
-  std::vector<Span> Spans;
-  std::vector<float> Offsets;
+  int Rows() const { return this->Size[1] * this->Size[2]; }
+
+  /// Calls f(voxel, offset) for those of a row that change.
+  template <typename F> void ForChanged(int row, F&& f) const
+  {
+    std::array<int, 3> voxel = { { this->First[0], this->First[1] + row % this->Size[1],
+      this->First[2] + row / this->Size[1] } };
+    const float* offset = this->Offset + 3 * static_cast<std::size_t>(row) * this->Size[0];
+    for (int n = 0; n < this->Size[0]; ++n, ++voxel[0], offset += 3)
+    {
+      // True for NaN.
+      if (offset[0] != 0.0f || offset[1] != 0.0f || offset[2] != 0.0f)
+      {
+        f(voxel, offset);
+      }
+    }
+  }
 };
 
 /**
@@ -101,8 +112,8 @@ class ArraySampler
 public:
   virtual ~ArraySampler() = default;
 
-  /// Overwrites the output's voxels of the batch.
-  virtual void Sample(const Batch& batch) = 0;
+  /// Overwrites what changes in the box.
+  virtual void Sample(const Box& box) = 0;
 
   /// The output's array: the input's own one when nothing was overwritten and there is no padding.
   virtual vtkAbstractArray* GetOutput() = 0;
@@ -129,29 +140,27 @@ public:
     this->Step[2] = this->Step[1] * grids.Size[1];
   }
 
-  void Sample(const Batch& batch) override
+  void Sample(const Box& box) override
   {
     this->MakeOutput();
-    vtkSMPTools::For(0, static_cast<vtkIdType>(batch.Spans.size()),
+    vtkSMPTools::For(0, box.Rows(),
       [&](vtkIdType first, vtkIdType last)
       {
-        for (vtkIdType s = first; s < last; ++s)
+        for (vtkIdType row = first; row < last; ++row)
         {
-          const Span& span = batch.Spans[s];
-          const float* offset = batch.Offsets.data() + span.Offsets;
-          T* out = this->Out + this->Components * this->G.OutputId(span.First[0], span.First[1], span.First[2]);
-          std::array<int, 3> voxel = span.First;
-          for (int n = 0; n < span.Count; ++n, ++voxel[0], offset += 3, out += this->Components)
-          {
-            if (std::isnan(offset[0]))
+          box.ForChanged(static_cast<int>(row),
+            [&](const std::array<int, 3>& voxel, const float* offset)
             {
-              std::copy(this->Background.begin(), this->Background.end(), out);
-            }
-            else if (offset[0] != 0.0f || offset[1] != 0.0f || offset[2] != 0.0f)
-            {
-              this->SampleAt(voxel, offset, out);
-            }
-          }
+              T* out = this->Out + this->Components * this->G.OutputId(voxel[0], voxel[1], voxel[2]);
+              if (std::isnan(offset[0]))
+              {
+                std::copy(this->Background.begin(), this->Background.end(), out);
+              }
+              else
+              {
+                this->SampleAt(voxel, offset, out);
+              }
+            });
         }
       });
   }
@@ -312,30 +321,28 @@ public:
   {
   }
 
-  void Sample(const Batch& batch) override
+  void Sample(const Box& box) override
   {
     this->MakeOutput();
-    for (const Span& span : batch.Spans)
+    for (int row = 0; row < box.Rows(); ++row)
     {
-      const float* offset = batch.Offsets.data() + span.Offsets;
-      const vtkIdType first = this->G.OutputId(span.First[0], span.First[1], span.First[2]);
-      for (int n = 0; n < span.Count; ++n, offset += 3)
-      {
-        if (std::isnan(offset[0]))
+      box.ForChanged(row,
+        [&](const std::array<int, 3>& voxel, const float* offset)
         {
-          this->Output->SetTuple(first + n, 0, this->Background);
-        }
-        else if (offset[0] != 0.0f || offset[1] != 0.0f || offset[2] != 0.0f)
-        {
+          const vtkIdType id = this->G.OutputId(voxel[0], voxel[1], voxel[2]);
+          if (std::isnan(offset[0]))
+          {
+            this->Output->SetTuple(id, 0, this->Background);
+            return;
+          }
           int place[3];
           for (int a = 0; a < 3; ++a)
           {
-            const double index = std::floor(span.First[a] + (a == 0 ? n : 0) + static_cast<double>(offset[a]) + 0.5);
+            const double index = std::floor(voxel[a] + static_cast<double>(offset[a]) + 0.5);
             place[a] = static_cast<int>(std::min(std::max(index, 0.0), static_cast<double>(this->G.Size[a] - 1)));
           }
-          this->Output->SetTuple(first + n, this->G.InputId(place[0], place[1], place[2]), this->Input);
-        }
-      }
+          this->Output->SetTuple(id, this->G.InputId(place[0], place[1], place[2]), this->Input);
+        });
     }
   }
 

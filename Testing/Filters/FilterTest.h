@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the tests of the filters share: checks that count their failures, a log of VTK's error and warning events, and
+// small scenes.
+
+#ifndef FilterTest_h
+#define FilterTest_h
+
+#include "vtkAlgorithm.h"
+#include "vtkBitArray.h"
+#include "vtkCallbackCommand.h"
+#include "vtkChainMailDeformation.h"
+#include "vtkCommand.h"
+#include "vtkDataArray.h"
+#include "vtkDoubleArray.h"
+#include "vtkExecutive.h"
+#include "vtkFieldData.h"
+#include "vtkImageData.h"
+#include "vtkNew.h"
+#include "vtkPiecewiseFunction.h"
+#include "vtkPointData.h"
+#include "vtkPoints.h"
+#include "vtkPolyData.h"
+#include "vtkSmartPointer.h"
+#include "vtkStringArray.h"
+#include "vtkUnsignedCharArray.h"
+#include "vtkVariant.h"
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <iostream>
+#include <string>
+#include <vector>
+
+namespace FilterTest
+{
+
+/// Counts checks and failures; the first failures are printed.
+class Checks
+{
+public:
+  void That(bool holds, const std::string& what)
+  {
+    ++this->Count;
+    if (!holds && ++this->Failures <= 50)
+    {
+      std::cerr << "FAILED: " << what << "\n";
+    }
+  }
+
+  template <typename A, typename B> void Equal(const A& actual, const B& expected, const std::string& what)
+  {
+    const bool holds = actual == expected;
+    if (!holds && this->Failures < 50)
+    {
+      std::cerr << "got " << actual << ", expected " << expected << ": ";
+    }
+    this->That(holds, what);
+  }
+
+  void Near(double actual, double expected, double tolerance, const std::string& what)
+  {
+    const bool holds = std::fabs(actual - expected) <= tolerance; // false for NaN
+    if (!holds && this->Failures < 50)
+    {
+      std::cerr << "got " << actual << ", expected " << expected << " +- " << tolerance << ": ";
+    }
+    this->That(holds, what);
+  }
+
+  void Contains(const std::string& text, const std::string& part, const std::string& what)
+  {
+    const bool holds = text.find(part) != std::string::npos;
+    if (!holds && this->Failures < 50)
+    {
+      std::cerr << "\"" << text << "\" does not contain \"" << part << "\": ";
+    }
+    this->That(holds, what);
+  }
+
+  /// The test's exit status.
+  int Finish() const
+  {
+    std::cout << this->Count << " checks, " << this->Failures << " failed\n";
+    return this->Count > 0 && this->Failures == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+  }
+
+private:
+  int Count = 0;
+  int Failures = 0;
+};
+
+/// Collects the errors and warnings of an algorithm, which then do not reach the terminal.
+class EventLog
+{
+public:
+  explicit EventLog(vtkAlgorithm* algorithm)
+  {
+    this->Observer->SetClientData(this);
+    this->Observer->SetCallback(
+      [](vtkObject*, unsigned long event, void* log, void* text)
+      {
+        auto* self = static_cast<EventLog*>(log);
+        (event == vtkCommand::ErrorEvent ? self->Errors : self->Warnings).emplace_back(static_cast<const char*>(text));
+      });
+    this->Quiet->SetCallback([](vtkObject*, unsigned long, void*, void*) {});
+    algorithm->AddObserver(vtkCommand::ErrorEvent, this->Observer);
+    algorithm->AddObserver(vtkCommand::WarningEvent, this->Observer);
+    // The executive repeats that the algorithm failed.
+    algorithm->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, this->Quiet);
+  }
+
+  std::string TakeErrors() { return Take(this->Errors); }
+  std::string TakeWarnings() { return Take(this->Warnings); }
+
+private:
+  static std::string Take(std::vector<std::string>& messages)
+  {
+    std::string all;
+    for (const std::string& message : messages)
+    {
+      all += message;
+    }
+    messages.clear();
+    return all;
+  }
+
+  vtkNew<vtkCallbackCommand> Observer;
+  vtkNew<vtkCallbackCommand> Quiet;
+  std::vector<std::string> Errors;
+  std::vector<std::string> Warnings;
+};
+
+/// Numbers that look random and are the same everywhere.
+class Noise
+{
+public:
+  explicit Noise(unsigned seed)
+    : State(seed * 2654435761u + 12345u)
+  {
+  }
+  unsigned Next()
+  {
+    this->State ^= this->State << 13;
+    this->State ^= this->State >> 17;
+    this->State ^= this->State << 5;
+    return this->State;
+  }
+  /// In [0, 1).
+  double Uniform() { return (this->Next() >> 8) / 16777216.0; }
+
+private:
+  unsigned State;
+};
+
+inline vtkSmartPointer<vtkImageData> MakeImage(
+  const std::array<int, 6>& extent, int type = VTK_SHORT, int components = 1)
+{
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  image->SetExtent(const_cast<int*>(extent.data()));
+  image->AllocateScalars(type, components);
+  image->GetPointData()->GetScalars()->SetName("Scan");
+  return image;
+}
+
+/// Scalars from a function of the voxel's indices, counted from the first voxel.
+inline void Fill(vtkDataArray* array, vtkImageData* image, const std::function<double(int, int, int)>& value)
+{
+  int size[3];
+  image->GetDimensions(size);
+  vtkIdType id = 0;
+  for (int k = 0; k < size[2]; ++k)
+  {
+    for (int j = 0; j < size[1]; ++j)
+    {
+      for (int i = 0; i < size[0]; ++i, ++id)
+      {
+        for (int c = 0; c < array->GetNumberOfComponents(); ++c)
+        {
+          array->SetComponent(id, c, value(i, j, k) + c);
+        }
+      }
+    }
+  }
+}
+
+inline vtkSmartPointer<vtkPiecewiseFunction> ConstantMaterial(double constraint)
+{
+  auto function = vtkSmartPointer<vtkPiecewiseFunction>::New();
+  function->AddPoint(0.0, constraint);
+  return function;
+}
+
+using Vector = std::array<double, 3>;
+
+struct Probe
+{
+  Vector Position;
+  Vector Displacement;
+  double Radius = 0.0;
+  bool Anchor = false;
+};
+
+inline vtkSmartPointer<vtkPolyData> MakeProbes(const std::vector<Probe>& probes)
+{
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  vtkNew<vtkDoubleArray> displacement;
+  displacement->SetName("Displacement");
+  displacement->SetNumberOfComponents(3);
+  vtkNew<vtkDoubleArray> radius;
+  radius->SetName("Radius");
+  vtkNew<vtkUnsignedCharArray> anchor;
+  anchor->SetName("Anchor");
+  for (const Probe& probe : probes)
+  {
+    points->InsertNextPoint(probe.Position.data());
+    displacement->InsertNextTuple(probe.Displacement.data());
+    radius->InsertNextValue(probe.Radius);
+    anchor->InsertNextValue(probe.Anchor ? 1 : 0);
+  }
+  data->SetPoints(points);
+  data->GetPointData()->AddArray(displacement);
+  data->GetPointData()->AddArray(radius);
+  data->GetPointData()->AddArray(anchor);
+  return data;
+}
+
+/// A quadrilateral blade.
+inline vtkSmartPointer<vtkPolyData> MakeBlade(const std::array<Vector, 4>& corners)
+{
+  auto data = vtkSmartPointer<vtkPolyData>::New();
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  for (const Vector& corner : corners)
+  {
+    points->InsertNextPoint(corner.data());
+  }
+  vtkNew<vtkCellArray> polygons;
+  polygons->InsertNextCell({ 0, 1, 2, 3 });
+  data->SetPoints(points);
+  data->SetPolys(polygons);
+  return data;
+}
+
+inline double Field(vtkDataObject* data, const char* name, int component = 0, vtkIdType tuple = 0)
+{
+  vtkDataArray* array = data->GetFieldData()->GetArray(name);
+  return array && tuple < array->GetNumberOfTuples() && component < array->GetNumberOfComponents()
+           ? array->GetComponent(tuple, component)
+           : std::nan("");
+}
+
+/// Rows of the field array Milliseconds.
+enum Times
+{
+  UPLOAD,
+  PROPAGATE,
+  RELAX,
+  RESAMPLE,
+  DOWNLOAD
+};
+
+/// A value as text. VTK's variants hold no bits.
+inline std::string ValueText(vtkAbstractArray* array, vtkIdType value)
+{
+  vtkBitArray* bits = vtkBitArray::SafeDownCast(array);
+  return bits ? std::to_string(bits->GetValue(value)) : array->GetVariantValue(value).ToString();
+}
+
+/// The same name, type, components and bits.
+inline bool SameBits(vtkAbstractArray* a, vtkAbstractArray* b)
+{
+  if (!a || !b || a->GetDataType() != b->GetDataType() || a->GetNumberOfComponents() != b->GetNumberOfComponents() ||
+      a->GetNumberOfTuples() != b->GetNumberOfTuples() || std::string(a->GetName()) != b->GetName())
+  {
+    return false;
+  }
+  vtkDataArray* numbers = vtkDataArray::SafeDownCast(a);
+  if (!numbers || a->GetDataType() == VTK_BIT)
+  {
+    for (vtkIdType v = 0; v < a->GetNumberOfValues(); ++v)
+    {
+      if (ValueText(a, v) != ValueText(b, v))
+      {
+        return false;
+      }
+    }
+    return true;
+  }
+  const std::size_t bytes = static_cast<std::size_t>(a->GetNumberOfValues()) * a->GetDataTypeSize();
+  std::vector<char> bytesOfA(bytes);
+  std::vector<char> bytesOfB(bytes);
+  a->ExportToVoidPointer(bytesOfA.data());
+  b->ExportToVoidPointer(bytesOfB.data());
+  return bytesOfA == bytesOfB;
+}
+
+}
+
+#endif
