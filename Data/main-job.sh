@@ -11,6 +11,7 @@ case ${1-} in
 esac
 install_packages "${build_packages[@]}" "${run_packages[@]}"
 configure_and_build -DBUILD_TESTING=OFF
+describe_machine
 start_display
 say "Running the main job"
 PV_PLUGIN_PATH=$(sed -n 's/^CHAINMAIL_PLUGIN_FOLDER:INTERNAL=//p' "$build/CMakeCache.txt")

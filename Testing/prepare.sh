@@ -56,6 +56,19 @@ configure_and_build() {
   cmake --build "$build" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" || fail "The build failed, see above."
 }
 
+# Without /sys, as in a bare chroot, hwloc sees neither cores nor memory, and PoCL and Open MPI, which ask it, give up.
+# Then the machine is described to it in words.
+describe_machine() {
+  [ -d /sys/devices/system/cpu ] && return 0
+  [ -z "${HWLOC_SYNTHETIC-}${HWLOC_XMLFILE-}" ] || return 0
+  local memory
+  memory=$(sed -n 's/^MemAvailable: *\([0-9]*\) kB$/\1/p' /proc/meminfo 2>/dev/null)
+  [ -n "$memory" ] || fail "Neither /sys nor /proc is there, so the machine's memory and cores cannot be known. In a chroot run
+  mount -t proc proc /proc"
+  say "There is no /sys: telling PoCL and MPI of $(nproc) cores and $((memory / 1024)) MiB of memory"
+  export HWLOC_SYNTHETIC="numa:1(memory=$((memory * 1024))) pu:$(nproc)"
+}
+
 # One X server of our own for everything that renders, until the script ends: Debian's ParaView cannot render without
 # one, and nothing is to appear on a user's screen.
 start_display() {

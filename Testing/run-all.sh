@@ -5,6 +5,7 @@ set -u
 
 install_packages "${build_packages[@]}" "${run_packages[@]}" "${test_packages[@]}"
 configure_and_build -DBUILD_TESTING=ON -DCHAINMAIL_WARNINGS_AS_ERRORS="${CI:+ON}"
+describe_machine
 start_display
 say "Running the tests"
 ctest --test-dir "$build" --output-on-failure --no-tests=error "$@"
