@@ -266,6 +266,12 @@ struct ProbeOrigin
   int Input;
   vtkIdType Point;
   Vector3 Position; // world
+
+  std::string ToString() const
+  {
+    return "Probes input " + std::to_string(this->Input) + ", point " + std::to_string(this->Point) + " at " +
+           ::ToString(this->Position.data()) + ": ";
+  }
 };
 
 /// One update's inputs, checked and in the engine's terms.
@@ -570,7 +576,7 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inp
     {
       continue;
     }
-    const std::string where = "Probes input " + std::to_string(input);
+    const std::string where = "Probes input " + std::to_string(input) + ": ";
     const auto find = [&](const char* name, int components) -> vtkDataArray*
     {
       vtkAbstractArray* array = points->GetPointData()->GetAbstractArray(name);
@@ -581,7 +587,7 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inp
       vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
       if (!numbers || numbers->GetNumberOfComponents() != components || numbers->GetNumberOfTuples() != numberOfPoints)
       {
-        throw InputError(where + ": the point array \"" + name + "\" has to hold " + std::to_string(components) +
+        throw InputError(where + "the point array \"" + name + "\" has to hold " + std::to_string(components) +
                          (components == 1 ? " number" : " numbers") + " for every point; it holds " +
                          (numbers ? std::to_string(numbers->GetNumberOfComponents()) + " for each of " +
                                       std::to_string(numbers->GetNumberOfTuples()) + " points."
@@ -595,12 +601,12 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inp
 
     for (vtkIdType p = 0; p < numberOfPoints; ++p)
     {
-      double position[3];
+      ProbeOrigin origin{ input, p, {} };
+      double* position = origin.Position.data();
       points->GetPoint(p, position);
-      const auto point = [&] { return where + ", point " + std::to_string(p) + " at " + ToString(position) + ": "; };
       if (!IsFinite(position))
       {
-        throw InputError(point() + "the position has to be finite.");
+        throw InputError(origin.ToString() + "the position has to be finite.");
       }
       chainmail::Probe probe;
       probe.position = scene.Space.PointToEngine(position);
@@ -608,13 +614,13 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inp
       probe.radius = radii ? radii->GetTuple1(p) : 0.0;
       if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
       {
-        throw InputError(point() + "the radius is " + std::to_string(probe.radius) +
+        throw InputError(origin.ToString() + "the radius is " + std::to_string(probe.radius) +
                          "; it has to be 0 (the nearest element) or a positive length.");
       }
       if (!probe.anchor && !displacements)
       {
         throw InputError(
-          point() + "there is no point array \"Displacement\" to say how far to pull. " +
+          origin.ToString() + "there is no point array \"Displacement\" to say how far to pull. " +
           ListArrays(points->GetPointData()) +
           " Add one with 3 components, or an array \"Anchor\" that is not 0 where tissue is to be held in place.");
       }
@@ -624,12 +630,12 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inp
         displacements->GetTuple(p, displacement);
         if (!IsFinite(displacement))
         {
-          throw InputError(point() + "the displacement " + ToString(displacement) + " has to be finite.");
+          throw InputError(origin.ToString() + "the displacement " + ToString(displacement) + " has to be finite.");
         }
         probe.displacement = scene.Space.VectorToEngine(displacement);
       }
       scene.Probes.push_back(probe);
-      scene.ProbeOrigins.push_back({ input, p, { position[0], position[1], position[2] } });
+      scene.ProbeOrigins.push_back(origin);
     }
   }
 }
@@ -790,7 +796,15 @@ void vtkChainMailDeformation::vtkInternals::Deform(const Scene& scene)
       [&]
       {
         this->Simulation->reset();
-        this->Results = this->Simulation->pull(scene.Probes);
+        try
+        {
+          this->Results = this->Simulation->pull(scene.Probes);
+        }
+        catch (const chainmail::ProbeError& error)
+        {
+          // The user knows it by another name and place.
+          throw InputError(scene.ProbeOrigins[error.probe].ToString() + "the probe " + error.problem);
+        }
       });
     this->Run(RELAX, 0.45, 0.75,
       [&]

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
@@ -19,6 +20,22 @@ class InputError : public Error
 {
 public:
   using Error::Error;
+};
+
+/// A probe cannot be used as it is.
+class ProbeError : public InputError
+{
+public:
+  /// `problem` follows `name`, which tells the engine's caller which one it is.
+  ProbeError(std::size_t number, const std::string& name, const std::string& problem)
+    : InputError(name + " " + problem)
+    , probe(number)
+    , problem(problem)
+  {
+  }
+
+  std::size_t probe;   ///< its place in the list
+  std::string problem; ///< the message without its name, for callers with another name for it
 };
 
 /// OpenCL is missing, has no such device, or a call of it failed. The message holds the call, its error code by name

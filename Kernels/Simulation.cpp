@@ -143,21 +143,21 @@ std::vector<std::size_t> Simulation::Impl::grab(const Probe& probe, std::size_t 
 {
   const Grid& grid = this->model_->grid();
   const std::string name =
-    "Probe " + std::to_string(number) + " at " + text(probe.position) + " mm along the image's axes ";
+    "Probe " + std::to_string(number) + " at " + text(probe.position) + " mm along the image's axes";
   for (int a = 0; a < 3; ++a)
   {
     if (!std::isfinite(probe.position[a]))
     {
-      throw InputError(name + "has a position that is not finite.");
+      throw ProbeError(number, name, "has a position that is not finite.");
     }
     if (!probe.anchor && !std::isfinite(probe.displacement[a]))
     {
-      throw InputError(name + "has a displacement that is not finite.");
+      throw ProbeError(number, name, "has a displacement that is not finite.");
     }
   }
   if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
   {
-    throw InputError(name + "has a radius that is negative or not finite.");
+    throw ProbeError(number, name, "has a radius that is negative or not finite.");
   }
 
   // The nearest element is one within reach of the voxel's own corners.
@@ -218,8 +218,9 @@ std::vector<std::size_t> Simulation::Impl::grab(const Probe& probe, std::size_t 
   }
   if (nearest2 > reach2)
   {
-    throw InputError(name + "holds no tissue: there is none within its radius of " + std::to_string(probe.radius) +
-                     " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
+    throw ProbeError(number, name,
+      "holds no tissue: there is none within its radius of " + std::to_string(probe.radius) +
+        " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
   }
   return { nearest };
 }
@@ -367,10 +368,10 @@ void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
       if (conflict[a] > tolerance(to[a]))
       {
         compatible = false;
-        // A little more than the excess each time: the sums along the shorter wave round differently.
-        const double margin = 0.5 * tolerance(to[a]) * (1 << attempt);
+        // The excess of a long wave is known less exactly: the first attempt stops short of it, later ones do not.
         const double way = static_cast<double>(to[a]) - start[a];
-        const double shorter = std::max(0.0, std::fabs(way) - conflict[a] - margin);
+        const double slack = attempt == 0 ? tolerance(to[a]) : 0.0f;
+        const double shorter = std::max(0.0, std::fabs(way) - conflict[a] + slack);
         to[a] = static_cast<float>(start[a] + std::copysign(shorter, way));
       }
     }
@@ -653,7 +654,7 @@ void Simulation::Impl::resample(const Index3& padding, const std::function<void(
       throw InputError("The padding of the output must not be negative.");
     }
   }
-  this->resampling_.run(padding, visit);
+  this->resampling_.run(padding, [this](double share) { this->checkpoint(share); }, visit);
 }
 
 Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& settings)
