@@ -242,14 +242,22 @@ inline chainmail::Probe probeAt(
   return probe;
 }
 
-/// The probes as the oracle takes them.
+/// The probes as the oracle takes them. An element has one holder: an anchor, else the first probe that grabs it.
 inline std::vector<oracle::Hand> hands(const oracle::Block& block, const std::vector<chainmail::Probe>& probes)
 {
   std::vector<oracle::Hand> result;
+  std::vector<char> taken = block.anchored;
   for (const chainmail::Probe& probe : probes)
   {
     oracle::Hand hand;
-    hand.elements = oracle::grab(block, probe.position, probe.radius);
+    for (const std::size_t voxel : oracle::grab(block, probe.position, probe.radius))
+    {
+      if (!taken[voxel])
+      {
+        taken[voxel] = 1;
+        hand.elements.push_back(voxel);
+      }
+    }
     hand.anchor = probe.anchor;
     for (int a = 0; a < 3; ++a)
     {

@@ -124,19 +124,22 @@ template <typename F> void expectTwoSides(const Scene& scene, const Surface& bla
   int number = 0;
   const std::vector<int> part = partsOf(scene, simulation, &number);
   EXPECT_EQ(number, 2);
-  const Index3& n = scene.grid.size;
-  const int below = part[scene.grid.at(0, 0, 0)], above = part[scene.grid.at(0, 0, n[2] - 1)];
-  EXPECT_NE(below, above);
+  int side[2] = { -1, -1 }; // what the first voxel that is clearly below, and above, belongs to
   int wrong = 0;
   scene.each(
     [&](int i, int j, int k)
     {
       const Vector3 p = scene.place(i, j, k);
-      const double h = height(p[0], p[1]);
-      const int here = part[scene.grid.at(i, j, k)];
-      wrong += p[2] > h + 1e-6 && here != above;
-      wrong += p[2] < h - 1e-6 && here != below;
+      const double d = p[2] - height(p[0], p[1]);
+      if (std::abs(d) > 1e-6)
+      {
+        const int here = part[scene.grid.at(i, j, k)];
+        int& expected = side[d > 0];
+        expected = expected < 0 ? here : expected;
+        wrong += here != expected;
+      }
     });
+  EXPECT_NE(side[0], side[1]);
   EXPECT_EQ(wrong, 0);
 }
 

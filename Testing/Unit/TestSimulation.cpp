@@ -155,23 +155,19 @@ TEST(Simulation, ProgressRisesWithinEachCall)
       ++calls;
       return true;
     });
-  for (int step = 0; step < 3; ++step)
+  for (const bool pull : { true, false })
   {
     last = 0.0;
     calls = 0;
-    if (step == 0)
+    if (pull)
     {
       simulation.pull({ probeAt(scene, { 20, 15, 15 }, { 3.0, 2.0, 1.0 }) });
     }
-    else if (step == 1)
+    else
     {
       simulation.relax(20, 0.0);
     }
-    else
-    {
-      simulation.resample({ 0, 0, 0 }, [](const ResampledBox&) {});
-    }
-    EXPECT_GT(calls, 0) << "step " << step;
+    EXPECT_GT(calls, 1);
   }
 }
 
