@@ -60,8 +60,7 @@
  *
  * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
- * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels. 64-bit
- * integers are interpolated exactly only where long double has a 64-bit mantissa.
+ * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels.
  *
  * @sa vtkChainMailProbeSource
  */

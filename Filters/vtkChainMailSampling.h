@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -175,20 +176,18 @@ public:
   }
 
 private:
-  // 64-bit integers do not fit a double.
-  using Real = std::conditional_t<std::is_integral<T>::value && sizeof(T) == 8, long double, double>;
+  static constexpr bool IsWide = std::is_integral<T>::value && sizeof(T) == 8;
 
-  static T ToType(Real value)
+  /// The nearest value of the type.
+  static T ToType(double value)
   {
     if constexpr (std::is_integral<T>::value)
     {
-      const Real lowest = static_cast<Real>(std::numeric_limits<T>::lowest());
-      const Real highest = static_cast<Real>(std::numeric_limits<T>::max());
-      const Real rounded = std::floor(value + Real(0.5));
-      // Not std::clamp: where Real cannot hold the largest integer exactly, converting it back would overflow.
-      return rounded <= lowest    ? std::numeric_limits<T>::lowest()
-             : rounded >= highest ? std::numeric_limits<T>::max()
-                                  : static_cast<T>(rounded);
+      const double rounded = std::floor(value + 0.5);
+      // Not std::clamp: the largest 64-bit integer, as a double, is one more, and converting that back would overflow.
+      return rounded <= static_cast<double>(std::numeric_limits<T>::lowest()) ? std::numeric_limits<T>::lowest()
+             : rounded >= static_cast<double>(std::numeric_limits<T>::max())  ? std::numeric_limits<T>::max()
+                                                                              : static_cast<T>(rounded);
     }
     else
     {
@@ -196,30 +195,67 @@ private:
     }
   }
 
-  /// Between a and b. Equal ends are returned as they are: neither rounding nor inf - inf.
-  static Real Between(Real a, Real b, Real share) { return a == b ? a : a + share * (b - a); }
-
-  /// Linear along the axes up to `Axis`. Neighbours of weight 0 are not read: a place on the grid gets the value that
-  /// is there, whatever is beside it.
-  template <int Axis> Real Interpolate(const T* corner, const Real* share) const
+  /// Interpolation is done with doubles. 64-bit integers do not fit into one, but their differences from a neighbour
+  /// do, unless those are as large as 2^53.
+  static double ToDouble(T value, T base)
   {
-    if constexpr (Axis < 0)
+    if constexpr (IsWide)
     {
-      return static_cast<Real>(*corner);
+      return value >= base ? static_cast<double>(Magnitude(value, base)) : -static_cast<double>(Magnitude(base, value));
     }
     else
     {
-      const Real low = this->template Interpolate<Axis - 1>(corner, share);
-      return share[Axis] == Real(0)
+      return static_cast<double>(value);
+    }
+  }
+  static T FromDouble(double value, T base)
+  {
+    if constexpr (IsWide)
+    {
+      const double rounded = std::floor(value + 0.5);
+      const std::uint64_t room = rounded < 0.0 ? Magnitude(base, std::numeric_limits<T>::lowest())
+                                               : Magnitude(std::numeric_limits<T>::max(), base);
+      const double distance = std::fabs(rounded);
+      const std::uint64_t step = distance >= static_cast<double>(room) ? room : static_cast<std::uint64_t>(distance);
+      const auto from = static_cast<std::uint64_t>(base);
+      return static_cast<T>(rounded < 0.0 ? from - step : from + step);
+    }
+    else
+    {
+      return ToType(value);
+    }
+  }
+  /// larger - smaller, which may not fit T.
+  static std::uint64_t Magnitude(T larger, T smaller)
+  {
+    return static_cast<std::uint64_t>(larger) - static_cast<std::uint64_t>(smaller);
+  }
+
+  /// Between a and b. Equal ends are returned as they are: neither rounding nor inf - inf.
+  static double Between(double a, double b, double share) { return a == b ? a : a + share * (b - a); }
+
+  /// Linear along the axes up to `Axis`. Neighbours of weight 0 are not read: a place on the grid gets the value that
+  /// is there, whatever is beside it.
+  template <int Axis> double Interpolate(const T* corner, const double* share, T base) const
+  {
+    if constexpr (Axis < 0)
+    {
+      return ToDouble(*corner, base);
+    }
+    else
+    {
+      const double low = this->template Interpolate<Axis - 1>(corner, share, base);
+      return share[Axis] == 0.0
                ? low
-               : Between(low, this->template Interpolate<Axis - 1>(corner + this->Step[Axis], share), share[Axis]);
+               : Between(
+                   low, this->template Interpolate<Axis - 1>(corner + this->Step[Axis], share, base), share[Axis]);
     }
   }
 
   void SampleAt(const std::array<int, 3>& voxel, const float* offset, T* out) const
   {
     const T* corner = this->In;
-    Real share[3];
+    double share[3];
     bool onGrid = true;
     for (int a = 0; a < 3; ++a)
     {
@@ -227,7 +263,7 @@ private:
         std::min(std::max(voxel[a] + static_cast<double>(offset[a]), 0.0), static_cast<double>(this->G.Size[a] - 1));
       const double index = std::floor(this->Nearest ? place + 0.5 : place);
       share[a] = this->Nearest ? 0.0 : place - index;
-      onGrid = onGrid && share[a] == Real(0);
+      onGrid = onGrid && share[a] == 0.0;
       corner += static_cast<vtkIdType>(index) * this->Step[a];
     }
     if (onGrid)
@@ -237,7 +273,7 @@ private:
     }
     for (int c = 0; c < this->Components; ++c)
     {
-      out[c] = ToType(this->template Interpolate<2>(corner + c, share));
+      out[c] = FromDouble(this->template Interpolate<2>(corner + c, share, corner[c]), corner[c]);
     }
   }
 
@@ -274,7 +310,7 @@ private:
   {
     if (!std::isnan(this->BackgroundValue))
     {
-      this->Background.assign(this->Components, ToType(static_cast<Real>(this->BackgroundValue)));
+      this->Background.assign(this->Components, ToType(this->BackgroundValue));
       return;
     }
     this->Background.assign(this->Components, T(0));
