@@ -1,0 +1,108 @@
+"""What a new filter and a new probe start with: the defaults that the C++ classes document, fitted to the data."""
+
+import numpy as np
+from chainmail.ChainMailFilters import vtkChainMailDeformation
+from harness import Reports, make_image, produce, require, update
+from paraview.simple import *
+
+FIXED = {"MaterialPreset": 0, "AnchorRigid": 0, "AnchoredFaces": (1,) * 6, "RelaxationIterations": 40,
+         "RelaxationTolerance": 1e-3, "Interpolation": 0, "OutputPadding": 0, "Device": "", "BlockSize": (0, 0, 0),
+         "ConstraintArray": ""}
+
+
+def nodes(function):
+    """The points (scalar, constraint) of a piecewise function's proxy."""
+    points = np.reshape(function.Points, (-1, 4))
+    require((points[:, 2] == 0.5).all() and (points[:, 3] == 0.0).all(), "a node is not linear: %s", points)
+    return points[:, :2]
+
+
+rng = np.random.default_rng(1)
+
+
+def ramp(low, high, kind):
+    values = rng.uniform(low, high, (6, 7, 8))
+    values.flat[0], values.flat[-1] = low, high
+    return make_image(values.astype(kind))
+
+
+# A fresh VTK object and a fresh ParaView proxy agree on everything that does not depend on the data.
+image = ramp(-1000, 1500, np.int16)
+deformation = ChainMailDeformation(Input=produce(image))
+plain = vtkChainMailDeformation()
+for name, value in FIXED.items():
+    require(getattr(plain, "Get" + name)() == value, "the class's %s is %s", name, getattr(plain, "Get" + name)())
+    proxy = deformation.GetClientSideObject()
+    require(getattr(proxy, "Get" + name)() == value, "the proxy's %s is %s", name, getattr(proxy, "Get" + name)())
+require(deformation.GetClientSideObject().GetNumberOfLabelArrays() == 0, "there are label arrays from the start")
+
+# A CT: Hounsfield units. These numbers are the presets' documentation, so they are written out.
+require(list(deformation.Scalars) == ["POINTS", "scalars"], "Scalars is %s", deformation.Scalars)
+require(deformation.TissueThreshold == -300, "a CT's threshold is %g", deformation.TissueThreshold)
+require(deformation.BackgroundValue == -1000, "a CT's background is %g", deformation.BackgroundValue)
+ct = nodes(deformation.MaterialFunction)
+require(ct[0][0] == -300 and ct[-1][0] == 300 and ct[-1][1] == 0, "a CT's function is %s", ct)
+require((ct[:-1, 1] > 0).all() and (ct[:, 1] < 1).all(), "a CT's function leaves (0, 1): %s", ct)
+
+# Any other range: air is below a tenth of it, nothing is rigid, what is brighter is stiffer.
+for low, high, kind in ((0, 255, np.uint8), (0, 4000, np.uint16), (-1.0, 1.0, np.float32), (2.5, 7.5, np.float64)):
+    other = ChainMailDeformation(Input=produce(ramp(low, high, kind)))
+    expected = low + 0.1 * (high - low)
+    # The range of a float array and a tenth of it are rounded, the result is not otherwise changed.
+    require(abs(other.TissueThreshold - expected) <= 1e-6 * (high - low),
+            "range %g..%g: the threshold is %g", low, high, other.TissueThreshold)
+    require(other.BackgroundValue == low, "range %g..%g: the background is %g", low, high, other.BackgroundValue)
+    function = nodes(other.MaterialFunction)
+    require(abs(function[0][0] - expected) <= 1e-6 * (high - low) and function[-1][0] == high,
+            "range %g..%g: the function is %s", low, high, function)
+    require((np.diff(function[:, 1]) < 0).all() and function[-1][1] > 0 and function[0][1] < 1,
+            "range %g..%g: the function is %s", low, high, function)
+
+# Infinite scalars are air: they do not stretch the range.
+broken = ramp(-1000, 1500, np.float32)
+broken.GetPointData().GetScalars().SetTuple1(5, np.inf)
+broken.GetPointData().GetScalars().SetTuple1(6, np.nan)
+broken.GetPointData().GetScalars().SetTuple1(7, -np.inf)
+fitted = ChainMailDeformation(Input=produce(broken))
+require(fitted.TissueThreshold == -300 and fitted.BackgroundValue == -1000,
+        "with infinite scalars: threshold %g, background %g", fitted.TissueThreshold, fitted.BackgroundValue)
+
+# What the caller says is left alone; the rest is fitted.
+given = ChainMailDeformation(Input=produce(image), TissueThreshold=12.5, Device="")
+require(given.TissueThreshold == 12.5 and given.BackgroundValue == -1000, "a given threshold became %g",
+        given.TissueThreshold)
+
+# With another array the defaults can be fitted anew, as the panel's reset button does.
+values = make_image(rng.uniform(0, 100, (6, 7, 8)), "other").GetPointData().GetArray("other")
+values.SetTuple1(0, 0.0)
+values.SetTuple1(1, 100.0)
+image.GetPointData().AddArray(values)
+two = ChainMailDeformation(Input=produce(image))
+require(two.TissueThreshold == -300, "two arrays: the threshold of the active scalars is %g", two.TissueThreshold)
+two.Scalars = ["POINTS", "other"]
+for name in ("TissueThreshold", "MaterialFunction", "BackgroundValue"):
+    two.SMProxy.GetProperty(name).ResetToDomainDefaults()
+two.SMProxy.UpdateVTKObjects()
+require(two.TissueThreshold == 10.0 and two.BackgroundValue == 0.0 and nodes(two.MaterialFunction)[-1][0] == 100.0,
+        "after a change of array: threshold %g, background %g, function %s", two.TissueThreshold, two.BackgroundValue,
+        nodes(two.MaterialFunction))
+
+# The machine's devices are offered; the best is the default, and it is the one that was used.
+devices = list(deformation.GetProperty("AvailableDevices"))
+require(len(devices) > 0, "no device is offered")
+reports = Reports(deformation)
+volume, _ = update(deformation, reports)
+used = volume.GetFieldData().GetAbstractArray("DeviceName").GetValue(0)
+require(used == devices[0], "'%s' was used, not the best of %s", used, devices)
+
+# A probe starts in the data that is active; without any at the origin.
+SetActiveSource(deformation)
+probe = ChainMailProbe()
+require(np.allclose(probe.Position, [3.5, 3.0, 2.5]), "the probe starts at %s", probe.Position)
+require(np.allclose(probe.Target, [3.5, 3.0, 3.0]), "the probe's target is %s", probe.Target)
+require(probe.Radius == 0.0 and probe.Anchor == 0, "the probe has radius %g, anchor %d", probe.Radius, probe.Anchor)
+SetActiveSource(None)
+probe = ChainMailProbe()
+require(list(probe.Position) == [0, 0, 0] and list(probe.Target) == [0, 0, 0], "a probe without data is at %s",
+        probe.Position)
+print("defaults fit")
