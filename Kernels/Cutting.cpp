@@ -276,11 +276,6 @@ std::size_t cutLinks(Bricks& bricks, const Surface& surface)
     points.push_back(fixed(voxel));
   }
 
-  const Places places(bricks);
-  const Places::Bounds widest = places.widest();
-  const Index3 last{ grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 };
-  const Index3 size = bricks.size();
-  std::size_t removed = 0;
   for (const std::array<int, 3>& ids : surface.triangles)
   {
     for (const int id : ids)
@@ -288,9 +283,18 @@ std::size_t cutLinks(Bricks& bricks, const Surface& surface)
       if (id < 0 || static_cast<std::size_t>(id) >= points.size())
       {
         throw InputError("A triangle of the cut names point " + std::to_string(id) + ", but there are only " +
-                         std::to_string(points.size()) + ".");
+          std::to_string(points.size()) + ".");
       }
     }
+  }
+
+  const Places places(bricks);
+  const Places::Bounds widest = places.widest();
+  const Index3 last{ grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 };
+  const Index3 size = bricks.size();
+  std::size_t removed = 0;
+  for (const std::array<int, 3>& ids : surface.triangles)
+  {
     const Triangle triangle({ points[ids[0]], points[ids[1]], points[ids[2]] });
     const Range whole(triangle, widest, { 0, 0, 0 }, last);
     if (triangle.degenerate() || whole.empty())

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 namespace chainmail
 {
@@ -30,7 +31,8 @@ cl_int4 int4(const Index3& v)
 
 }
 
-void Resampling::run(const Index3& padding, const std::function<void(const ResampledBox&)>& visit)
+void Resampling::run(const Index3& padding, const std::function<void(double)>& checkpoint,
+  const std::function<void(const ResampledBox&)>& visit)
 {
   const Grid& grid = this->bricks_.model().grid();
   const Index3 size = this->bricks_.size();
@@ -90,6 +92,24 @@ void Resampling::run(const Index3& padding, const std::function<void(const Resam
     return;
   }
 
+  // The kernels must know the tissue that is at rest where other tissue arrives.
+  std::set<int> destinations;
+  for (const Source& source : sources)
+  {
+    for (int k = std::max(0, source.first[2]) / size[2]; k * size[2] <= std::min(source.last[2], grid.size[2] - 1); ++k)
+    {
+      for (int j = std::max(0, source.first[1]) / size[1]; j * size[1] <= std::min(source.last[1], grid.size[1] - 1); ++j)
+      {
+        for (int i = std::max(0, source.first[0]) / size[0]; i * size[0] <= std::min(source.last[0], grid.size[0] - 1);
+             ++i)
+        {
+          destinations.insert(this->bricks_.brickAt(i * size[0], j * size[1], k * size[2]));
+        }
+      }
+    }
+  }
+  this->bricks_.require({ destinations.begin(), destinations.end() });
+
   Context& context = this->bricks_.context();
   const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
   const std::size_t layer = static_cast<std::size_t>(last[0] - first[0] + 1) * (last[1] - first[1] + 1);
@@ -97,6 +117,7 @@ void Resampling::run(const Index3& padding, const std::function<void(const Resam
   std::vector<float> offsets;
   for (int z = first[2]; z <= last[2]; z += layers)
   {
+    checkpoint(static_cast<double>(z - first[2]) / (last[2] + 1 - first[2]));
     const Index3 boxFirst{ first[0], first[1], z };
     const Index3 boxSize{ last[0] - first[0] + 1, last[1] - first[1] + 1, std::min(layers, last[2] + 1 - z) };
     const std::size_t voxels = layer * boxSize[2];

@@ -17,7 +17,8 @@ public:
   {
   }
 
-  void run(const Index3& padding, const std::function<void(const ResampledBox&)>& visit);
+  void run(const Index3& padding, const std::function<void(double)>& checkpoint,
+    const std::function<void(const ResampledBox&)>& visit);
 
 private:
   Bricks& bricks_;

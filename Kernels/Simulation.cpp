@@ -124,6 +124,7 @@ void Simulation::Impl::reset()
 
 void Simulation::Impl::mend()
 {
+  this->reset();
   this->bricks_.removeNoLinks();
   this->clusters_.reset();
 }

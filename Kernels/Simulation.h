@@ -95,8 +95,10 @@ public:
 
   void setProgress(Progress progress);
 
-  /// Everything back to its rest place, all probes released. Cuts stay; `mend` undoes them.
+  /// Everything back to its rest place, all probes released. Cuts stay.
   void reset();
+
+  /// reset(), and all links whole again.
   void mend();
 
   /// Removes the links whose segment, between the current places of their two elements, crosses the surface.

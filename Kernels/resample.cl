@@ -14,7 +14,7 @@
 #include "brick.clh"
 
 // Claims: cell * 8 + component, and above all of these, in falling rank:
-#define FOLLOWS 0x80000000u // + claim: air next to that component, which moved less than a voxel and takes it along
+#define BORDER 0x80000000u  // + claim: air at the border of that component, never before the tissue of another
 #define RESTS 0xFFFFFFFDu   // material that is still at its rest place
 #define VACATED 0xFFFFFFFEu // material was here and went away
 #define NOTHING 0xFFFFFFFFu
@@ -369,9 +369,10 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
             base + (int3)(flat.x ? 0 : n & 1, flat.y ? 0 : n >> 1 & 1, flat.z ? 0 : n >> 2) - boxFirst.xyz;
           if (all(voxel >= 0) && all(voxel < boxSize.xyz))
           {
+            // Air that moved less than a voxel away takes its surroundings along, so that no seam opens there.
             const bool follows = !(cell.elements >> n & 1) && all(fabs(u[n]) < 1.0f);
             atomic_min(claims + (voxel.x + boxSize.x * (voxel.y + boxSize.y * voxel.z)),
-              all(u[n] == 0.0f) ? RESTS : follows ? FOLLOWS + key : VACATED);
+              all(u[n] == 0.0f) ? RESTS : follows ? BORDER + key : VACATED);
           }
         }
       }
@@ -388,7 +389,9 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
             if (all(voxel >= 0) && all(voxel < boxSize.xyz) &&
               invert(t, &cell, component, u, convert_float3((int3)(x, y, z) - base), &found))
             {
-              atomic_min(claims + (voxel.x + boxSize.x * (voxel.y + boxSize.y * voxel.z)), key);
+              const int nearest = (found.x > 0.5f) | (found.y > 0.5f) << 1 | (found.z > 0.5f) << 2;
+              atomic_min(claims + (voxel.x + boxSize.x * (voxel.y + boxSize.y * voxel.z)),
+                cell.elements >> nearest & 1 ? key : BORDER + key);
             }
           }
         }
@@ -412,25 +415,34 @@ kernel void locate(global const int* table, int strideY, int strideZ, uint pitch
   }
   else if (key < RESTS)
   {
-    const uint claimed = key & ~FOLLOWS;
+    const int3 voxel =
+      boxFirst.xyz + (int3)((int)at % boxSize.x, (int)at / boxSize.x % boxSize.y, (int)at / (boxSize.x * boxSize.y));
+    if (key >= BORDER && all(voxel >= 0) && all(voxel < size.xyz))
+    {
+      const uint address = addressOf(t, voxel.x, voxel.y, voxel.z);
+      if (isElement(t, address) && all(displacementAt(t, address) == 0.0f))
+      {
+        vstore3(offset, at, offsets); // tissue that rests here
+        return;
+      }
+    }
+    const uint claimed = key & ~BORDER;
     const int linear = (int)(claimed / 8);
     const int component = claimed % 8;
     Cell cell = cellAt(t, (int3)(linear % size.x, linear / size.x % size.y, linear / (size.x * size.y)));
     findComponents(t, &cell);
     float3 u[8];
     cornersOf(t, &cell, component, u);
-    const int3 voxel = (int3)((int)at % boxSize.x, (int)at / boxSize.x % boxSize.y, (int)at / (boxSize.x * boxSize.y));
-    const int3 corner = voxel + boxFirst.xyz - cell.base;
-    if (key & FOLLOWS)
+    const int3 corner = voxel - cell.base;
+    const float3 target = convert_float3(corner);
+    float3 found;
+    if (invert(t, &cell, component, u, target, &found))
     {
-      offset = -u[corner.x + 2 * corner.y + 4 * corner.z];
+      offset = found - target;
     }
     else
     {
-      const float3 target = convert_float3(corner);
-      float3 found = target;
-      invert(t, &cell, component, u, target, &found);
-      offset = found - target;
+      offset = -u[corner.x + 2 * corner.y + 4 * corner.z];
     }
   }
   vstore3(offset, at, offsets);
