@@ -44,7 +44,7 @@ Probe corner(const Scene& scene, const Vector3& displacement)
   return probe;
 }
 
-/// Engine and oracle on the same block after the same pull. Returns the number of sweeps.
+/// Engine and oracle on the same block after the same pull.
 void expectOptimum(Scene& scene, const Vector3& displacement, const char* what, const Surface* blade = nullptr)
 {
   SCOPED_TRACE(what);
@@ -106,6 +106,32 @@ TEST(Relax, ReachesTheOptimumBehindACut)
   blade.triangles = { { 0, 1, 2 }, { 1, 2, 3 } };
   expectOptimum(scene, { 0.8, -0.4, 0.3 }, "small pull", &blade);
   expectOptimum(scene, { 2.5, 2.0, -2.2 }, "large pull", &blade);
+}
+
+// Tissue drawn nearly as far as it goes: chains of links at their limits, whose elements cannot move one by one, only
+// together. Updating one element at a time stops up to 4 % above the optimum in these blocks, feasible and at rest.
+TEST(Relax, ReachesTheOptimumWhereChainsOfLinksAreAtTheirLimits)
+{
+  for (const int seed : { 1000, 1002, 1004, 1009 })
+  {
+    SCOPED_TRACE(seed);
+    const int n = 14;
+    Scene scene = randomScene({ n, n, n }, 1, seed, 0.05, 0.0);
+    for (int i = n / 5; i < n - n / 5; ++i)
+    {
+      for (int j : { n / 2, n / 2 + 1 })
+      {
+        scene.scalar[scene.grid.at(i, j, n / 2)] = 1.0f;
+        scene.give(i, j, n / 2, 0.0f);
+      }
+    }
+    scene.anchors.faces[0] = true;
+    scene.scalar[scene.grid.at(n - 2, n - 3, n / 2)] = 1.0f;
+    const oracle::Block block = scene.block();
+    oracle::Hand far{ { scene.grid.at(n - 2, n - 3, n / 2) }, { 50.0, 50.0, 50.0 }, false };
+    const double reach = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), { far }).reached[0][0];
+    expectOptimum(scene, { 0.9 * reach, -0.6 * reach, 0.99 * reach }, "near the limit");
+  }
 }
 
 TEST(Relax, EnergyNeverRisesAndEverySweepIsFeasible)
@@ -347,7 +373,6 @@ TEST(Relax, StopsAtItsToleranceAndSaysSo)
   EXPECT_EQ(simulation.relax(0, 1e-3).iterations, 0);
 }
 
-// A finer tolerance must not end on a worse state.
 TEST(Relax, LargestMoveIsWhatMoved)
 {
   Scene scene = inclusionScene(12, 1, 71, 0.0);
