@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// An update does again what its inputs changed, and no more: the rows of Milliseconds of the other stages are 0.
+// However a state is reached, the output is that of a new filter.
+
+#include "FilterTest.h"
+
+#include "vtkFloatArray.h"
+
+using namespace FilterTest;
+
+namespace
+{
+
+const int none = 0;
+const int resampled = 1 << RESAMPLE;
+const int relaxed = resampled | 1 << PROPAGATE | 1 << RELAX | 1 << DOWNLOAD;
+const int rebuilt = relaxed | 1 << UPLOAD;
+
+/// The stages that the last update ran.
+int Stages(vtkChainMailDeformation* filter)
+{
+  int stages = 0;
+  for (int t = UPLOAD; t <= DOWNLOAD; ++t)
+  {
+    stages |= (Field(filter->GetOutput(), "Milliseconds", t) > 0.0) << t;
+  }
+  return stages;
+}
+
+/// A scene whose every part can be changed and given to any filter.
+struct Scene
+{
+  vtkSmartPointer<vtkImageData> Image = MakeImage({ { 0, 15, 0, 11, 0, 9 } }, VTK_FLOAT);
+  vtkSmartPointer<vtkPolyData> Probes = MakeProbes({ { { { 7.0, 5.0, 4.0 } }, { { 1.3, 0.4, 0.0 } } } });
+  vtkSmartPointer<vtkPolyData> Cuts =
+    MakeBlade({ { { { 9.5, -1.0, -1.0 } }, { { 9.5, 8.3, -1.0 } }, { { 9.5, 8.3, 20.0 } }, { { 9.5, -1.0, 20.0 } } } });
+  vtkSmartPointer<vtkPiecewiseFunction> Material = vtkSmartPointer<vtkPiecewiseFunction>::New();
+
+  Scene()
+  {
+    Noise noise(5);
+    Fill(
+      this->Image->GetPointData()->GetScalars(), this->Image, [&](int, int, int) { return 100.0 * noise.Uniform(); });
+    vtkNew<vtkFloatArray> other;
+    other->SetName("Other");
+    vtkNew<vtkFloatArray> fractions;
+    fractions->SetName("Fractions");
+    for (vtkIdType p = 0; p < this->Image->GetNumberOfPoints(); ++p)
+    {
+      other->InsertNextValue(static_cast<float>(noise.Uniform()));
+      fractions->InsertNextValue(static_cast<float>(0.5 * noise.Uniform()));
+    }
+    this->Image->GetPointData()->AddArray(other);
+    this->Image->GetPointData()->AddArray(fractions);
+    this->Material->AddPoint(0.0, 0.4);
+    this->Material->AddPoint(100.0, 0.1);
+  }
+
+  void Connect(vtkChainMailDeformation* filter)
+  {
+    filter->SetInputData(this->Image);
+    filter->SetInputDataObject(1, this->Probes);
+    filter->SetInputDataObject(2, this->Cuts);
+    filter->SetMaterialFunction(this->Material);
+  }
+};
+
+/// All that users can set.
+void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
+{
+  to->SetMaterialPreset(from->GetMaterialPreset());
+  to->SetConstraintArray(from->GetConstraintArray());
+  to->SetTissueThreshold(from->GetTissueThreshold());
+  to->SetAnchorRigid(from->GetAnchorRigid());
+  to->SetAnchoredFaces(from->GetAnchoredFaces());
+  to->SetRelaxationIterations(from->GetRelaxationIterations());
+  to->SetRelaxationTolerance(from->GetRelaxationTolerance());
+  to->SetInterpolation(from->GetInterpolation());
+  to->SetBackgroundValue(from->GetBackgroundValue());
+  to->SetOutputPadding(from->GetOutputPadding());
+  to->SetDevice(from->GetDevice());
+  to->SetBlockSize(from->GetBlockSize());
+  for (int n = 0; n < from->GetNumberOfLabelArrays(); ++n)
+  {
+    to->AddLabelArray(from->GetLabelArray(n));
+  }
+}
+
+}
+
+int TestChainMailUpdates(int, char*[])
+{
+  Checks check;
+  Scene scene;
+  vtkNew<vtkChainMailDeformation> filter;
+  scene.Connect(filter);
+  filter->SetTissueThreshold(15.0);
+  filter->SetRelaxationIterations(20);
+
+  // Both outputs are those of a filter that has no past.
+  const auto compare = [&](const std::string& where)
+  {
+    vtkNew<vtkChainMailDeformation> fresh;
+    scene.Connect(fresh);
+    CopyProperties(filter, fresh);
+    fresh->Update();
+    for (int port : { 0, 1 })
+    {
+      auto* actual = vtkImageData::SafeDownCast(filter->GetOutputDataObject(port))->GetPointData();
+      auto* expected = vtkImageData::SafeDownCast(fresh->GetOutputDataObject(port))->GetPointData();
+      check.Equal(actual->GetNumberOfArrays(), expected->GetNumberOfArrays(), where + ": number of arrays");
+      for (int a = 0; a < expected->GetNumberOfArrays(); ++a)
+      {
+        check.That(SameBits(actual->GetAbstractArray(expected->GetArrayName(a)), expected->GetAbstractArray(a)),
+          where + ": " + expected->GetArrayName(a) + " is that of a new filter");
+      }
+    }
+    for (const char* field : { "Energy", "MaxLinkExcess", "RelaxationIterationsUsed", "ActiveElements" })
+    {
+      check.Equal(Field(filter->GetOutput(), field), Field(fresh->GetOutput(), field), where + ": " + field);
+    }
+  };
+  const auto update = [&](const std::string& where, int expected)
+  {
+    filter->Update();
+    check.Equal(Stages(filter), expected, where + ": stages run");
+    compare(where);
+  };
+
+  update("first", rebuilt);
+  check.That(Field(filter->GetOutput(), "ActiveElements") > 100.0, "the scene is deformed");
+
+  // Nothing changed: the filter is not even called.
+  const vtkMTimeType before = filter->GetOutput()->GetPointData()->GetScalars()->GetMTime();
+  filter->Update();
+  check.Equal(filter->GetOutput()->GetPointData()->GetScalars()->GetMTime(), before, "no change, no call");
+
+  // Something says it was modified, but is as before.
+  scene.Probes->Modified();
+  update("probes touched, not changed", resampled);
+  scene.Cuts->GetPoints()->Modified();
+  scene.Cuts->Modified();
+  update("cuts touched, not changed", resampled);
+  scene.Material->Modified();
+  update("material touched, not changed", resampled);
+  filter->Modified();
+  update("filter touched", resampled);
+
+  // Options of the output.
+  filter->SetInterpolationToNearest();
+  update("Interpolation", resampled);
+  filter->AddLabelArray("Other");
+  update("LabelArrays", resampled);
+  filter->SetInterpolationToLinear();
+  update("Interpolation back", resampled);
+  filter->SetBackgroundValue(-5.0);
+  update("BackgroundValue", resampled);
+  filter->SetOutputPadding(2);
+  update("OutputPadding", resampled);
+  filter->SetOutputPadding(0);
+  update("OutputPadding back", resampled);
+  vtkNew<vtkFloatArray> more;
+  more->SetName("More");
+  more->SetNumberOfTuples(scene.Image->GetNumberOfPoints());
+  more->Fill(3.0);
+  scene.Image->GetPointData()->AddArray(more);
+  update("another point array", resampled);
+  scene.Image->SetOrigin(0.0, 0.0, 0.0);
+  scene.Image->Modified();
+  update("image touched, arrays not", resampled);
+
+  // Relaxation, probes, cuts.
+  filter->SetRelaxationIterations(30);
+  update("RelaxationIterations", relaxed);
+  filter->SetRelaxationTolerance(0.02);
+  update("RelaxationTolerance", relaxed);
+  filter->SetRelaxationIterations(0);
+  filter->Update();
+  check.Equal(Field(filter->GetOutput(), "RelaxationIterationsUsed"), 0.0, "no relaxation");
+  compare("no relaxation");
+  filter->SetRelaxationIterations(25);
+  update("relaxation again", relaxed);
+  scene.Probes->GetPointData()->GetArray("Displacement")->SetTuple3(0, 0.5, -0.8, 0.3);
+  scene.Probes->GetPointData()->GetArray("Displacement")->Modified();
+  scene.Probes->Modified();
+  update("probe pulled elsewhere", relaxed);
+  scene.Probes->GetPoints()->SetPoint(0, 5.0, 6.0, 5.0);
+  scene.Probes->GetPoints()->Modified();
+  update("probe moved", relaxed);
+  scene.Cuts->GetPoints()->SetPoint(1, 9.5, 6.3, -1.0);
+  scene.Cuts->GetPoints()->Modified();
+  update("cut changed", relaxed);
+  auto cuts = scene.Cuts;
+  scene.Cuts = nullptr;
+  filter->RemoveAllCuts();
+  update("cuts removed", relaxed);
+  scene.Cuts = cuts;
+  filter->SetInputDataObject(2, cuts);
+  update("cuts back", relaxed);
+  auto probes = scene.Probes;
+  scene.Probes = nullptr;
+  filter->RemoveAllProbes();
+  filter->Update();
+  check.Equal(Field(filter->GetOutput(), "ActiveElements"), 0.0, "without probes tissue is at rest again");
+  compare("probes removed");
+  scene.Probes = probes;
+  filter->SetInputDataObject(1, probes);
+  update("probes back", relaxed);
+  scene.Image->SetOrigin(0.5, 0.25, 0.0);
+  update("image moved under its probes", relaxed);
+
+  // The tissue.
+  filter->SetTissueThreshold(20.0);
+  update("TissueThreshold", rebuilt);
+  scene.Material->AddPoint(50.0, 0.0);
+  update("MaterialFunction edited", rebuilt);
+  filter->SetAnchoredFaces(1, 0, 1, 1, 0, 1);
+  update("AnchoredFaces", rebuilt);
+  filter->AnchorRigidOn();
+  update("AnchorRigid", rebuilt);
+  filter->SetMaterialPresetToMR();
+  update("MaterialPreset", rebuilt);
+  filter->SetMaterialPresetToFunction();
+  update("MaterialPreset back", rebuilt);
+  filter->SetConstraintArray("Fractions");
+  update("ConstraintArray", rebuilt);
+  scene.Image->GetPointData()->GetArray("Fractions")->SetTuple1(800, 0.6);
+  scene.Image->GetPointData()->GetArray("Fractions")->Modified();
+  update("constraints edited", rebuilt);
+  filter->SetConstraintArray("");
+  update("ConstraintArray back", rebuilt);
+  scene.Image->GetPointData()->GetScalars()->SetTuple1(801, 99.0);
+  scene.Image->GetPointData()->GetScalars()->Modified();
+  update("scalars edited", rebuilt);
+  scene.Image->SetSpacing(1.1, 1.0, 1.0);
+  update("spacing", rebuilt);
+  filter->SetBlockSize(8, 8, 8);
+  update("BlockSize", rebuilt);
+
+  // Another material function object with the same nodes, and scalars that are the same array in another image.
+  vtkNew<vtkPiecewiseFunction> copy;
+  copy->DeepCopy(scene.Material);
+  scene.Material = copy.Get();
+  filter->SetMaterialFunction(copy);
+  update("the same nodes in another function", resampled);
+  vtkNew<vtkImageData> shallow;
+  shallow->ShallowCopy(scene.Image);
+  scene.Image = shallow.Get();
+  filter->SetInputData(shallow);
+  update("the same arrays in another image", resampled);
+
+  // A property that makes no difference.
+  filter->SetMaterialFunction(scene.Material);
+  filter->SetTissueThreshold(20.0);
+  const vtkMTimeType unchanged = filter->GetOutput()->GetMTime();
+  filter->Update();
+  check.Equal(filter->GetOutput()->GetMTime(), unchanged, "values set again");
+  return check.Finish();
+}
