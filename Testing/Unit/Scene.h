@@ -279,7 +279,7 @@ inline std::vector<chainmail::Probe> compatibleProbes(const Scene& scene, int co
   {
     const chainmail::Index3 p = randomElement(scene, random);
     oracle::Hand hand;
-    hand.elements = { scene.grid.at(p[0], p[1], p[2]) };
+    hand.elements.assign(1, scene.grid.at(p[0], p[1], p[2]));
     for (double& t : hand.target)
     {
       t = random(-reach, reach);

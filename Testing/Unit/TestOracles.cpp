@@ -69,7 +69,7 @@ TEST(Oracles, ClampFormulaEqualsLinkByLinkShifting)
   Random random(2);
   const chainmail::Index3 p = randomElement(scene, random);
   oracle::Hand hand;
-  hand.elements = { scene.grid.at(p[0], p[1], p[2]) };
+  hand.elements.assign(1, scene.grid.at(p[0], p[1], p[2]));
   hand.target = { 1.5, -2.0, 0.4 };
   const std::vector<oracle::Vector3> rest(block.count());
   const auto result = oracle::propagate(block, rest, { hand });
@@ -186,7 +186,7 @@ TEST(Oracles, OptimumIsProvenAndNoTrialBeatsIt)
   oracle::Block block = scene.block();
   std::vector<char> held(block.anchored);
   oracle::Hand hand;
-  hand.elements = { block.at(5, 3, 3) };
+  hand.elements.assign(1, block.at(5, 3, 3));
   block.tissue[hand.elements[0]] = 1;
   hand.target = { 1.0, -0.5, 3.0 };
   const auto pulled = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), { hand });
@@ -204,7 +204,7 @@ TEST(Oracles, OptimumIsProvenAndNoTrialBeatsIt)
     // On the way from the optimum to some feasible state everything is feasible: (P*) of another pull from there.
     oracle::Hand other;
     const chainmail::Index3 p = randomElement(scene, random);
-    other.elements = { block.at(p[0], p[1], p[2]) };
+    other.elements.assign(1, block.at(p[0], p[1], p[2]));
     std::vector<oracle::Hand> all{ { { hand.elements[0] }, best.state[hand.elements[0]], false }, other };
     for (int a = 0; a < 3; ++a)
     {
