@@ -7,7 +7,7 @@
 namespace chainmail
 {
 
-Vector3 Propagation::run(const std::vector<int>& bricks, const Checkpoint& checkpoint)
+Vector3 Propagation::run(const std::vector<int>& bricks, double enough, const Checkpoint& checkpoint)
 {
   Context& context = this->bricks_.context();
   const Index3 size = this->bricks_.size();
@@ -32,7 +32,8 @@ Vector3 Propagation::run(const std::vector<int>& bricks, const Checkpoint& check
   }
 
   Vector3 conflict{};
-  for (int turn = 0; !pending[0].empty() || !pending[1].empty(); turn = 1 - turn)
+  const auto conflicting = [&] { return *std::max_element(conflict.begin(), conflict.end()) > enough; };
+  for (int turn = 0; (!pending[0].empty() || !pending[1].empty()) && !conflicting(); turn = 1 - turn)
   {
     checkpoint();
     const std::vector<int> wanted(pending[turn].begin(), pending[turn].end());

@@ -83,7 +83,7 @@ private:
   bool pullTogether(const std::vector<Probe>& probes);
   void pullInTurn(std::size_t number, const Probe& probe);
   void checkpoint(double share);
-  Vector3 propagate(const std::vector<int>& bricks);
+  Vector3 propagate(const std::vector<int>& bricks, double enough);
 
   /// Runs a public call that checkpoints may stop.
   template <typename Body> auto stoppable(Body&& body) -> decltype(body())
@@ -300,11 +300,11 @@ void Simulation::Impl::move(const Hold& hold, const Float3& to)
   }
 }
 
-Vector3 Simulation::Impl::propagate(const std::vector<int>& bricks)
+Vector3 Simulation::Impl::propagate(const std::vector<int>& bricks, double enough)
 {
   // How many launches it takes is not known beforehand: the share approaches 1.
   int launches = 0;
-  return this->propagation_.run(bricks,
+  return this->propagation_.run(bricks, enough,
     [&]
     {
       ++launches;
@@ -333,7 +333,7 @@ bool Simulation::Impl::pullTogether(const std::vector<Probe>& probes)
     }
     bricks.insert(bricks.end(), hold.bricks.begin(), hold.bricks.end());
   }
-  const Vector3 conflict = this->propagate(bricks);
+  const Vector3 conflict = this->propagate(bricks, tolerance(largest));
   if (*std::max_element(conflict.begin(), conflict.end()) <= tolerance(largest))
   {
     return true;
@@ -346,8 +346,8 @@ bool Simulation::Impl::pullTogether(const std::vector<Probe>& probes)
   return false;
 }
 
-/// One probe after those before it, shortened per axis to what they and the anchors allow. The wave meets each of them
-/// with an excess of exactly what the displacement is too long.
+/// One probe after those before it, shortened per axis to what they and the anchors allow. Where the wave meets one of
+/// them, the conflict is what the displacement is too long, or less if the wave has not yet come the shortest way.
 void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
 {
   const Hold& hold = this->holds_[number];
@@ -359,19 +359,23 @@ void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
   this->bricks_.saveBefore();
   const std::vector<float> start = this->bricks_.displacements({ hold.addresses.front() });
   Float3 to = this->toFraction(probe.displacement);
-  for (int attempt = 0; attempt < 6; ++attempt)
+  constexpr int attempts = 24;
+  for (int attempt = 0; attempt < attempts; ++attempt)
   {
     this->move(hold, to);
-    const Vector3 conflict = this->propagate(hold.bricks);
+    // A wave that is much too long would run through all tissue: the first attempts end where they meet a conflict.
+    const double most = std::max({ tolerance(to[0]), tolerance(to[1]), tolerance(to[2]) });
+    const double enough = attempt < attempts / 2 ? most : std::numeric_limits<double>::infinity();
+    const Vector3 conflict = this->propagate(hold.bricks, enough);
     bool compatible = true;
     for (int a = 0; a < 3; ++a)
     {
       if (conflict[a] > tolerance(to[a]))
       {
         compatible = false;
-        // The excess of a long wave is known less exactly: the first attempt stops short of it, later ones do not.
+        // The conflict of a long wave is known less exactly, so a large step stops short of it.
         const double way = static_cast<double>(to[a]) - start[a];
-        const double slack = attempt == 0 ? tolerance(to[a]) : 0.0f;
+        const double slack = conflict[a] > 0.1 * std::fabs(way) ? tolerance(to[a]) : 0.0;
         const double shorter = std::max(0.0, std::fabs(way) - conflict[a] + slack);
         to[a] = static_cast<float>(start[a] + std::copysign(shorter, way));
       }

@@ -1,6 +1,9 @@
 // A wave through the tissue: every element into the bounds that the moved ones around it set (element.clh), until
 // nothing in the brick changes. In place, in any order: raised values only grow and lowered ones only fall.
 //
+// After the first pass over the brick only pieces of work beside ones that moved in the pass before are looked at again:
+// a wave front is thin.
+//
 // The host guarantees: bricks of one launch do not touch each other (one parity of the brick grid), `before` is a
 // feasible state, moved tissue differs from it or is held, brick.clh's promise.
 //
@@ -10,6 +13,17 @@
 #include "brick.clh"
 #include "element.clh"
 
+#define ROW (HALF / WIDTH) // pieces of work of a row
+
+// Whether any neighbour of a piece of work, in the same brick, moved in a pass.
+inline bool besideMoved(local const int* movedIn, int work, int pass)
+{
+  const int n = work % ROW, j = work / ROW % BY, k = work / ROW / BY;
+  return movedIn[work] == pass || (n > 0 && movedIn[work - 1] == pass) || (n < ROW - 1 && movedIn[work + 1] == pass) ||
+    (j > 0 && movedIn[work - ROW] == pass) || (j < BY - 1 && movedIn[work + ROW] == pass) ||
+    (k > 0 && movedIn[work - ROW * BY] == pass) || (k < BZ - 1 && movedIn[work + ROW * BY] == pass);
+}
+
 kernel void propagate(global const int* list, int rounds, uint pitch, global const int* table, global const int* place,
   int strideY, int strideZ, global float* displacement, global const float* before, global const float* constraint,
   global const uchar* cut, global int* result)
@@ -17,12 +31,17 @@ kernel void propagate(global const int* list, int rounds, uint pitch, global con
   local int changed;
   local int faces;
   local int conflict[3];
+  local int movedIn[2 * VECTORS]; // the pass in which a piece of work last moved
   const int lid = get_local_id(0);
   const uint slot = list[get_group_id(0)];
   if (lid == 0)
   {
     faces = 0;
     conflict[0] = conflict[1] = conflict[2] = 0;
+  }
+  for (int work = lid; work < 2 * VECTORS; work += get_local_size(0))
+  {
+    movedIn[work] = -1;
   }
   int more = 1;
   for (int round = 0; more && round < rounds; ++round)
@@ -37,6 +56,11 @@ kernel void propagate(global const int* list, int rounds, uint pitch, global con
       barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
       for (int work = lid; work < VECTORS; work += get_local_size(0))
       {
+        const int pass = 2 * round + colour;
+        if (round > 0 && !besideMoved(movedIn + (1 - colour) * VECTORS, work, pass - 1))
+        {
+          continue;
+        }
         const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
         int touched = 0;
         real c, cs[6], us[6], u0s[6];
@@ -75,6 +99,7 @@ kernel void propagate(global const int* list, int rounds, uint pitch, global con
         {
           atomic_or(&faces, touched);
           atomic_or(&changed, 1);
+          movedIn[colour * VECTORS + work] = pass;
         }
       }
     }
