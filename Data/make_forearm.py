@@ -6,7 +6,7 @@
 As a module, `make_forearm(size)` returns the vtkImageData. It needs numpy and the VTK of ParaView (or any other VTK).
 
 The limb lies along z, the wrist at z-, the elbow at z+, the thumb's side at x+, the back of the hand at y+. The box
-measures 128 x 112 x 230 mm whatever the size in voxels; the limb leaves it through both z faces, as in a scan of a part
+measures 132 x 124 x 230 mm whatever the size in voxels; the limb leaves it through both z faces, as in a scan of a part
 of the body. Every millimetre below is from an adult's anatomy or a plausible guess at it; the scalars ("CT", int16) are
 Hounsfield units. The same size and seed give the same voxels.
 """
@@ -25,7 +25,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import VTK_SHORT
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-BOX = (128.0, 112.0, 230.0)  # [mm]
+BOX = (132.0, 124.0, 230.0)  # [mm]
 DEFAULT_SIZE = (176, 160, 208)  # voxels
 
 # Hounsfield units.
