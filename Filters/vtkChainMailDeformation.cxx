@@ -217,6 +217,39 @@ chainmail::ArrayView View(vtkDataArray* array)
 }
 
 //------------------------------------------------------------------------------
+/// vtkPiecewiseFunction::GetValue() is slow, and the engine asks for every voxel of a scan: where straight lines join
+/// the nodes, as they nearly always do, this is much faster.
+std::function<double(double)> ToEngineFunction(vtkSmartPointer<vtkPiecewiseFunction> function)
+{
+  std::vector<double> scalars;
+  std::vector<double> constraints;
+  bool straight = function->GetClamping() && !function->GetUseLogScale();
+  for (int n = 0; n < function->GetSize(); ++n)
+  {
+    double node[4]; // scalar, constraint, midpoint, sharpness
+    function->GetNodeValue(n, node);
+    scalars.push_back(node[0]);
+    constraints.push_back(node[1]);
+    straight = straight && node[2] == 0.5 && node[3] == 0.0;
+  }
+  if (!straight)
+  {
+    return [function](double scalar) { return function->GetValue(scalar); };
+  }
+  return [scalars, constraints](double scalar)
+  {
+    const auto after = std::upper_bound(scalars.begin(), scalars.end(), scalar);
+    if (after == scalars.begin() || after == scalars.end())
+    {
+      return after == scalars.begin() ? constraints.front() : constraints.back();
+    }
+    const std::size_t n = static_cast<std::size_t>(after - scalars.begin());
+    const double share = (scalar - scalars[n - 1]) / (scalars[n] - scalars[n - 1]);
+    return constraints[n - 1] + share * (constraints[n] - constraints[n - 1]);
+  };
+}
+
+//------------------------------------------------------------------------------
 /// All that the engine's model and simulation are made from. Equal sources: nothing has to be built anew.
 struct TissueSource
 {
@@ -735,7 +768,7 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
   chainmail::Material material;
   material.tissueThreshold = tissue.Threshold;
   material.constraintArray = View(this->EngineConstraints);
-  material.constraint = [function = scene.Function](double scalar) { return function->GetValue(scalar); };
+  material.constraint = ToEngineFunction(scene.Function);
   chainmail::Anchors anchors;
   anchors.rigid = tissue.AnchorRigid;
   anchors.faces = tissue.AnchoredFaces;

@@ -48,13 +48,14 @@ template <typename F> auto dispatch(const ArrayView& view, F&& f)
   throw InputError("An array without data was given.");
 }
 
-float checkedConstraint(double value, const std::string& where)
+/// `where` makes the words that say which one it is, for a message alone: this is called for every voxel.
+template <typename Where> float checkedConstraint(double value, Where&& where)
 {
   // Rounding to float must not turn 0.99999999999 into a constraint of 1.
   if (!(value >= 0.0) || !(static_cast<float>(value) < 1.0f))
   {
     throw InputError(
-      "The constraint " + where + " is " + std::to_string(value) +
+      "The constraint " + where() + " is " + std::to_string(value) +
       ". A constraint is a fraction of the spacing from 0 (rigid) to less than 1: correct the material.");
   }
   return static_cast<float>(value);
@@ -101,7 +102,8 @@ private:
     {
       return air;
     }
-    return checkedConstraint(this->material_.constraint(value), "for a scalar of " + std::to_string(value));
+    return checkedConstraint(
+      this->material_.constraint(value), [&] { return "for a scalar of " + std::to_string(value); });
   }
 
   Material material_;
@@ -162,9 +164,10 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
                 const bool tissue = std::isfinite(value) && value >= threshold;
                 for (int a = 0; a < axes; ++a)
                 {
-                  out[n * axes + a] = !tissue ? air
-                                              : checkedConstraint(static_cast<double>(fraction[(first + n) * axes + a]),
-                                                  "in the constraint array at voxel " + std::to_string(first + n));
+                  out[n * axes + a] =
+                    !tissue ? air
+                            : checkedConstraint(static_cast<double>(fraction[(first + n) * axes + a]),
+                                [&] { return "in the constraint array at voxel " + std::to_string(first + n); });
                 }
               }
             };
