@@ -283,7 +283,7 @@ std::size_t cutLinks(Bricks& bricks, const Surface& surface)
       if (id < 0 || static_cast<std::size_t>(id) >= points.size())
       {
         throw InputError("A triangle of the cut names point " + std::to_string(id) + ", but there are only " +
-          std::to_string(points.size()) + ".");
+                         std::to_string(points.size()) + ".");
       }
     }
   }

@@ -98,7 +98,8 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   {
     for (int k = std::max(0, source.first[2]) / size[2]; k * size[2] <= std::min(source.last[2], grid.size[2] - 1); ++k)
     {
-      for (int j = std::max(0, source.first[1]) / size[1]; j * size[1] <= std::min(source.last[1], grid.size[1] - 1); ++j)
+      for (int j = std::max(0, source.first[1]) / size[1]; j * size[1] <= std::min(source.last[1], grid.size[1] - 1);
+           ++j)
       {
         for (int i = std::max(0, source.first[0]) / size[0]; i * size[0] <= std::min(source.last[0], grid.size[0] - 1);
              ++i)

@@ -659,7 +659,8 @@ void Simulation::Impl::resample(const Index3& padding, const std::function<void(
       throw InputError("The padding of the output must not be negative.");
     }
   }
-  this->resampling_.run(padding, [this](double share) { this->checkpoint(share); }, visit);
+  this->resampling_.run(
+    padding, [this](double share) { this->checkpoint(share); }, visit);
 }
 
 Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& settings)

@@ -37,11 +37,11 @@ typedef struct
 inline uint addressOf(const Tissue* t, int i, int j, int k)
 {
   // Shifted by one brick so that the division is one of non-negative numbers.
-  const int x = i + BX, y = j + BY, z = k + BZ;
-  const int slot = t->table[x / BX + y / BY * t->strideY + z / BZ * t->strideZ];
-  const int li = x % BX, lj = y % BY, lk = z % BZ;
-  const int colour = (li + lj + lk) & 1;
-  return (uint)slot * ELEMENTS + colour * COLOUR + (lk * BY + lj) * HALF + li / 2;
+  const uint x = i + BX, y = j + BY, z = k + BZ;
+  const uint slot = t->table[x / BX + y / BY * t->strideY + z / BZ * t->strideZ];
+  const uint li = x % BX, lj = y % BY, lk = z % BZ;
+  const uint colour = (li + lj + lk) & 1;
+  return slot * ELEMENTS + colour * COLOUR + (lk * BY + lj) * HALF + li / 2;
 }
 
 inline bool isElement(const Tissue* t, uint address)
@@ -253,41 +253,32 @@ inline bool invert(const Tissue* t, const Cell* cell, int component, const float
 {
   float3 x = target - 0.125f * (u[0] + u[1] + u[2] + u[3] + u[4] + u[5] + u[6] + u[7]);
   bool solved = false;
-  for (int step = 0; step < 16 && !solved; ++step)
+  for (int step = 0; step < 16; ++step)
   {
     const float3 u00 = mixed(u[0], u[1], x.x), u10 = mixed(u[2], u[3], x.x);
     const float3 u01 = mixed(u[4], u[5], x.x), u11 = mixed(u[6], u[7], x.x);
     const float3 u0 = mixed(u00, u10, x.y), u1 = mixed(u01, u11, x.y);
     const float3 residual = x + mixed(u0, u1, x.z) - target;
+    if (all(fabs(residual) <= 1e-6f))
+    {
+      solved = true;
+      break;
+    }
     const float3 dx = mixed(mixed(u[1] - u[0], u[3] - u[2], x.y), mixed(u[5] - u[4], u[7] - u[6], x.y), x.z) +
       (float3)(1.0f, 0.0f, 0.0f);
     const float3 dy = mixed(u10 - u00, u11 - u01, x.z) + (float3)(0.0f, 1.0f, 0.0f);
     const float3 dz = u1 - u0 + (float3)(0.0f, 0.0f, 1.0f);
     const float3 normal = cross(dy, dz);
     const float det = dot(dx, normal);
-    if (all(residual == 0.0f))
-    {
-      solved = true;
-      break;
-    }
-    if (fabs(det) < 1e-9f)
+    x -= (float3)(dot(residual, normal), dot(residual, cross(dz, dx)), dot(residual, cross(dx, dy))) / det;
+    if (!all(fabs(x) < 16.0f)) // far away, or not a number where the cell is flat
     {
       return false;
     }
-    const float3 change =
-      (float3)(dot(residual, normal), dot(residual, cross(dz, dx)), dot(residual, cross(dx, dy))) / det;
-    x -= change;
-    const float3 size = fabs(change);
-    if (any(fabs(x) > 16.0f))
-    {
-      return false;
-    }
-    solved = max(size.x, max(size.y, size.z)) < 1e-6f;
+    // Large displacements are known less exactly; what rounding leaves then is no reason to leave a hole.
+    solved = all(fabs(residual) <= 1e-5f);
   }
-  // Rounding may keep the last steps just above the bound; a point that is still on the move is no solution.
-  const float3 u0 = mixed(mixed(u[0], u[1], x.x), mixed(u[2], u[3], x.x), x.y);
-  const float3 u1 = mixed(mixed(u[4], u[5], x.x), mixed(u[6], u[7], x.x), x.y);
-  if (any(fabs(x + mixed(u0, u1, x.z) - target) > 1e-4f) || any(x < -SLACK) || any(x > 1.0f + SLACK))
+  if (!solved || any(x < -SLACK) || any(x > 1.0f + SLACK))
   {
     return false;
   }
