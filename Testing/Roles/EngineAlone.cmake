@@ -4,7 +4,8 @@ include("${CMAKE_CURRENT_LIST_DIR}/Steps.cmake")
 configure("${SOURCE}" "${WORK}/build"
   -DCHAINMAIL_ENGINE_ONLY=ON
   -DCHAINMAIL_SANITIZE=address,undefined
-  -DCMAKE_BUILD_TYPE=RelWithDebInfo
+  -DCMAKE_BUILD_TYPE=Debug
+  -DCMAKE_CXX_FLAGS=-O1 # half the time of -O2 to build, a third of -O0 to run
   -DCMAKE_DISABLE_FIND_PACKAGE_VTK=ON
   -DCMAKE_DISABLE_FIND_PACKAGE_ParaView=ON
   "-DCMAKE_INSTALL_PREFIX=${WORK}/prefix")

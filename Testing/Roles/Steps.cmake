@@ -7,7 +7,8 @@ function (step what)
   message(STATUS "${what}")
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if (NOT result EQUAL 0)
-    message(FATAL_ERROR "${what}: failed with ${result}\n${output}")
+    message("${output}") # apart: CMake would wrap it
+    message(FATAL_ERROR "${what}: failed with ${result}")
   endif ()
   set(output "${output}" PARENT_SCOPE)
 endfunction ()
@@ -16,9 +17,10 @@ endfunction ()
 function (refused what message)
   message(STATUS "${what}")
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  string(REGEX REPLACE "[ \n]+" " " output "${output}") # CMake wraps its messages
-  if (result EQUAL 0 OR NOT output MATCHES "${message}")
-    message(FATAL_ERROR "${what}: ended with ${result} where a failure that says \"${message}\" was expected\n${output}")
+  string(REGEX REPLACE "[ \n]+" " " said "${output}") # CMake wraps its messages
+  if (result EQUAL 0 OR NOT said MATCHES "${message}")
+    message("${output}")
+    message(FATAL_ERROR "${what}: ended with ${result} where a failure that says \"${message}\" was expected")
   endif ()
 endfunction ()
 
