@@ -17,6 +17,7 @@ it yourself; all lengths in the scan's units (mm), in world axes:
 """
 
 import argparse
+import glob
 import math
 import os
 import re
@@ -99,25 +100,15 @@ def require_display():
 
 def load_plugin():
     """Makes ChainMailDeformation and ChainMailProbe known to this script."""
-    tried = ["the plugins ParaView knows (PV_PLUGIN_PATH is '%s')" % os.environ.get("PV_PLUGIN_PATH", "")]
-    try:
-        LoadDistributedPlugin("ChainMail", remote=False, ns=globals())
-        return
-    except (RuntimeError, ValueError):
-        pass
-    build = os.path.join(HERE, os.pardir, "build")
-    for folder, _, files in os.walk(build):
-        if "ChainMail.so" in files:
-            path = os.path.normpath(os.path.join(folder, "ChainMail.so"))
-            tried.append(path)
-            try:
-                LoadPlugin(path, remote=False, ns=globals())
-                return
-            except RuntimeError:
-                pass
-    raise JobError("ParaView does not find the ChainMail plugin. Looked in: %s.\n"
-                   "Build it with bash Testing/prepare.sh, or name the folder that holds ChainMail/ChainMail.so in\n"
-                   "PV_PLUGIN_PATH." % "; ".join(tried))
+    folders = [folder for folder in os.environ.get("PV_PLUGIN_PATH", "").split(os.pathsep) if folder]
+    folders += [os.path.join(folder, "plugins") for folder in glob.glob(os.path.join(HERE, "../build/lib*/paraview-*"))]
+    for folder in folders:
+        path = os.path.normpath(os.path.join(folder, "ChainMail", "ChainMail.so"))
+        if os.path.isfile(path):
+            LoadPlugin(path, remote=False, ns=globals())
+            return
+    raise JobError("The ChainMail plugin was not found. Looked in: %s.\nBuild it with bash Testing/prepare.sh, or name the "
+                   "folder that holds ChainMail/ChainMail.so in PV_PLUGIN_PATH." % (", ".join(folders) or "no folder at all"))
 
 
 class Errors:
@@ -129,7 +120,9 @@ class Errors:
     def watch(self, proxy):
         @calldata_type(VTK_STRING)
         def note(caller, event, text):
-            self.messages.append(text.strip())
+            text = re.sub(r"ERROR: In .*\n\S+ \(0x\w+\): ", "", text).strip()
+            if text not in self.messages:
+                self.messages.append(text)
         proxy.GetClientSideObject().AddObserver("ErrorEvent", note)
 
     def check(self, doing):
@@ -145,7 +138,7 @@ class Errors:
 CT_COLOURS = [(-1000, 0.50, 0.30, 0.25), (-420, 0.95, 0.70, 0.57), (-150, 0.99, 0.81, 0.65), (-60, 1.00, 0.86, 0.60),
               (10, 0.88, 0.40, 0.32), (60, 0.80, 0.16, 0.14), (130, 0.90, 0.50, 0.38), (250, 0.97, 0.90, 0.78),
               (1500, 1.00, 0.99, 0.95)]
-CT_OPACITIES = [(-1000, 0.0), (-800, 0.0), (-450, 0.50), (-120, 0.33), (-60, 0.01), (20, 0.015), (70, 0.03),
+CT_OPACITIES = [(-1000, 0.0), (-800, 0.0), (-450, 0.40), (-120, 0.25), (-60, 0.01), (20, 0.015), (70, 0.03),
                 (160, 0.12), (300, 0.75), (1500, 1.0)]
 
 
@@ -183,7 +176,7 @@ def make_view(volume, scene, size):
     view.Background, view.Background2 = [0.90, 0.92, 0.95], [0.48, 0.56, 0.66]
     extent = volume.size * volume.spacing
     nearer_end = np.sign((scene.centre - volume.centre()) @ scene.along) or 1.0
-    towards = scene.normal + 0.50 * scene.across + 0.55 * nearer_end * scene.along
+    towards = scene.normal + 0.50 * scene.across + 0.75 * nearer_end * scene.along
     towards = towards / np.linalg.norm(towards)
     # Long things lie in the picture; others stand on the image's lowest slice.
     length = [float(np.abs(volume.direction.T @ v) @ extent) for v in (scene.along, scene.across)]
