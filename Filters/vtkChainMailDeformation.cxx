@@ -350,9 +350,6 @@ public:
     this->Tissue = TissueSource();
   }
 
-  /// After a stop the engine is at rest.
-  void Rest() { this->Done = std::min(this->Done, Stage::Built); }
-
 private:
   // Reading.
   void ReadScalars(vtkInformationVector** inputs, Scene& scene);
@@ -822,8 +819,6 @@ void vtkChainMailDeformation::vtkInternals::Deform(const Scene& scene)
 
   if (this->Done < Stage::Relaxed)
   {
-    // Should one of these fail, the simulation may have lost its cuts as well.
-    this->Done = Stage::Built;
     this->Displacement = nullptr;
     this->Run(PROPAGATE, 0.2, 0.45,
       [&]
@@ -894,7 +889,6 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
       {
         sampler->Sample({ box.first, box.size, box.offset });
       }
-      this->Report(0.5);
     });
 
   vtkPointData* out = output->GetPointData();
@@ -1311,7 +1305,6 @@ int vtkChainMailDeformation::RequestData(
   }
   catch (const chainmail::Aborted&)
   {
-    this->Internals->Rest();
     deformed->Initialize();
     model->Initialize();
     return 1; // no error: somebody wanted it

@@ -4,6 +4,7 @@
 
 #include "FilterTest.h"
 
+#include "vtkDoubleArray.h"
 #include "vtkIntArray.h"
 #include "vtkLongLongArray.h"
 #include "vtkShortArray.h"
@@ -300,6 +301,53 @@ int TestChainMailSampling(int, char*[])
     for (vtkIdType p = 0; p < output->GetNumberOfPoints(); ++p)
     {
       check.That(values.count(output->GetPointData()->GetScalars()->GetTuple1(p)) == 1, "nearest invents no value");
+    }
+  }
+
+  // Half a voxel along one axis: what is beside a row on the other axes is not read, whatever it is.
+  {
+    auto image = MakeImage({ { 0, 8, 0, 8, 0, 8 } }, VTK_DOUBLE);
+    Fill(image->GetPointData()->GetScalars(), image, [](int i, int j, int k) { return 1 + i * i + 3 * j + 100 * k; });
+    vtkNew<vtkDoubleArray> spoiled;
+    spoiled->DeepCopy(image->GetPointData()->GetScalars());
+    spoiled->SetName("spoiled");
+    int hole[3] = { 4, 4, 4 };
+    spoiled->SetTuple1(image->ComputePointId(hole), std::nan(""));
+    image->GetPointData()->AddArray(spoiled);
+    for (int along = 0; along < 3; ++along)
+    {
+      vtkNew<vtkChainMailDeformation> filter;
+      filter->SetInputData(image);
+      filter->SetTissueThreshold(0.0);
+      filter->SetMaterialFunction(ConstantMaterial(0.0));
+      filter->SetAnchoredFaces(0, 0, 0, 0, 0, 0);
+      Vector pull{};
+      pull[along] = 0.5;
+      filter->SetInputDataObject(1, MakeProbes({ { { { 4.0, 4.0, 4.0 } }, pull } }));
+      filter->Update();
+      vtkDataArray* clean = filter->GetOutput()->GetPointData()->GetScalars();
+      vtkDataArray* holed = filter->GetOutput()->GetPointData()->GetArray("spoiled");
+      for (vtkIdType p = 0; p < image->GetNumberOfPoints(); ++p)
+      {
+        double x[3];
+        image->GetPoint(p, x);
+        x[along] -= 0.5;
+        const bool touched = std::fabs(x[along] - 4.0) < 1.0 && std::fabs(x[(along + 1) % 3] - 4.0) < 1.0 &&
+                             std::fabs(x[(along + 2) % 3] - 4.0) < 1.0;
+        check.Equal(std::isnan(holed->GetTuple1(p)), touched, "only what lies beside it along the pull sees the hole");
+        check.That(touched || holed->GetTuple1(p) == clean->GetTuple1(p), "the rest is as without it");
+        if (x[along] > 0.0)
+        {
+          double low[3] = { x[0], x[1], x[2] };
+          double high[3] = { x[0], x[1], x[2] };
+          low[along] -= 0.5;
+          high[along] += 0.5;
+          check.Equal(clean->GetTuple1(p),
+            0.5 * (image->GetPointData()->GetScalars()->GetTuple1(image->FindPoint(low)) +
+                    image->GetPointData()->GetScalars()->GetTuple1(image->FindPoint(high))),
+            "half-way between two voxels is their mean");
+        }
+      }
     }
   }
 

@@ -212,8 +212,22 @@ int TestChainMailUpdates(int, char*[])
   // The tissue.
   filter->SetTissueThreshold(20.0);
   update("TissueThreshold", rebuilt);
-  scene.Material->AddPoint(50.0, 0.0);
+  scene.Material->AddPoint(35.0, 0.0);
+  scene.Material->AddPoint(65.0, 0.0);
   update("MaterialFunction edited", rebuilt);
+  const auto divided = [&]()
+  {
+    double range[2];
+    filter->GetModelOutput()->GetPointData()->GetArray("Cluster")->GetRange(range);
+    return range[1];
+  };
+  const double clusters = divided();
+  scene.Cuts->GetPoints()->SetPoint(0, 9.5, -1.0, -1.0);
+  scene.Cuts->GetPoints()->SetPoint(1, 9.5, 20.0, -1.0);
+  scene.Cuts->GetPoints()->SetPoint(2, 9.5, 20.0, 20.0);
+  scene.Cuts->GetPoints()->Modified();
+  update("rigid tissue cut", relaxed);
+  check.That(divided() > clusters, "a cut divides rigid clusters");
   filter->SetAnchoredFaces(1, 0, 1, 1, 0, 1);
   update("AnchoredFaces", rebuilt);
   filter->AnchorRigidOn();
