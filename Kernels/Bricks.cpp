@@ -370,15 +370,32 @@ std::vector<float> Bricks::displacements(const std::vector<std::uint32_t>& addre
   return values;
 }
 
+namespace
+{
+
+/// Copies one slot of each axis of a field.
+void readRuns(Context& context, const cl::Buffer& field, std::size_t axes, std::size_t pitch, std::size_t slot,
+  std::size_t count, std::vector<float>& out)
+{
+  out.resize(axes * count);
+  for (std::size_t a = 0; a < axes; ++a)
+  {
+    context.queue().enqueueReadBuffer(
+      field, CL_TRUE, sizeof(float) * (a * pitch + slot * count), sizeof(float) * count, out.data() + a * count);
+  }
+}
+
+}
+
 void Bricks::readSlot(int slot, std::vector<float>& out)
 {
-  out.resize(3 * static_cast<std::size_t>(this->elements_));
-  for (std::size_t a = 0; a < 3; ++a)
-  {
-    this->context_->queue().enqueueReadBuffer(this->displacement, CL_TRUE,
-      sizeof(float) * (a * this->pitch() + static_cast<std::size_t>(slot) * this->elements_),
-      sizeof(float) * this->elements_, out.data() + a * this->elements_);
-  }
+  readRuns(*this->context_, this->displacement, 3, this->pitch(), slot, this->elements_, out);
+}
+
+void Bricks::readSlot(int slot, std::vector<float>& displacements, std::vector<float>& constraints)
+{
+  this->readSlot(slot, displacements);
+  readRuns(*this->context_, this->constraint, this->model_->axes(), this->pitch(), slot, this->elements_, constraints);
 }
 
 std::uint8_t Bricks::cutBits(int i, int j, int k) const

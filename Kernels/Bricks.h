@@ -80,6 +80,8 @@ public:
   std::vector<float> displacements(const std::vector<std::uint32_t>& addresses);
   /// All displacements of one slot, 3 runs of elementsPerBrick() values in the order of addresses.
   void readSlot(int slot, std::vector<float>& out);
+  /// And its signed constraints, axes() such runs.
+  void readSlot(int slot, std::vector<float>& displacements, std::vector<float>& constraints);
 
   /// Bits of links that a cut removed, by brick: one byte an element in the order of `local`.
   using CutBits = std::unordered_map<int, std::vector<std::uint8_t>>;

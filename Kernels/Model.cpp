@@ -232,8 +232,14 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
 void Model::row(int i, int j, int k, int count, float* out) const
 {
   this->read_(this->grid_.at(i, j, k), count, out);
-  const auto& faces = this->anchors_.faces;
   const Index3& size = this->grid_.size;
+  std::array<bool, 6> faces = this->anchors_.faces;
+  for (int a = 0; a < 3; ++a)
+  {
+    // A single layer has no inside that its faces could hold.
+    faces[2 * a] = faces[2 * a] && size[a] > 1;
+    faces[2 * a + 1] = faces[2 * a + 1] && size[a] > 1;
+  }
   const bool all =
     (faces[2] && j == 0) || (faces[3] && j == size[1] - 1) || (faces[4] && k == 0) || (faces[5] && k == size[2] - 1);
   for (int n = 0; n < count; ++n)

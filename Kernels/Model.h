@@ -80,8 +80,9 @@ struct Material
 /// Tissue that is held where it is from the start.
 struct Anchors
 {
-  bool rigid = false;                                                  ///< all rigid elements
-  std::array<bool, 6> faces{ { true, true, true, true, true, true } }; ///< x- x+ y- y+ z- z+ of the grid
+  bool rigid = false; ///< all rigid elements
+  std::array<bool, 6> faces{ { true, true, true, true, true,
+    true } }; ///< x- x+ y- y+ z- z+ of the grid, on axes of more than one voxel
 };
 
 /// The tissue at rest: which voxels are elements and how far each may give. Reads the caller's arrays on demand and

@@ -1,5 +1,7 @@
 #include "Relaxation.h"
 
+#include "TightGroups.h"
+
 #include <algorithm>
 #include <cstring>
 
@@ -14,6 +16,11 @@ constexpr int turnsPerSweep = 3;
 
 /// Residuals below this share of the tolerance are left alone: far from the hand a deformation then ends somewhere.
 constexpr double stillShare = 1.0 / 64.0;
+
+/// Sweeps that move nothing further than this have come to rest, be it at the optimum or because chains of links at
+/// their limits block each other: then the groups of such links get a turn, at most once in so many sweeps.
+constexpr float restingMove = 1e-3f;
+constexpr int sweepsPerGroupTurn = 8;
 
 /// Over-relaxation of a sweep: Chebyshev's sequence, which starts at 1 (best for the first few sweeps, where most
 /// energy goes) and rises to finalOmega (best for long ones).
@@ -129,6 +136,7 @@ RelaxResult Relaxation::run(
   }
   const float still = static_cast<float>(tolerance * stillShare);
 
+  int sweepsSinceGroups = sweepsPerGroupTurn;
   RelaxResult result;
   while (result.iterations < iterations && !result.converged)
   {
@@ -151,6 +159,21 @@ RelaxResult Relaxation::run(
     for (const int brick : moved)
     {
       this->note(this->bricks_.slot(brick), everyFace);
+    }
+
+    ++sweepsSinceGroups;
+    if (largest <= std::max(restingMove, static_cast<float>(tolerance)) &&
+        (largest <= tolerance || sweepsSinceGroups >= sweepsPerGroupTurn))
+    {
+      sweepsSinceGroups = 0;
+      moved.clear();
+      largest = std::max(largest, moveTightGroups(this->bricks_, still, moved));
+      this->activity_.resize(this->bricks_.slots());
+      for (const int brick : moved)
+      {
+        this->note(this->bricks_.slot(brick), everyFace);
+      }
+      clusters.refresh();
     }
 
     ++result.iterations;

@@ -244,7 +244,15 @@ void RigidClusters::upload()
   this->heads_ = context.upload(this->clusterList_, purpose);
   this->partial_ = context.allocate(sizeof(cl_float) * 12 * std::max<std::size_t>(1, this->chunkList_.size()), purpose);
   this->moves_ = context.allocate(sizeof(cl_float) * this->active_.size(), purpose);
+  this->refresh();
+}
 
+void RigidClusters::refresh()
+{
+  if (this->active_.empty())
+  {
+    return;
+  }
   // A cluster is where its first member is.
   std::vector<std::uint32_t> firsts;
   const Grid& grid = this->bricks_.model().grid();
@@ -253,7 +261,7 @@ void RigidClusters::upload()
     const Index3 at = grid.indexOf(this->voxels_[this->clusters_[id].first]);
     firsts.push_back(this->bricks_.address(at[0], at[1], at[2]));
   }
-  this->places_ = context.upload(this->bricks_.displacements(firsts), purpose);
+  this->places_ = this->bricks_.context().upload(this->bricks_.displacements(firsts), "the rigid clusters");
 }
 
 float RigidClusters::relax(float omega, float still, std::vector<int>& moved)

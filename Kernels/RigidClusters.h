@@ -25,6 +25,9 @@ public:
   /// Makes the clusters of a brick take part from now on. Gives their bricks memory.
   void activate(const std::vector<int>& bricks);
 
+  /// Reads again where the active clusters are, after others than relax() have moved them.
+  void refresh();
+
   /// One update of every active cluster. `moved` gets the bricks of those that moved; returns the largest move.
   float relax(float omega, float still, std::vector<int>& moved);
 

@@ -376,8 +376,8 @@ void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
         // The conflict of a long wave is known less exactly, so a large step stops short of it.
         const double way = static_cast<double>(to[a]) - start[a];
         const double slack = conflict[a] > 0.1 * std::fabs(way) ? tolerance(to[a]) : 0.0;
-        const double shorter = std::max(0.0, std::fabs(way) - conflict[a] + slack);
-        to[a] = static_cast<float>(start[a] + std::copysign(shorter, way));
+        const double shorter = std::fabs(way) - conflict[a];
+        to[a] = static_cast<float>(start[a] + (shorter > tolerance(to[a]) ? std::copysign(shorter + slack, way) : 0.0));
       }
     }
     if (compatible)

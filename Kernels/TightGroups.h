@@ -1,0 +1,22 @@
+#pragma once
+
+#include "Bricks.h"
+
+#include <vector>
+
+namespace chainmail
+{
+
+/// Moves, axis by axis, groups of elements that only block each other.
+///
+/// Where links are at their limits, no element of a chain can go where its neighbours pull it, though all together
+/// could: relaxation of one element (or rigid cluster) at a time then rests above the optimum. A link blocks when it is
+/// at its limit and its ends are pulled further apart or one of them away from the other. Elements joined by blocking
+/// links form a group, which moves to the weighted mean of what its outgoing links ask for, within their boxes. So the
+/// state stays feasible and the energy does not rise. Held elements and those at rest take no part.
+///
+/// Works on the host: it is called where sweeps have come to rest, a few times in a long relaxation and never in a
+/// short one. Appends the bricks of moved elements to `moved` and returns the largest move.
+float moveTightGroups(Bricks& bricks, float still, std::vector<int>& moved);
+
+}
