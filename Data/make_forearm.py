@@ -322,6 +322,9 @@ def write(image, path):
     if path.endswith(".vti"):
         from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
         writer = vtkXMLImageDataWriter()
+        # VTK's default puts the data after the XML, which VTK 9.2 cannot read with expat from 2.6 on, nor with Debian
+        # 12's 2.5.0-1+deb12u2: https://gitlab.kitware.com/vtk/vtk/-/issues/19258
+        writer.SetDataModeToBinary()
     elif path.endswith((".mhd", ".mha")):
         from vtkmodules.vtkIOImage import vtkMetaImageWriter
         writer = vtkMetaImageWriter()
