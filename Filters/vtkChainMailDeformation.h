@@ -51,8 +51,8 @@
  *   `Constraint`).
  *
  * Both have the input's field data and these field arrays: `ProbeReached` (3 per probe: the displacement it got, world
- * axes, [mm]), `ProbeForce` (3 per probe: the energy's gradient at the tissue it holds, which is what the
- * hand pulls with, world axes, no unit), `Energy` [mm], `MaxLinkExcess` (largest violation of (C), fraction of the
+ * axes, [mm]), `ProbeForce` (3 per probe: the energy's gradient at the elements it holds, which is what the hand pulls
+ * them with, world axes, no unit), `Energy` [mm], `MaxLinkExcess` (largest violation of (C), fraction of the
  * spacing), `RelaxationIterationsUsed`, `ActiveElements` (elements away from their rest place), `Milliseconds` (upload,
  * propagate, relax, resample, download; 0 for what this update did not have to do again) and `DeviceName`.
  *
@@ -60,7 +60,8 @@
  *
  * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
- * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels.
+ * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels. In parallel
+ * every process computes the whole image.
  *
  * @sa vtkChainMailProbeSource
  */
