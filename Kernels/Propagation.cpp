@@ -7,7 +7,13 @@
 namespace chainmail
 {
 
-Vector3 Propagation::run(const std::vector<int>& bricks, double enough, const Checkpoint& checkpoint)
+double Propagation::Conflict::largest() const
+{
+  return std::max(*std::max_element(this->tooHigh.begin(), this->tooHigh.end()),
+    *std::max_element(this->tooLow.begin(), this->tooLow.end()));
+}
+
+Propagation::Conflict Propagation::run(const std::vector<int>& bricks, double enough, const Checkpoint& checkpoint)
 {
   Context& context = this->bricks_.context();
   const Index3 size = this->bricks_.size();
@@ -31,9 +37,8 @@ Vector3 Propagation::run(const std::vector<int>& bricks, double enough, const Ch
     }
   }
 
-  Vector3 conflict{};
-  const auto conflicting = [&] { return *std::max_element(conflict.begin(), conflict.end()) > enough; };
-  for (int turn = 0; (!pending[0].empty() || !pending[1].empty()) && !conflicting(); turn = 1 - turn)
+  Conflict conflict;
+  for (int turn = 0; (!pending[0].empty() || !pending[1].empty()) && conflict.largest() <= enough; turn = 1 - turn)
   {
     checkpoint();
     const std::vector<int> wanted(pending[turn].begin(), pending[turn].end());
@@ -53,7 +58,7 @@ Vector3 Propagation::run(const std::vector<int>& bricks, double enough, const Ch
     }
 
     cl::Kernel kernel = context.kernel("propagate.cl", this->bricks_.defines(true), "propagate");
-    std::vector<cl_int> result(4 * list.size());
+    std::vector<cl_int> result(7 * list.size());
     const cl::Buffer& resultBuffer = this->result_.sized(context, sizeof(cl_int) * result.size());
     int argument = 0;
     kernel.setArg(argument++, this->list_.holding(context, list));
@@ -72,7 +77,7 @@ Vector3 Propagation::run(const std::vector<int>& bricks, double enough, const Ch
     for (std::size_t n = 0; n < list.size(); ++n)
     {
       const int brick = this->bricks_.brick(list[n]);
-      const int faces = result[4 * n];
+      const int faces = result[7 * n];
       if (faces != 0)
       {
         this->bricks_.touch(list[n]);
@@ -88,11 +93,12 @@ Vector3 Propagation::run(const std::vector<int>& bricks, double enough, const Ch
       {
         pending[turn].insert(brick);
       }
+      float values[6];
+      std::memcpy(values, &result[7 * n + 1], sizeof(values));
       for (int a = 0; a < 3; ++a)
       {
-        float value;
-        std::memcpy(&value, &result[4 * n + 1 + a], sizeof(value));
-        conflict[a] = std::max(conflict[a], static_cast<double>(value));
+        conflict.tooHigh[a] = std::max(conflict.tooHigh[a], static_cast<double>(values[2 * a]));
+        conflict.tooLow[a] = std::max(conflict.tooLow[a], static_cast<double>(values[2 * a + 1]));
       }
     }
   }

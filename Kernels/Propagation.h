@@ -20,10 +20,18 @@ public:
   {
   }
 
-  /// Starts at the bricks that hold moved elements. Returns per axis the largest conflict: how far two holds pull some
-  /// element past what its links allow. It is 0, or float rounding, where all holds are compatible. A conflict of more
-  /// than `enough` ends the wave where it is; what is returned is then at most the whole conflict.
-  Vector3 run(const std::vector<int>& bricks, double enough, const Checkpoint& checkpoint);
+  /// How far moved tissue is beyond what held tissue allows, per axis; 0, or float rounding, where it is compatible.
+  struct Conflict
+  {
+    Vector3 tooHigh{};
+    Vector3 tooLow{};
+
+    double largest() const;
+  };
+
+  /// Starts at the bricks that hold moved elements. A conflict of more than `enough` ends the wave where it is; what is
+  /// returned is then at most the whole conflict.
+  Conflict run(const std::vector<int>& bricks, double enough, const Checkpoint& checkpoint);
 
 private:
   Bricks& bricks_;

@@ -83,7 +83,7 @@ private:
   bool pullTogether(const std::vector<Probe>& probes);
   void pullInTurn(std::size_t number, const Probe& probe);
   void checkpoint(double share);
-  Vector3 propagate(const std::vector<int>& bricks, double enough);
+  Propagation::Conflict propagate(const std::vector<int>& bricks, double enough);
 
   /// Runs a public call that checkpoints may stop.
   template <typename Body> auto stoppable(Body&& body) -> decltype(body())
@@ -300,7 +300,7 @@ void Simulation::Impl::move(const Hold& hold, const Float3& to)
   }
 }
 
-Vector3 Simulation::Impl::propagate(const std::vector<int>& bricks, double enough)
+Propagation::Conflict Simulation::Impl::propagate(const std::vector<int>& bricks, double enough)
 {
   // How many launches it takes is not known beforehand: the share approaches 1.
   int launches = 0;
@@ -333,8 +333,7 @@ bool Simulation::Impl::pullTogether(const std::vector<Probe>& probes)
     }
     bricks.insert(bricks.end(), hold.bricks.begin(), hold.bricks.end());
   }
-  const Vector3 conflict = this->propagate(bricks, tolerance(largest));
-  if (*std::max_element(conflict.begin(), conflict.end()) <= tolerance(largest))
+  if (this->propagate(bricks, tolerance(largest)).largest() <= tolerance(largest))
   {
     return true;
   }
@@ -347,7 +346,7 @@ bool Simulation::Impl::pullTogether(const std::vector<Probe>& probes)
 }
 
 /// One probe after those before it, shortened per axis to what they and the anchors allow. Where the wave meets one of
-/// them, the conflict is what the displacement is too long, or less if the wave has not yet come the shortest way.
+/// them, the conflict is by how much the probe goes too far, or less if the wave has not yet come the shortest way.
 void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
 {
   const Hold& hold = this->holds_[number];
@@ -357,27 +356,33 @@ void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
     return;
   }
   this->bricks_.saveBefore();
-  const std::vector<float> start = this->bricks_.displacements({ hold.addresses.front() });
   Float3 to = this->toFraction(probe.displacement);
-  constexpr int attempts = 24;
-  for (int attempt = 0; attempt < attempts; ++attempt)
+  for (int attempt = 0; attempt < 50; ++attempt)
   {
+    // A wave that is much too long would run through all tissue: it ends where it meets a large conflict.
+    double enough = 0.0;
+    for (const float t : to)
+    {
+      enough = std::max({ enough, 0.2 * std::fabs(t), static_cast<double>(tolerance(t)) });
+    }
     this->move(hold, to);
-    // A wave that is much too long would run through all tissue: the first attempts end where they meet a conflict.
-    const double most = std::max({ tolerance(to[0]), tolerance(to[1]), tolerance(to[2]) });
-    const double enough = attempt < attempts / 2 ? most : std::numeric_limits<double>::infinity();
-    const Vector3 conflict = this->propagate(hold.bricks, enough);
+    const Propagation::Conflict conflict = this->propagate(hold.bricks, enough);
     bool compatible = true;
+    bool possible = true;
     for (int a = 0; a < 3; ++a)
     {
-      if (conflict[a] > tolerance(to[a]))
+      const float rounding = tolerance(to[a]);
+      const bool tooHigh = conflict.tooHigh[a] > rounding;
+      const bool tooLow = conflict.tooLow[a] > rounding;
+      compatible = compatible && !tooHigh && !tooLow;
+      possible = possible && !(tooHigh && tooLow);
+      if (tooHigh != tooLow)
       {
-        compatible = false;
         // The conflict of a long wave is known less exactly, so a large step stops short of it.
-        const double way = static_cast<double>(to[a]) - start[a];
-        const double slack = conflict[a] > 0.1 * std::fabs(way) ? tolerance(to[a]) : 0.0;
-        const double shorter = std::fabs(way) - conflict[a];
-        to[a] = static_cast<float>(start[a] + (shorter > tolerance(to[a]) ? std::copysign(shorter + slack, way) : 0.0));
+        const double excess = tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a];
+        const double step = excess - (excess > 0.1 * std::fabs(to[a]) ? rounding : 0.0);
+        to[a] = static_cast<float>(to[a] + (tooHigh ? -step : step));
+        to[a] = std::fabs(to[a]) <= rounding ? 0.0f : to[a];
       }
     }
     if (compatible)
@@ -385,8 +390,12 @@ void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
       return;
     }
     this->bricks_.restoreBefore();
+    if (!possible)
+    {
+      break;
+    }
   }
-  // Its elements are already held apart by others, so they cannot move together: it gets none of them.
+  // Others hold its elements so far apart that they cannot be in one place: it gets none of them.
   this->setHeld(hold, false);
   this->holds_[number] = Hold();
 }

@@ -7,8 +7,8 @@
 // The host guarantees: bricks of one launch do not touch each other (one parity of the brick grid), `before` is a
 // feasible state, moved tissue differs from it or is held, brick.clh's promise.
 //
-// result[group * 4]: faces that moved elements touch (movedFaces; 128 more where the rounds did not suffice), then per
-// axis the largest conflict, as the bits of a float: how far two holds pull an element past what its links allow.
+// result[group * 7]: faces that moved elements touch (movedFaces; 128 more where the rounds did not suffice), then for
+// each axis how much too high and too low the moved tissue is for what is held, as the bits of floats.
 
 #include "brick.clh"
 #include "element.clh"
@@ -30,14 +30,17 @@ kernel void propagate(global const int* list, int rounds, uint pitch, global con
 {
   local int changed;
   local int faces;
-  local int conflict[3];
+  local int conflict[6];
   local int movedIn[2 * VECTORS]; // the pass in which a piece of work last moved
   const int lid = get_local_id(0);
   const uint slot = list[get_group_id(0)];
   if (lid == 0)
   {
     faces = 0;
-    conflict[0] = conflict[1] = conflict[2] = 0;
+    for (int n = 0; n < 6; ++n)
+    {
+      conflict[n] = 0;
+    }
   }
   for (int work = lid; work < 2 * VECTORS; work += get_local_size(0))
   {
@@ -73,7 +76,7 @@ kernel void propagate(global const int* list, int rounds, uint pitch, global con
           }
           loadNeighbours(displacement + axis * pitch, &s, us);
           loadNeighbours(before + axis * pitch, &s, u0s);
-          Envelope e = { (real)(-INFINITY), (real)(INFINITY) };
+          Envelope e = { (real)(-INFINITY), (real)(INFINITY), (real)(-INFINITY), (real)(INFINITY) };
           for (int d = 0; d < 6; ++d)
           {
             envelopeAdd(&e, us[d], u0s[d], signbit(cs[d]), linkLimit(c, cs[d]));
@@ -82,11 +85,15 @@ kernel void propagate(global const int* list, int rounds, uint pitch, global con
           const real u0 = LOAD(before + axis * pitch + s.self);
           const mask held = signbit(c);
           const real next = select(envelopeClamp(e, u0), u, held);
-          const real past = select(e.lower - e.upper, max(e.lower - u, u - e.upper), held);
-          const float worst = largestOf(past);
-          if (worst > 0.0f)
+          const float tooHigh = largestOf(envelopeTooHigh(e, u, held));
+          const float tooLow = largestOf(envelopeTooLow(e, u, held));
+          if (tooHigh > 0.0f)
           {
-            atomic_max(&conflict[axis], as_int(worst));
+            atomic_max(&conflict[2 * axis], as_int(tooHigh));
+          }
+          if (tooLow > 0.0f)
+          {
+            atomic_max(&conflict[2 * axis + 1], as_int(tooLow));
           }
           const mask moved = next != u;
           if (SOME(moved))
@@ -108,10 +115,11 @@ kernel void propagate(global const int* list, int rounds, uint pitch, global con
   }
   if (lid == 0)
   {
-    result[get_group_id(0) * 4] = faces | (more ? 128 : 0);
-    for (int axis = 0; axis < 3; ++axis)
+    global int* row = result + get_group_id(0) * 7;
+    row[0] = faces | (more ? 128 : 0);
+    for (int n = 0; n < 6; ++n)
     {
-      result[get_group_id(0) * 4 + 1 + axis] = conflict[axis];
+      row[1 + n] = conflict[n];
     }
   }
 }
