@@ -1023,9 +1023,6 @@ void vtkChainMailDeformation::vtkInternals::WriteFieldData(const Scene& scene, v
     }
     fields->AddArray(array);
   };
-  addVectors("ProbeReached", &chainmail::ProbeResult::reached);
-  addVectors("ProbeForce", &chainmail::ProbeResult::force);
-
   const auto addRow = [&](vtkDataArray* array, const char* name, const std::vector<double>& row)
   {
     array->SetName(name);
@@ -1049,6 +1046,10 @@ void vtkChainMailDeformation::vtkInternals::WriteFieldData(const Scene& scene, v
   device->SetName("DeviceName");
   device->InsertNextValue(this->Simulation->deviceName());
   fields->AddArray(device);
+
+  // Last: field data has as many rows as its first array, and where that is none ParaView shows and sends nothing.
+  addVectors("ProbeReached", &chainmail::ProbeResult::reached);
+  addVectors("ProbeForce", &chainmail::ProbeResult::force);
 }
 
 //------------------------------------------------------------------------------

@@ -120,7 +120,7 @@ def field(data, name):
     """A field array as numpy, a row for each tuple."""
     array = data.GetFieldData().GetArray(name)
     require(array is not None, "there is no field array '%s'", name)
-    return vtk_to_numpy(array).reshape(array.GetNumberOfTuples(), -1)
+    return vtk_to_numpy(array).reshape(array.GetNumberOfTuples(), array.GetNumberOfComponents())
 
 
 def same_bits(a, b):
