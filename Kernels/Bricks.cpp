@@ -330,7 +330,7 @@ void overElements(Context& context, const char* name, const cl::Buffer& field, c
   kernel.setArg(2, static_cast<cl_int>(components));
   kernel.setArg(3, addresses);
   kernel.setArg(4, values);
-  context.queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(count));
+  context.runOver(kernel, 5, count);
 }
 
 }

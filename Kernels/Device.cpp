@@ -262,6 +262,21 @@ cl::Kernel Context::kernel(const std::string& file, const std::string& defines, 
   return cl::Kernel(this->program(file, defines), name);
 }
 
+void Context::runOver(cl::Kernel& kernel, int argument, std::size_t count)
+{
+  constexpr std::size_t group = 64;
+  kernel.setArg(argument, static_cast<cl_uint>(count));
+  this->runGroups(kernel, (count + group - 1) / group, group);
+}
+
+void Context::runGroups(const cl::Kernel& kernel, std::size_t groups, std::size_t items)
+{
+  if (groups > 0)
+  {
+    this->queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * items), cl::NDRange(items));
+  }
+}
+
 cl::Buffer Context::allocate(std::size_t bytes, const char* purpose)
 {
   const auto fail = [&](const std::string& room)

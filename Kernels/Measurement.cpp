@@ -7,7 +7,7 @@ namespace chainmail
 
 std::vector<BrickFigures> measureBricks(Bricks& bricks)
 {
-  static_assert(sizeof(BrickFigures) == 11 * sizeof(float), "measure.cl writes 11 floats a brick");
+  static_assert(sizeof(BrickFigures) == 15 * sizeof(float), "measure.cl writes 15 floats a brick");
   std::vector<int> list(bricks.slots() - 1);
   std::iota(list.begin(), list.end(), 1);
   std::vector<BrickFigures> figures(list.size());
@@ -29,7 +29,7 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks)
   kernel.setArg(argument++, bricks.cutsOrNothing());
   kernel.setArg(argument++, cl::Local(sizeof(BrickFigures) * items));
   kernel.setArg(argument++, result);
-  context.queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(items * list.size()), cl::NDRange(items));
+  context.runGroups(kernel, list.size(), items);
   context.read(result, figures);
   return figures;
 }

@@ -12,7 +12,9 @@ struct BrickFigures
   float excess;
   float displaced;
   float low[3];
+  float firstRow[2]; ///< y and z of the rows that hold displaced elements; from infinity to minus infinity without any
   float high[3];
+  float lastRow[2];
 };
 
 /// Figures of all slots from 1 on.

@@ -41,6 +41,12 @@ public:
   const cl::Program& program(const std::string& file, const std::string& defines);
   cl::Kernel kernel(const std::string& file, const std::string& defines, const char* name);
 
+  /// Runs a kernel over `count` items; its last argument, at `argument`, is that count, as the range is rounded up.
+  /// Work-groups of one size: PoCL builds a kernel anew for every other one.
+  void runOver(cl::Kernel& kernel, int argument, std::size_t count);
+  /// Runs a kernel with one work-group of `items` for each of `groups`.
+  void runGroups(const cl::Kernel& kernel, std::size_t groups, std::size_t items);
+
   /// A device buffer, filled with zeros. Throws MemoryError, which says what `purpose` needs, where the device has
   /// no room.
   cl::Buffer allocate(std::size_t bytes, const char* purpose);

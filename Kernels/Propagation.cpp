@@ -71,7 +71,7 @@ Propagation::Conflict Propagation::run(const std::vector<int>& bricks, double en
     kernel.setArg(argument++, this->bricks_.cutsOrNothing());
     kernel.setArg(argument++, resultBuffer);
     const std::size_t items = this->bricks_.workItems(true);
-    context.queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(items * list.size()), cl::NDRange(items));
+    context.runGroups(kernel, list.size(), items);
     context.read(resultBuffer, result);
 
     for (std::size_t n = 0; n < list.size(); ++n)

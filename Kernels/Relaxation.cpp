@@ -107,7 +107,7 @@ float Relaxation::relaxColour(int colour, float omega, float still)
   kernel.setArg(argument++, this->bricks_.cutsOrNothing());
   kernel.setArg(argument++, resultBuffer);
   const std::size_t items = this->bricks_.workItems(true);
-  context.queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(items * list.size()), cl::NDRange(items));
+  context.runGroups(kernel, list.size(), items);
   context.read(resultBuffer, result);
 
   float largest = 0.0f;

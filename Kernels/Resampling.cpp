@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
 
 namespace chainmail
 {
@@ -13,16 +11,45 @@ namespace chainmail
 namespace
 {
 
-/// Voxels of one box: 16 bytes each on the device.
-constexpr std::size_t voxelsPerBox = std::size_t(1) << 22;
+/// Output voxels handled at once: 16 bytes each on the device.
+constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
 
-/// A brick whose cells may have moved, and the output voxels that they may cover.
-struct Source
+/// Rounds down, also below zero.
+int floorDiv(int n, int divisor)
 {
-  int brick;
-  Index3 first;
+  return n >= 0 ? n / divisor : -((divisor - 1 - n) / divisor);
+}
+
+/// The part of a brick of the output that lies in the output.
+ResampledBox clipped(const Index3& origin, const Index3& size, const Index3& low, const Index3& high,
+  const float* offsets, std::vector<float>& copy)
+{
+  ResampledBox box{ origin, size, offsets };
   Index3 last;
-};
+  for (int a = 0; a < 3; ++a)
+  {
+    box.first[a] = std::max(origin[a], low[a]);
+    last[a] = std::min(origin[a] + size[a] - 1, high[a]);
+    box.size[a] = last[a] - box.first[a] + 1;
+  }
+  if (box.size == size)
+  {
+    return box;
+  }
+  copy.clear();
+  for (int k = box.first[2]; k <= last[2]; ++k)
+  {
+    for (int j = box.first[1]; j <= last[1]; ++j)
+    {
+      const std::size_t row =
+        static_cast<std::size_t>(size[0]) * ((j - origin[1]) + static_cast<std::size_t>(size[1]) * (k - origin[2]));
+      const float* from = offsets + 3 * (row + (box.first[0] - origin[0]));
+      copy.insert(copy.end(), from, from + 3 * box.size[0]);
+    }
+  }
+  box.offset = copy.data();
+  return box;
+}
 
 cl_int4 int4(const Index3& v)
 {
@@ -37,113 +64,133 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   const Grid& grid = this->bricks_.model().grid();
   const Index3 size = this->bricks_.size();
 
-  // A displaced element moves the cells around it, and through the border that follows tissue those one further: all
-  // lie in its brick or in the 26 around.
-  std::map<int, std::pair<Vector3, Vector3>> moved;
+  // The bricks of the output.
+  const Index3 low{ -padding[0], -padding[1], -padding[2] };
+  const Index3 high{ grid.size[0] - 1 + padding[0], grid.size[1] - 1 + padding[1], grid.size[2] - 1 + padding[2] };
+  Index3 firstBrick;
+  Index3 brickCounts;
+  for (int a = 0; a < 3; ++a)
+  {
+    firstBrick[a] = floorDiv(low[a], size[a]);
+    brickCounts[a] = floorDiv(high[a], size[a]) - firstBrick[a] + 1;
+  }
+  const Grid output{ brickCounts, {} };
+
+  // A displaced element moves the cells around it and, through the border that follows tissue, those one further: two
+  // voxels. Their bricks are the sources; the bricks that they may arrive at or leave are reached.
+  std::vector<char> isSource(output.voxels(), 0);
+  std::vector<char> isReached(output.voxels(), 0);
   const std::vector<BrickFigures> figures = measureBricks(this->bricks_);
   for (std::size_t n = 0; n < figures.size(); ++n)
   {
-    if (figures[n].displaced == 0.0f)
+    const BrickFigures& brick = figures[n];
+    if (brick.displaced == 0.0f)
     {
       continue;
     }
-    const int brick = this->bricks_.brick(static_cast<int>(n) + 1);
-    for (int z = -1; z <= 1; ++z)
+    const Index3 origin = this->bricks_.origin(this->bricks_.brick(static_cast<int>(n) + 1));
+    Vector3 first;
+    Vector3 last;
+    for (int a = 0; a < 3; ++a)
     {
-      for (int y = -1; y <= 1; ++y)
+      first[a] = origin[a] - 2 + (a == 0 ? 0.0 : brick.firstRow[a - 1]);
+      last[a] = origin[a] + 2 + (a == 0 ? size[0] - 1.0 : brick.lastRow[a - 1]);
+    }
+    // Marks the bricks of a box within limits. Clamped before the conversion: a displacement may be far larger than any
+    // image.
+    const auto mark =
+      [&](std::vector<char>& marks, const Vector3& from, const Vector3& to, const Index3& least, const Index3& most)
+    {
+      Index3 begin;
+      Index3 end;
+      for (int a = 0; a < 3; ++a)
       {
-        for (int x = -1; x <= 1; ++x)
+        if (from[a] > most[a] || to[a] < least[a])
         {
-          auto& range = moved[this->bricks_.beside(brick, x, y, z)];
-          for (int a = 0; a < 3; ++a)
+          return;
+        }
+        begin[a] = floorDiv(static_cast<int>(std::max<double>(from[a], least[a])), size[a]) - firstBrick[a];
+        end[a] = floorDiv(static_cast<int>(std::min<double>(to[a], most[a])), size[a]) - firstBrick[a];
+      }
+      for (int k = begin[2]; k <= end[2]; ++k)
+      {
+        for (int j = begin[1]; j <= end[1]; ++j)
+        {
+          for (int i = begin[0]; i <= end[0]; ++i)
           {
-            range.first[a] = std::min(range.first[a], static_cast<double>(figures[n].low[a]));
-            range.second[a] = std::max(range.second[a], static_cast<double>(figures[n].high[a]));
+            marks[output.at(i, j, k)] = 1;
           }
         }
       }
-    }
-  }
-  std::vector<Source> sources;
-  Index3 first = grid.size;
-  Index3 last{ -1, -1, -1 };
-  for (const auto& [brick, range] : moved)
-  {
-    const Index3 origin = this->bricks_.origin(brick);
-    if (!grid.contains(origin[0], origin[1], origin[2]))
-    {
-      continue;
-    }
-    Source source{ brick, {}, {} };
+    };
+    mark(isSource, first, last, { 0, 0, 0 }, { grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 });
     for (int a = 0; a < 3; ++a)
     {
-      // Clamped before the conversion: a displacement may be far larger than any image.
-      const double low = origin[a] + std::floor(range.first[a]) - 1;
-      const double high = origin[a] + size[a] + std::ceil(range.second[a]) + 1;
-      source.first[a] = static_cast<int>(std::max(low, -static_cast<double>(padding[a])));
-      source.last[a] = static_cast<int>(std::min(high, static_cast<double>(grid.size[a] - 1 + padding[a])));
-      first[a] = std::min(first[a], source.first[a]);
-      last[a] = std::max(last[a], source.last[a]);
+      first[a] += std::floor(brick.low[a]);
+      last[a] += std::ceil(brick.high[a]);
     }
-    sources.push_back(source);
-  }
-  if (sources.empty())
-  {
-    return;
+    mark(isReached, first, last, low, high);
   }
 
-  // The kernels must know the tissue that is at rest where other tissue arrives.
-  std::set<int> destinations;
-  for (const Source& source : sources)
+  std::vector<int> sources;
+  std::vector<Index3> origins;
+  std::vector<int> tissue;
+  for (std::size_t n = 0; n < output.voxels(); ++n)
   {
-    for (int k = std::max(0, source.first[2]) / size[2]; k * size[2] <= std::min(source.last[2], grid.size[2] - 1); ++k)
+    const Index3 at = output.indexOf(n);
+    Index3 origin;
+    for (int a = 0; a < 3; ++a)
     {
-      for (int j = std::max(0, source.first[1]) / size[1]; j * size[1] <= std::min(source.last[1], grid.size[1] - 1);
-           ++j)
+      origin[a] = (at[a] + firstBrick[a]) * size[a];
+    }
+    const bool inside = grid.contains(origin[0], origin[1], origin[2]);
+    const int brick = inside ? this->bricks_.brickAt(origin[0], origin[1], origin[2]) : 0;
+    if (isSource[n])
+    {
+      sources.push_back(brick);
+    }
+    if (isReached[n])
+    {
+      origins.push_back(origin);
+      if (inside)
       {
-        for (int i = std::max(0, source.first[0]) / size[0]; i * size[0] <= std::min(source.last[0], grid.size[0] - 1);
-             ++i)
-        {
-          destinations.insert(this->bricks_.brickAt(i * size[0], j * size[1], k * size[2]));
-        }
+        tissue.push_back(brick);
       }
     }
   }
-  this->bricks_.require({ destinations.begin(), destinations.end() });
+  // The kernels must know the tissue that is at rest where other tissue arrives.
+  this->bricks_.require(tissue);
 
   Context& context = this->bricks_.context();
+  const std::string defines = this->bricks_.defines(false);
+  const std::size_t items = this->bricks_.workItems(false);
+  const std::size_t perBrick = this->bricks_.elementsPerBrick();
+  const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
   const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
-  const std::size_t layer = static_cast<std::size_t>(last[0] - first[0] + 1) * (last[1] - first[1] + 1);
-  const int layers = static_cast<int>(std::max<std::size_t>(1, voxelsPerBox / layer));
   std::vector<float> offsets;
-  for (int z = first[2]; z <= last[2]; z += layers)
+  std::vector<float> copy;
+  for (std::size_t begin = 0; begin < origins.size(); begin += perBatch)
   {
-    checkpoint(static_cast<double>(z - first[2]) / (last[2] + 1 - first[2]));
-    const Index3 boxFirst{ first[0], first[1], z };
-    const Index3 boxSize{ last[0] - first[0] + 1, last[1] - first[1] + 1, std::min(layers, last[2] + 1 - z) };
-    const std::size_t voxels = layer * boxSize[2];
-    std::vector<int> list;
-    for (const Source& source : sources)
+    checkpoint(static_cast<double>(begin) / origins.size());
+    const std::size_t count = std::min(perBatch, origins.size() - begin);
+    std::vector<int> places(output.voxels(), -1);
+    std::vector<cl_int4> firsts;
+    for (std::size_t n = 0; n < count; ++n)
     {
-      if (source.first[2] < z + boxSize[2] && source.last[2] >= z)
-      {
-        list.push_back(source.brick);
-      }
-    }
-    if (list.empty())
-    {
-      continue;
+      const Index3& origin = origins[begin + n];
+      places[output.at(floorDiv(origin[0], size[0]) - firstBrick[0], floorDiv(origin[1], size[1]) - firstBrick[1],
+        floorDiv(origin[2], size[2]) - firstBrick[2])] = static_cast<int>(n);
+      firsts.push_back(int4(origin));
     }
 
+    const std::size_t voxels = count * perBrick;
     const cl::Buffer& claims = this->claims_.sized(context, sizeof(cl_uint) * voxels);
     const cl::Buffer& offsetBuffer = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
     context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
-
-    const std::string defines = this->bricks_.defines(false);
     cl::Kernel claim = context.kernel("resample.cl", defines, "claim");
     cl::Kernel locate = context.kernel("resample.cl", defines, "locate");
+    claim.setArg(0, this->list_.holding(context, sources));
     int argument = 0;
-    claim.setArg(argument++, this->list_.holding(context, list));
     for (cl::Kernel* kernel : { &claim, &locate })
     {
       argument = kernel == &claim ? 1 : 0;
@@ -154,18 +201,26 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
       kernel->setArg(argument++, this->bricks_.cutsOrNothing());
       kernel->setArg(argument++, int4(grid.size));
       kernel->setArg(argument++, int4(flat));
-      kernel->setArg(argument++, int4(boxFirst));
-      kernel->setArg(argument++, int4(boxSize));
-      kernel->setArg(argument++, claims);
+      if (kernel == &claim)
+      {
+        claim.setArg(argument++, int4({ firstBrick[0] * size[0], firstBrick[1] * size[1], firstBrick[2] * size[2] }));
+        claim.setArg(argument++, int4(brickCounts));
+        claim.setArg(argument++, this->places_.holding(context, places));
+        claim.setArg(argument++, claims);
+      }
     }
-    locate.setArg(argument, offsetBuffer);
-    const std::size_t items = this->bricks_.workItems(false);
-    context.queue().enqueueNDRangeKernel(claim, cl::NullRange, cl::NDRange(items * list.size()), cl::NDRange(items));
-    context.queue().enqueueNDRangeKernel(locate, cl::NullRange, cl::NDRange(voxels));
+    locate.setArg(argument++, this->firsts_.holding(context, firsts));
+    locate.setArg(argument++, claims);
+    locate.setArg(argument++, offsetBuffer);
+    context.runGroups(claim, sources.size(), items);
+    context.runGroups(locate, count, items);
 
     offsets.resize(3 * voxels);
     context.read(offsetBuffer, offsets);
-    visit({ boxFirst, boxSize, offsets.data() });
+    for (std::size_t n = 0; n < count; ++n)
+    {
+      visit(clipped(origins[begin + n], size, low, high, offsets.data() + 3 * perBrick * n, copy));
+    }
   }
 }
 

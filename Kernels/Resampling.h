@@ -23,6 +23,8 @@ public:
 private:
   Bricks& bricks_;
   Scratch list_{ "the list of bricks" };
+  Scratch places_{ "the list of bricks" };
+  Scratch firsts_{ "the list of bricks" };
   Scratch claims_{ "resampling" };
   Scratch offsets_{ "resampling" };
 };

@@ -127,6 +127,45 @@ RigidClusters::RigidClusters(Bricks& bricks)
   }
 }
 
+std::vector<std::size_t> RigidClusters::withClusters(const std::vector<std::size_t>& voxels, int axis) const
+{
+  std::vector<std::size_t> all = voxels;
+  std::vector<int> taken;
+  for (const std::size_t voxel : voxels)
+  {
+    const int id = this->clusterOf(voxel, axis);
+    if (id >= 0 && std::find(taken.begin(), taken.end(), id) == taken.end())
+    {
+      taken.push_back(id);
+      const auto first = this->voxels_.begin() + this->clusters_[id].first;
+      all.insert(all.end(), first, first + this->clusters_[id].count);
+    }
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+int RigidClusters::clusterOf(std::size_t voxel, int axis) const
+{
+  const Index3 at = this->bricks_.model().grid().indexOf(voxel);
+  const auto here = this->ofBrick_.find(this->bricks_.brickAt(at[0], at[1], at[2]));
+  if (here != this->ofBrick_.end())
+  {
+    for (const int id : here->second)
+    {
+      const Cluster& cluster = this->clusters_[id];
+      const auto first = this->voxels_.begin() + cluster.first;
+      if ((cluster.axis < 0 || cluster.axis == axis) &&
+          std::binary_search(first, first + cluster.count, static_cast<std::uint32_t>(voxel)))
+      {
+        return id;
+      }
+    }
+  }
+  return -1;
+}
+
 void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels)
 {
   for (Cluster& cluster : this->clusters_)
@@ -140,21 +179,15 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels)
   this->memberList_.clear();
   this->clusterList_.clear();
 
-  const Grid& grid = this->bricks_.model().grid();
   for (const std::size_t voxel : heldVoxels)
   {
-    const Index3 at = grid.indexOf(voxel);
-    const auto here = this->ofBrick_.find(this->bricks_.brickAt(at[0], at[1], at[2]));
-    if (here == this->ofBrick_.end())
+    for (int axis = 0; axis < this->bricks_.model().axes(); ++axis)
     {
-      continue;
-    }
-    for (const int id : here->second)
-    {
-      Cluster& cluster = this->clusters_[id];
-      const auto first = this->voxels_.begin() + cluster.first;
-      cluster.held =
-        cluster.held || std::binary_search(first, first + cluster.count, static_cast<std::uint32_t>(voxel));
+      const int id = this->clusterOf(voxel, axis);
+      if (id >= 0)
+      {
+        this->clusters_[id].held = true;
+      }
     }
   }
 }
@@ -281,7 +314,7 @@ float RigidClusters::relax(float omega, float still, std::vector<int>& moved)
   gather.setArg(4, this->bricks_.displacement);
   gather.setArg(5, this->bricks_.constraint);
   gather.setArg(6, this->partial_);
-  context.queue().enqueueNDRangeKernel(gather, cl::NullRange, cl::NDRange(this->chunkList_.size()));
+  context.runOver(gather, 7, this->chunkList_.size());
 
   cl::Kernel move = context.kernel("clusters.cl", defines, "clusterMove");
   move.setArg(0, this->heads_);
@@ -290,7 +323,7 @@ float RigidClusters::relax(float omega, float still, std::vector<int>& moved)
   move.setArg(3, this->partial_);
   move.setArg(4, this->places_);
   move.setArg(5, this->moves_);
-  context.queue().enqueueNDRangeKernel(move, cl::NullRange, cl::NDRange(this->active_.size()));
+  context.runOver(move, 6, this->active_.size());
 
   cl::Kernel scatter = context.kernel("clusters.cl", defines, "clusterScatter");
   scatter.setArg(0, this->members_);
@@ -299,7 +332,7 @@ float RigidClusters::relax(float omega, float still, std::vector<int>& moved)
   scatter.setArg(3, this->moves_);
   scatter.setArg(4, this->bricks_.pitch());
   scatter.setArg(5, this->bricks_.displacement);
-  context.queue().enqueueNDRangeKernel(scatter, cl::NullRange, cl::NDRange(this->memberList_.size()));
+  context.runOver(scatter, 6, this->memberList_.size());
 
   std::vector<float> moves(this->active_.size());
   context.read(this->moves_, moves);

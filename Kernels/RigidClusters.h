@@ -19,6 +19,9 @@ public:
   /// number.
   static int label(const Bricks& bricks, int axis, std::vector<int>& out);
 
+  /// These voxels (sorted) and all that hang on them rigidly along an image axis.
+  std::vector<std::size_t> withClusters(const std::vector<std::size_t>& voxels, int axis) const;
+
   /// Starts a relaxation: no cluster is active; those that hold an anchor or one of these voxels (Grid::at) never are.
   void begin(const std::vector<std::size_t>& heldVoxels);
 
@@ -43,6 +46,8 @@ private:
     std::vector<int> bricks;
   };
 
+  /// Which cluster of an axis a voxel belongs to; -1: none.
+  int clusterOf(std::size_t voxel, int axis) const;
   void upload();
 
   Bricks& bricks_;

@@ -30,6 +30,7 @@ std::string text(const Vector3& v)
 /// Elements that a probe holds.
 struct Hold
 {
+  std::uint32_t place = 0; ///< address of the element whose displacement is the probe's
   std::vector<std::size_t> voxels;
   std::vector<std::uint32_t> addresses;
   std::vector<int> bricks;
@@ -83,6 +84,9 @@ private:
   bool pullTogether(const std::vector<Probe>& probes);
   void pullInTurn(std::size_t number, const Probe& probe);
   void checkpoint(double share);
+  std::vector<ProbeResult> reached();
+  double forceAt(const std::vector<std::size_t>& held, int axis);
+  RigidClusters& rigidClusters();
   Propagation::Conflict propagate(const std::vector<int>& bricks, double enough);
 
   /// Runs a public call that checkpoints may stop.
@@ -244,6 +248,7 @@ Hold Simulation::Impl::holdOf(const std::vector<std::size_t>& voxels)
   {
     hold.addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
   }
+  hold.place = hold.addresses.empty() ? 0 : hold.addresses.front();
   return hold;
 }
 
@@ -397,7 +402,9 @@ void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
   }
   // Others hold its elements so far apart that they cannot be in one place: it gets none of them.
   this->setHeld(hold, false);
+  const std::uint32_t place = hold.place;
   this->holds_[number] = Hold();
+  this->holds_[number].place = place;
 }
 
 std::vector<ProbeResult> Simulation::Impl::pull(const std::vector<Probe>& probes)
@@ -416,7 +423,6 @@ std::vector<ProbeResult> Simulation::Impl::pull(const std::vector<Probe>& probes
 
       // An element has one holder: an anchor, else the first probe that grabs it. The others take what is left, and are
       // compatible with its holder only if the links between allow it.
-      std::vector<std::uint32_t> firsts;
       std::vector<std::size_t> taken;
       const Grid& grid = this->model_->grid();
       for (const std::vector<std::size_t>& voxels : grabbed)
@@ -436,8 +442,10 @@ std::vector<ProbeResult> Simulation::Impl::pull(const std::vector<Probe>& probes
         std::set_union(taken.begin(), taken.end(), mine.begin(), mine.end(), std::back_inserter(both));
         taken.swap(both);
         this->holds_.push_back(this->holdOf(mine));
-        firsts.push_back(
-          mine.empty() ? this->holdOf({ voxels.front() }).addresses.front() : this->holds_.back().addresses.front());
+        if (mine.empty())
+        {
+          this->holds_.back().place = this->holdOf({ voxels.front() }).place;
+        }
       }
 
       if (!probes.empty() && !this->pullTogether(probes))
@@ -448,80 +456,100 @@ std::vector<ProbeResult> Simulation::Impl::pull(const std::vector<Probe>& probes
         }
       }
 
-      std::vector<ProbeResult> results = this->probes();
-      const std::vector<float> reached = this->bricks_.displacements(firsts);
-      for (std::size_t n = 0; n < results.size(); ++n)
-      {
-        for (int a = 0; a < 3; ++a)
-        {
-          results[n].reached[a] = reached[3 * n + a] * grid.spacing[a];
-        }
-      }
-      return results;
+      return this->reached();
     });
+}
+
+std::vector<ProbeResult> Simulation::Impl::reached()
+{
+  const Vector3& spacing = this->model_->grid().spacing;
+  std::vector<std::uint32_t> addresses;
+  for (const Hold& hold : this->holds_)
+  {
+    addresses.push_back(hold.place);
+  }
+  const std::vector<float> displacements = this->bricks_.displacements(addresses);
+  std::vector<ProbeResult> results(this->holds_.size());
+  for (std::size_t n = 0; n < results.size(); ++n)
+  {
+    results[n].elements = this->holds_[n].voxels.size();
+    for (int a = 0; a < 3; ++a)
+    {
+      results[n].reached[a] = displacements[3 * n + a] * spacing[a];
+    }
+  }
+  return results;
 }
 
 std::vector<ProbeResult> Simulation::Impl::probes()
 {
-  const Grid& grid = this->model_->grid();
-  const int axes = this->model_->axes();
-  std::vector<ProbeResult> results(this->holds_.size());
+  std::vector<ProbeResult> results = this->reached();
   for (std::size_t n = 0; n < results.size(); ++n)
   {
-    const Hold& hold = this->holds_[n];
-    results[n].elements = hold.voxels.size();
-    if (hold.voxels.empty())
-    {
-      continue;
-    }
-    // The links that leave the probe's elements.
-    std::vector<std::uint32_t> inner;
-    std::vector<std::uint32_t> outer;
-    std::vector<float> limits;
-    for (std::size_t m = 0; m < hold.voxels.size(); ++m)
-    {
-      const Index3 at = grid.indexOf(hold.voxels[m]);
-      const std::uint8_t cut = this->bricks_.cutBits(at[0], at[1], at[2]);
-      float ci[3];
-      this->model_->row(at[0], at[1], at[2], 1, ci);
-      for (int d = 0; d < 6; ++d)
-      {
-        Index3 next = at;
-        next[d / 2] += d % 2 == 0 ? -1 : 1;
-        if ((cut & (1 << d)) != 0 || !grid.contains(next[0], next[1], next[2]) ||
-            std::binary_search(hold.voxels.begin(), hold.voxels.end(), grid.at(next[0], next[1], next[2])))
-        {
-          continue;
-        }
-        float cj[3];
-        this->model_->row(next[0], next[1], next[2], 1, cj);
-        if (std::isinf(cj[0]))
-        {
-          continue;
-        }
-        inner.push_back(hold.addresses[m]);
-        outer.push_back(this->bricks_.address(next[0], next[1], next[2]));
-        for (int a = 0; a < 3; ++a)
-        {
-          const int axis = std::min(a, axes - 1);
-          limits.push_back(0.5f * (std::fabs(ci[axis]) + std::fabs(cj[axis])));
-        }
-      }
-    }
-    const std::vector<float> reached = this->bricks_.displacements({ hold.addresses.front() });
-    const std::vector<float> ui = this->bricks_.displacements(inner);
-    const std::vector<float> uj = this->bricks_.displacements(outer);
     for (int a = 0; a < 3; ++a)
     {
-      results[n].reached[a] = reached[a] * grid.spacing[a];
-      for (std::size_t m = 0; m < inner.size(); ++m)
-      {
-        // d/du of (u(i) - u(j))^2 / D in physical units; spacings cancel. The same epsilon as in element.clh.
-        results[n].force[a] += 2.0 * (ui[3 * m + a] - uj[3 * m + a]) / (limits[3 * m + a] + 1e-6);
-      }
+      results[n].force[a] = this->forceAt(this->holds_[n].voxels, a);
     }
   }
   return results;
+}
+
+/// Gradient of the energy along one axis where these voxels, with the bone they are part of, move together.
+double Simulation::Impl::forceAt(const std::vector<std::size_t>& held, int axis)
+{
+  const Grid& grid = this->model_->grid();
+  const int component = std::min(axis, this->model_->axes() - 1);
+  const std::vector<std::size_t> voxels = this->rigidClusters().withClusters(held, axis);
+  const auto constraintOf = [&](const Index3& at)
+  {
+    float c[3];
+    this->model_->row(at[0], at[1], at[2], 1, c);
+    return std::fabs(c[component]);
+  };
+  std::vector<std::uint32_t> inner;
+  std::vector<std::uint32_t> outer;
+  std::vector<float> limits;
+  for (const std::size_t voxel : voxels)
+  {
+    const Index3 at = grid.indexOf(voxel);
+    const std::uint8_t cut = this->bricks_.cutBits(at[0], at[1], at[2]);
+    for (int d = 0; d < 6; ++d)
+    {
+      Index3 next = at;
+      next[d / 2] += d % 2 == 0 ? -1 : 1;
+      if ((cut & (1 << d)) != 0 || !grid.contains(next[0], next[1], next[2]) ||
+          std::binary_search(voxels.begin(), voxels.end(), grid.at(next[0], next[1], next[2])))
+      {
+        continue;
+      }
+      const float limit = 0.5f * (constraintOf(at) + constraintOf(next));
+      if (!std::isinf(limit))
+      {
+        // An element without memory has not moved; slot 0 says so.
+        inner.push_back(this->bricks_.address(at[0], at[1], at[2]));
+        outer.push_back(this->bricks_.address(next[0], next[1], next[2]));
+        limits.push_back(limit);
+      }
+    }
+  }
+  const std::vector<float> ui = this->bricks_.displacements(inner);
+  const std::vector<float> uj = this->bricks_.displacements(outer);
+  double force = 0.0;
+  for (std::size_t m = 0; m < limits.size(); ++m)
+  {
+    // d/du of (u(i) - u(j))^2 / D in physical units; spacings cancel. The same epsilon as in element.clh.
+    force += 2.0 * (static_cast<double>(ui[3 * m + axis]) - uj[3 * m + axis]) / (limits[m] + 1e-6);
+  }
+  return force;
+}
+
+RigidClusters& Simulation::Impl::rigidClusters()
+{
+  if (!this->clusters_)
+  {
+    this->clusters_.emplace(this->bricks_);
+  }
+  return *this->clusters_;
 }
 
 RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
@@ -537,16 +565,12 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
       {
         return RelaxResult();
       }
-      if (!this->clusters_)
-      {
-        this->clusters_.emplace(this->bricks_);
-      }
       std::vector<std::size_t> held;
       for (const Hold& hold : this->holds_)
       {
         held.insert(held.end(), hold.voxels.begin(), hold.voxels.end());
       }
-      this->clusters_->begin(held);
+      this->rigidClusters().begin(held);
       const RelaxResult result = this->relaxation_.run(*this->clusters_, this->sweep_, iterations, tolerance,
         [&](int done) { this->checkpoint(static_cast<double>(done) / iterations); });
       this->sweep_ += result.iterations;

@@ -32,7 +32,8 @@ struct Probe
 struct ProbeResult
 {
   Vector3 reached{}; ///< [mm] the displacement it got; shorter than asked where the tissue does not stretch so far
-  Vector3 force{};   ///< gradient of the energy at the tissue it holds: what the hand must pull with
+  Vector3 force{}; ///< gradient of the energy at the tissue it holds, with the bone that is part of: what the hand must
+                   ///< pull with
   std::size_t elements = 0; ///< how many it grabbed
 };
 
@@ -107,14 +108,14 @@ public:
 
   /// Holds exactly these probes from now on (others are released where they are), and moves them as far as the tissue
   /// allows: incompatible ones later in the list give way to earlier ones and to anchors (conflict policy Limit).
-  /// The wave runs to its fixed point.
+  /// The wave runs to its fixed point. The results tell what was reached; forces come from probes().
   std::vector<ProbeResult> pull(const std::vector<Probe>& probes);
 
   /// Lowers the energy by at most so many iterations of three-colour projected over-relaxation; stops when no element
   /// moved more than `tolerance` (a fraction of the spacing) in one.
   RelaxResult relax(int iterations, double tolerance);
 
-  /// ProbeResult::force of the current state, for the probes of the last pull().
+  /// The probes of the last pull() in the current state.
   std::vector<ProbeResult> probes() const;
 
   Statistics measure() const;

@@ -9,8 +9,12 @@
 
 // chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4]: the fields of Neighbours.
 kernel void clusterGather(global const int4* chunks, global const uint* links, global const float* places, uint pitch,
-  global const float* displacement, global const float* constraint, global float* partial)
+  global const float* displacement, global const float* constraint, global float* partial, uint count)
 {
+  if (get_global_id(0) >= count)
+  {
+    return;
+  }
   const int4 chunk = chunks[get_global_id(0)];
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -34,9 +38,13 @@ kernel void clusterGather(global const int4* chunks, global const uint* links, g
 
 // cluster: first chunk, number of chunks, axis (-1 for all three). moves: how far it went, 0 if it stayed.
 kernel void clusterMove(global const int4* clusters, float omega, float still, global const float* partial,
-  global float* places, global float* moves)
+  global float* places, global float* moves, uint count)
 {
-  const int id = get_global_id(0);
+  const uint id = get_global_id(0);
+  if (id >= count)
+  {
+    return;
+  }
   const int4 cluster = clusters[id];
   float move = 0.0f;
   for (int axis = 0; axis < 3; ++axis)
@@ -64,8 +72,12 @@ kernel void clusterMove(global const int4* clusters, float omega, float still, g
 
 // member: address, cluster.
 kernel void clusterScatter(global const uint2* members, global const int4* clusters, global const float* places,
-  global const float* moves, uint pitch, global float* displacement)
+  global const float* moves, uint pitch, global float* displacement, uint count)
 {
+  if (get_global_id(0) >= count)
+  {
+    return;
+  }
   const uint2 member = members[get_global_id(0)];
   if (moves[member.y] == 0.0f)
   {

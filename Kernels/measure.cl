@@ -1,14 +1,15 @@
 // Figures of the state, one row a brick.
 //
-// result[group * 11]: energy per axis (links leaving the brick count half), largest violation of a link, number of
-// displaced elements, smallest and largest displacement per axis (at least 0 in between).
+// result[group * 15]: energy per axis (links leaving the brick count half), largest violation of a link, number of
+// displaced elements, smallest displacement per axis and first row (y, z) with a displaced element, largest displacement
+// per axis and last such row. 0 is always among the displacements.
 //
 // The host guarantees: brick.clh's promise for every brick with a displaced element.
 
 #include "brick.clh"
 #include "element.clh"
 
-#define FIGURES 11
+#define FIGURES 15
 
 kernel void measure(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
   int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
@@ -21,6 +22,8 @@ kernel void measure(global const int* list, uint pitch, global const int* table,
   {
     figures[f] = 0.0f;
   }
+  figures[8] = figures[9] = INFINITY;
+  figures[13] = figures[14] = -INFINITY;
   for (int colour = 0; colour < 2; ++colour)
   {
     for (int work = lid; work < VECTORS; work += get_local_size(0))
@@ -50,7 +53,14 @@ kernel void measure(global const int* list, uint pitch, global const int* table,
         figures[axis] += 0.5f * sumOf(energy);
         figures[3] = max(figures[3], largestOf(excess));
         figures[5 + axis] = min(figures[5 + axis], smallestOf(u));
-        figures[8 + axis] = max(figures[8 + axis], largestOf(u));
+        figures[10 + axis] = max(figures[10 + axis], largestOf(u));
+      }
+      if (SOME(displaced))
+      {
+        figures[8] = min(figures[8], (float)s.j);
+        figures[9] = min(figures[9], (float)s.k);
+        figures[13] = max(figures[13], (float)s.j);
+        figures[14] = max(figures[14], (float)s.k);
       }
       figures[4] += sumOf(select((real)(0.0f), (real)(1.0f), displaced));
     }
@@ -62,11 +72,11 @@ kernel void measure(global const int* list, uint pitch, global const int* table,
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int f = lid; f < FIGURES; f += get_local_size(0))
   {
-    float whole = 0.0f;
-    for (int n = 0; n < (int)get_local_size(0); ++n)
+    float whole = partial[f];
+    for (int n = 1; n < (int)get_local_size(0); ++n)
     {
       const float part = partial[n * FIGURES + f];
-      whole = f == 3 || f >= 8 ? max(whole, part) : f >= 5 ? min(whole, part) : whole + part;
+      whole = f == 3 || f >= 10 ? max(whole, part) : f >= 5 ? min(whole, part) : whole + part;
     }
     result[get_group_id(0) * FIGURES + f] = whole;
   }

@@ -8,6 +8,9 @@
 // Two passes over the same inversion: `claim` lets every moved cell claim the voxels it covers, the lowest claim wins;
 // `locate` finds the winner's material point. Coordinates are relative to the cell, in voxels, so float32 suffices.
 //
+// Output voxels come in bricks, too; `output` maps the bricks of a box that starts at voxel `boxFirst` (a multiple of the
+// brick size away from voxel 0) to their places in the list of those that tissue may reach, or -1.
+//
 // The host guarantees: brick.clh's promise for every brick with a displaced element; WIDTH is 1; flat[axis] says that
 // the grid has a single layer there, in which case the axis takes no part.
 
@@ -294,10 +297,24 @@ inline bool invert(const Tissue* t, const Cell* cell, int component, const float
   return cell->whole;
 }
 
+// Where the claim on an output voxel is kept; -1 where nobody asks for the voxel.
+inline int claimOf(int3 voxel, global const int* output, int4 boxFirst, int4 boxBricks)
+{
+  const int3 at = voxel - boxFirst.xyz;
+  const int3 brick = at / (int3)(BX, BY, BZ);
+  if (any(at < 0) || any(brick >= boxBricks.xyz))
+  {
+    return -1;
+  }
+  const int place = output[brick.x + boxBricks.x * (brick.y + boxBricks.y * brick.z)];
+  const int3 local3 = at - brick * (int3)(BX, BY, BZ);
+  return place < 0 ? -1 : place * ELEMENTS + local3.x + BX * (local3.y + BY * local3.z);
+}
+
 // Cells of a brick: those whose lowest corner lies in it. list: bricks, as places in the table.
 kernel void claim(global const int* list, global const int* table, int strideY, int strideZ,
   uint pitch, global const float* displacement, global const float* constraint, global const uchar* cut, int4 size,
-  int4 flat, int4 boxFirst, int4 boxSize, volatile global uint* claims)
+  int4 flat, int4 boxFirst, int4 boxBricks, global const int* output, volatile global uint* claims)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const Tissue* t = &tissue;
@@ -356,33 +373,30 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
       {
         if (cell.component[n] == component)
         {
-          const int3 voxel =
-            base + (int3)(flat.x ? 0 : n & 1, flat.y ? 0 : n >> 1 & 1, flat.z ? 0 : n >> 2) - boxFirst.xyz;
-          if (all(voxel >= 0) && all(voxel < boxSize.xyz))
+          const int claimed = claimOf(base + (int3)(flat.x ? 0 : n & 1, flat.y ? 0 : n >> 1 & 1, flat.z ? 0 : n >> 2),
+            output, boxFirst, boxBricks);
+          if (claimed >= 0)
           {
             // Air that moved less than a voxel away takes its surroundings along, so that no seam opens there.
             const bool follows = !(cell.elements >> n & 1) && all(fabs(u[n]) < 1.0f);
-            atomic_min(claims + (voxel.x + boxSize.x * (voxel.y + boxSize.y * voxel.z)),
-              all(u[n] == 0.0f) ? RESTS : follows ? BORDER + key : VACATED);
+            atomic_min(claims + claimed, all(u[n] == 0.0f) ? RESTS : follows ? BORDER + key : VACATED);
           }
         }
       }
       const int3 lowest = max(convert_int3(ceil(low - SLACK)) + base, boxFirst.xyz);
-      const int3 highest = min(convert_int3(floor(high + SLACK)) + base, boxFirst.xyz + boxSize.xyz - 1);
+      const int3 highest = min(convert_int3(floor(high + SLACK)) + base, boxFirst.xyz + boxBricks.xyz * (int3)(BX, BY, BZ) - 1);
       for (int z = flat.z ? base.z : lowest.z; z <= (flat.z ? base.z : highest.z); ++z)
       {
         for (int y = flat.y ? base.y : lowest.y; y <= (flat.y ? base.y : highest.y); ++y)
         {
           for (int x = flat.x ? base.x : lowest.x; x <= (flat.x ? base.x : highest.x); ++x)
           {
-            const int3 voxel = (int3)(x, y, z) - boxFirst.xyz;
+            const int claimed = claimOf((int3)(x, y, z), output, boxFirst, boxBricks);
             float3 found;
-            if (all(voxel >= 0) && all(voxel < boxSize.xyz) &&
-              invert(t, &cell, component, u, convert_float3((int3)(x, y, z) - base), &found))
+            if (claimed >= 0 && invert(t, &cell, component, u, convert_float3((int3)(x, y, z) - base), &found))
             {
               const int nearest = (found.x > 0.5f) | (found.y > 0.5f) << 1 | (found.z > 0.5f) << 2;
-              atomic_min(claims + (voxel.x + boxSize.x * (voxel.y + boxSize.y * voxel.z)),
-                cell.elements >> nearest & 1 ? key : BORDER + key);
+              atomic_min(claims + claimed, cell.elements >> nearest & 1 ? key : BORDER + key);
             }
           }
         }
@@ -391,50 +405,54 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
   }
 }
 
+// From a voxel to where its material was; 0 where nothing changes, NaN where nothing is left.
+inline float3 offsetOf(const Tissue* t, int3 voxel, uint key)
+{
+  if (key == VACATED)
+  {
+    return (float3)(NAN);
+  }
+  if (key >= RESTS)
+  {
+    return (float3)(0.0f);
+  }
+  if (key >= BORDER && all(voxel >= 0) && all(voxel < t->size.xyz))
+  {
+    const uint address = addressOf(t, voxel.x, voxel.y, voxel.z);
+    if (isElement(t, address) && all(displacementAt(t, address) == 0.0f))
+    {
+      return (float3)(0.0f); // tissue that rests here
+    }
+  }
+  const uint claimed = key & ~BORDER;
+  const int linear = (int)(claimed / 8);
+  const int component = claimed % 8;
+  Cell cell =
+    cellAt(t, (int3)(linear % t->size.x, linear / t->size.x % t->size.y, linear / (t->size.x * t->size.y)));
+  findComponents(t, &cell);
+  float3 u[8];
+  cornersOf(t, &cell, component, u);
+  const int3 corner = voxel - cell.base;
+  const float3 target = convert_float3(corner);
+  float3 found;
+  if (invert(t, &cell, component, u, target, &found))
+  {
+    return found - target;
+  }
+  return -u[corner.x + 2 * corner.y + 4 * corner.z];
+}
+
+// firsts: lowest voxel of each listed brick of the output.
 kernel void locate(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
-  global const float* constraint, global const uchar* cut, int4 size, int4 flat, int4 boxFirst, int4 boxSize,
+  global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
   global const uint* claims, global float* offsets)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const Tissue* t = &tissue;
-  const size_t at = get_global_id(0);
-  const uint key = claims[at];
-  float3 offset = (float3)(0.0f);
-  if (key == VACATED)
+  for (uint n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
   {
-    offset = (float3)(NAN);
+    const size_t at = get_group_id(0) * (size_t)ELEMENTS + n;
+    const int3 voxel = firsts[get_group_id(0)].xyz + (int3)(n % BX, n / BX % BY, n / (BX * BY));
+    vstore3(offsetOf(t, voxel, claims[at]), at, offsets);
   }
-  else if (key < RESTS)
-  {
-    const int3 voxel =
-      boxFirst.xyz + (int3)((int)at % boxSize.x, (int)at / boxSize.x % boxSize.y, (int)at / (boxSize.x * boxSize.y));
-    if (key >= BORDER && all(voxel >= 0) && all(voxel < size.xyz))
-    {
-      const uint address = addressOf(t, voxel.x, voxel.y, voxel.z);
-      if (isElement(t, address) && all(displacementAt(t, address) == 0.0f))
-      {
-        vstore3(offset, at, offsets); // tissue that rests here
-        return;
-      }
-    }
-    const uint claimed = key & ~BORDER;
-    const int linear = (int)(claimed / 8);
-    const int component = claimed % 8;
-    Cell cell = cellAt(t, (int3)(linear % size.x, linear / size.x % size.y, linear / (size.x * size.y)));
-    findComponents(t, &cell);
-    float3 u[8];
-    cornersOf(t, &cell, component, u);
-    const int3 corner = voxel - cell.base;
-    const float3 target = convert_float3(corner);
-    float3 found;
-    if (invert(t, &cell, component, u, target, &found))
-    {
-      offset = found - target;
-    }
-    else
-    {
-      offset = -u[corner.x + 2 * corner.y + 4 * corner.z];
-    }
-  }
-  vstore3(offset, at, offsets);
 }
