@@ -100,6 +100,8 @@ def require_display():
 
 def load_plugin():
     """Makes ChainMailDeformation and ChainMailProbe known to this script."""
+    if "ChainMailDeformation" in globals():
+        return  # PV_PLUGIN_PATH is set, so ParaView has loaded it
     folders = [folder for folder in os.environ.get("PV_PLUGIN_PATH", "").split(os.pathsep) if folder]
     folders += [os.path.join(folder, "plugins") for folder in glob.glob(os.path.join(HERE, "../build/lib*/paraview-*"))]
     for folder in folders:
@@ -170,17 +172,19 @@ def make_view(volume, scene, size):
     view.UseColorPaletteForBackground = 0
     view.BackgroundColorMode = "Gradient"
     # A key light from the side, little else: relief is what shows a deformation.
-    view.KeyLightElevation, view.KeyLightAzimuth = 45, -30
-    view.KeyLightIntensity, view.KeyLightWarmth = 1.1, 0.5
+    view.KeyLightElevation, view.KeyLightAzimuth = 45, -22
+    view.KeyLightIntensity, view.KeyLightWarmth = 1.0, 0.5
     view.FillLightKFRatio, view.BackLightKBRatio, view.HeadLightKHRatio = 2.2, 4.0, 6.0
     view.Background, view.Background2 = [0.90, 0.92, 0.95], [0.48, 0.56, 0.66]
     extent = volume.size * volume.spacing
-    nearer_end = np.sign((scene.centre - volume.centre()) @ scene.along) or 1.0
-    towards = scene.normal + 0.50 * scene.across + 0.75 * nearer_end * scene.along
-    towards = towards / np.linalg.norm(towards)
     # Long things lie in the picture; others stand on the image's lowest slice.
     length = [float(np.abs(volume.direction.T @ v) @ extent) for v in (scene.along, scene.across)]
-    up, lying = volume.direction[:, 2], max(length) > 1.6 * min(length)
+    lying = max(length) > 1.6 * min(length)
+    # From the end of the volume that is nearer, so that its section is seen.
+    end = np.sign((scene.centre - volume.centre()) @ scene.along) or 1.0
+    towards = scene.normal + 0.5 * scene.across + (0.75 if lying else 0.35) * end * scene.along
+    towards = towards / np.linalg.norm(towards)
+    up = volume.direction[:, 2]
     if lying or abs(up @ towards) > 0.9:
         up = scene.across if length[0] > length[1] else scene.along
     # The frame: about two thirds of the box as seen from there, around the incision.
@@ -267,8 +271,8 @@ def report(proxy, probes, seconds, step, softness):
         say("    probe %d: asked for %s mm, reached %s mm%s", number + 1,
             " ".join("%.1f" % v for v in asked), " ".join("%.1f" % v for v in got), note)
         if far:
-            say("        (held by bone or by a face of the image? Try --softness %.1f, or --bone with a higher value.)",
-                min(2.8, 1.4 * softness))
+            say("        (held by another probe, by bone or by a face of the image; --softness %.1f would give more)",
+                min(2.8, 1.5 * softness))
     say("    elements moved %d, energy %.5g mm, largest link excess %.2g, relaxation iterations %d",
         numbers("ActiveElements")[0], numbers("Energy")[0], numbers("MaxLinkExcess")[0],
         numbers("RelaxationIterationsUsed")[0])
@@ -385,7 +389,7 @@ def main(arguments):
         report(deformation, probes, time.time() - begin, scene.step, options.softness)
         show_volume(result, name, functions, scene.step, view)
         SaveScreenshot(path(label + ".png"), view, ImageResolution=list(options.image))
-        SaveData(path(label + ".vti"), proxy=result)
+        SaveData(path(label + ".vti"), proxy=result, DataMode="Binary")  # readable also with a new expat
         say("Wrote %s and %s", path(label + ".png"), path(label + ".vti"))
     say("Done in %.1f s.", time.time() - start)
 
