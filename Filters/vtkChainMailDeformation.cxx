@@ -219,7 +219,7 @@ chainmail::ArrayView View(vtkDataArray* array)
 //------------------------------------------------------------------------------
 /// vtkPiecewiseFunction::GetValue() is slow, and the engine asks for every voxel of a scan: where straight lines join
 /// the nodes, as they nearly always do, this is much faster.
-std::function<double(double)> ToEngineFunction(vtkSmartPointer<vtkPiecewiseFunction> function)
+std::function<double(double)> ToEngineFunction(const vtkSmartPointer<vtkPiecewiseFunction>& function)
 {
   std::vector<double> scalars;
   std::vector<double> constraints;
@@ -1147,9 +1147,11 @@ void vtkChainMailDeformation::GetPresetMaterial(
   Nodes nodes;
   if (preset == MATERIAL_CT || (preset == MATERIAL_FUNCTION && range[0] < -200.0))
   {
-    // Hounsfield units: skin and fat about -100, muscle and organs about 50, spongy bone from 200, compact bone above.
+    // Hounsfield units: skin and fat about -100, muscle and organs about 50, spongy bone from 200. Blood with contrast
+    // agent reaches 500, so only compact bone is certain to be rigid.
     tissueThreshold = -300.0;
-    nodes = Nodes{ { -300.0, 0.3 }, { -100.0, 0.35 }, { 0.0, 0.25 }, { 50.0, 0.2 }, { 150.0, 0.15 }, { 300.0, 0.0 } };
+    nodes = Nodes{ { -300.0, 0.3 }, { -100.0, 0.35 }, { 0.0, 0.25 }, { 50.0, 0.2 }, { 150.0, 0.15 }, { 300.0, 0.08 },
+      { 600.0, 0.0 } };
   }
   else
   {

@@ -117,9 +117,10 @@ public:
   ///@{
   /**
    * MATERIAL_FUNCTION (0): MaterialFunction and TissueThreshold apply. MATERIAL_CT (1): scalars are Hounsfield units,
-   * air is below -300, skin and fat are soft, bone is rigid from 300 up. MATERIAL_MR (2): T1-weighted, any range: air
-   * below a tenth of the finite range, fat (bright) softer than muscle, nothing rigid as bone is as dark as air. The
-   * presets bring their own threshold: MaterialFunction and TissueThreshold are not read. Default: MATERIAL_FUNCTION.
+   * air is below -300, skin and fat are soft, spongy bone is stiff, compact bone is rigid from 600 up (contrast agent
+   * ends below that). MATERIAL_MR (2): T1-weighted, any range: air below a tenth of the finite range, fat (bright)
+   * softer than muscle, nothing rigid as bone is as dark as air. The presets bring their own threshold:
+   * MaterialFunction and TissueThreshold are not read. Default: MATERIAL_FUNCTION.
    */
   vtkSetClampMacro(MaterialPreset, int, MATERIAL_FUNCTION, MATERIAL_MR);
   vtkGetMacro(MaterialPreset, int);

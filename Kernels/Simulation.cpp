@@ -85,7 +85,7 @@ private:
   void pullInTurn(std::size_t number, const Probe& probe);
   void checkpoint(double share);
   std::vector<ProbeResult> reached();
-  double forceAt(const std::vector<std::size_t>& held, int axis);
+  Vector3 forceAt(const std::vector<std::size_t>& held);
   RigidClusters& rigidClusters();
   Propagation::Conflict propagate(const std::vector<int>& bricks, double enough);
 
@@ -486,59 +486,62 @@ std::vector<ProbeResult> Simulation::Impl::probes()
   std::vector<ProbeResult> results = this->reached();
   for (std::size_t n = 0; n < results.size(); ++n)
   {
-    for (int a = 0; a < 3; ++a)
-    {
-      results[n].force[a] = this->forceAt(this->holds_[n].voxels, a);
-    }
+    results[n].force = this->forceAt(this->holds_[n].voxels);
   }
   return results;
 }
 
-/// Gradient of the energy along one axis where these voxels, with the bone they are part of, move together.
-double Simulation::Impl::forceAt(const std::vector<std::size_t>& held, int axis)
+/// Gradient of the energy where these voxels, with the bone they are part of, move together.
+Vector3 Simulation::Impl::forceAt(const std::vector<std::size_t>& held)
 {
   const Grid& grid = this->model_->grid();
-  const int component = std::min(axis, this->model_->axes() - 1);
-  const std::vector<std::size_t> voxels = this->rigidClusters().withClusters(held, axis);
-  const auto constraintOf = [&](const Index3& at)
+  const int axes = this->model_->axes();
+  Vector3 force{};
+  for (int component = 0; component < axes; ++component)
   {
-    float c[3];
-    this->model_->row(at[0], at[1], at[2], 1, c);
-    return std::fabs(c[component]);
-  };
-  std::vector<std::uint32_t> inner;
-  std::vector<std::uint32_t> outer;
-  std::vector<float> limits;
-  for (const std::size_t voxel : voxels)
-  {
-    const Index3 at = grid.indexOf(voxel);
-    const std::uint8_t cut = this->bricks_.cutBits(at[0], at[1], at[2]);
-    for (int d = 0; d < 6; ++d)
+    const std::vector<std::size_t> voxels = this->rigidClusters().withClusters(held, component);
+    const auto constraintOf = [&](const Index3& at)
     {
-      Index3 next = at;
-      next[d / 2] += d % 2 == 0 ? -1 : 1;
-      if ((cut & (1 << d)) != 0 || !grid.contains(next[0], next[1], next[2]) ||
-          std::binary_search(voxels.begin(), voxels.end(), grid.at(next[0], next[1], next[2])))
+      float c[3];
+      this->model_->row(at[0], at[1], at[2], 1, c);
+      return std::fabs(c[component]);
+    };
+    std::vector<std::uint32_t> inner;
+    std::vector<std::uint32_t> outer;
+    std::vector<float> limits;
+    for (const std::size_t voxel : voxels)
+    {
+      const Index3 at = grid.indexOf(voxel);
+      const std::uint8_t cut = this->bricks_.cutBits(at[0], at[1], at[2]);
+      for (int d = 0; d < 6; ++d)
       {
-        continue;
-      }
-      const float limit = 0.5f * (constraintOf(at) + constraintOf(next));
-      if (!std::isinf(limit))
-      {
-        // An element without memory has not moved; slot 0 says so.
-        inner.push_back(this->bricks_.address(at[0], at[1], at[2]));
-        outer.push_back(this->bricks_.address(next[0], next[1], next[2]));
-        limits.push_back(limit);
+        Index3 next = at;
+        next[d / 2] += d % 2 == 0 ? -1 : 1;
+        if ((cut & (1 << d)) != 0 || !grid.contains(next[0], next[1], next[2]) ||
+            std::binary_search(voxels.begin(), voxels.end(), grid.at(next[0], next[1], next[2])))
+        {
+          continue;
+        }
+        const float limit = 0.5f * (constraintOf(at) + constraintOf(next));
+        if (!std::isinf(limit))
+        {
+          // An element without memory has not moved; slot 0 says so.
+          inner.push_back(this->bricks_.address(at[0], at[1], at[2]));
+          outer.push_back(this->bricks_.address(next[0], next[1], next[2]));
+          limits.push_back(limit);
+        }
       }
     }
-  }
-  const std::vector<float> ui = this->bricks_.displacements(inner);
-  const std::vector<float> uj = this->bricks_.displacements(outer);
-  double force = 0.0;
-  for (std::size_t m = 0; m < limits.size(); ++m)
-  {
-    // d/du of (u(i) - u(j))^2 / D in physical units; spacings cancel. The same epsilon as in element.clh.
-    force += 2.0 * (static_cast<double>(ui[3 * m + axis]) - uj[3 * m + axis]) / (limits[m] + 1e-6);
+    const std::vector<float> ui = this->bricks_.displacements(inner);
+    const std::vector<float> uj = this->bricks_.displacements(outer);
+    for (int a = 0; a < 3; ++a)
+    {
+      for (std::size_t m = 0; (axes == 1 || a == component) && m < limits.size(); ++m)
+      {
+        // d/du of (u(i) - u(j))^2 / D in physical units; spacings cancel. The same epsilon as in element.clh.
+        force[a] += 2.0 * (static_cast<double>(ui[3 * m + a]) - uj[3 * m + a]) / (limits[m] + 1e-6);
+      }
+    }
   }
   return force;
 }

@@ -170,7 +170,8 @@ int TestChainMailDefaults(int, char*[])
   const double ct[2] = { -1024.0, 3071.0 };
   vtkChainMailDeformation::FitMaterial(ct, threshold, function);
   check.Equal(threshold, -300.0, "CT: threshold");
-  check.Equal(function->GetValue(300.0), 0.0, "CT: bone is rigid");
+  check.Equal(function->GetValue(600.0), 0.0, "CT: bone is rigid");
+  check.That(function->GetValue(500.0) > 0.0, "CT: contrast agent is not");
   check.Equal(function->GetValue(2000.0), 0.0, "CT: beyond the last node too");
   check.Near(function->GetValue(50.0), 0.2, 1e-6, "CT: muscle");
   check.That(function->GetValue(-100.0) > function->GetValue(50.0), "CT: fat is softer than muscle");

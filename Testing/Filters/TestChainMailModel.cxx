@@ -389,7 +389,7 @@ int TestChainMailModel(int, char*[])
   // Presets decide what is tissue and what is rigid.
   {
     auto image = MakeImage({ { 0, 5, 0, 1, 0, 1 } }, VTK_SHORT);
-    const double scalars[6] = { -1000.0, -400.0, -100.0, 50.0, 400.0, 1200.0 };
+    const double scalars[6] = { -1000.0, -400.0, -100.0, 50.0, 600.0, 1200.0 };
     Fill(image->GetPointData()->GetScalars(), image, [&](int i, int, int) { return scalars[i]; });
     vtkNew<vtkChainMailDeformation> filter;
     filter->SetInputData(image);
@@ -405,10 +405,10 @@ int TestChainMailModel(int, char*[])
       return text;
     };
     check.Equal(row("Element"), std::string("--xxxx"), "fitted to a signed range: tissue from -300");
-    check.Equal(row("Constraint"), std::string("--ss--"), "and rigid from 300");
+    check.Equal(row("Constraint"), std::string("--ss--"), "and rigid from 600");
     filter->SetMaterialPresetToCT();
     check.Equal(row("Element"), std::string("--xxxx"), "CT: tissue from -300");
-    check.Equal(row("Constraint"), std::string("--ss--"), "CT: rigid from 300");
+    check.Equal(row("Constraint"), std::string("--ss--"), "CT: rigid from 600");
     filter->SetMaterialPresetToMR();
     check.Equal(row("Element"), std::string("-xxxxx"), "MR: tissue from a tenth of the range");
     check.Equal(row("Constraint"), std::string("-sssss"), "MR: nothing is rigid");

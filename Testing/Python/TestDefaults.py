@@ -41,7 +41,7 @@ require(list(deformation.Scalars) == ["POINTS", "scalars"], "Scalars is %s", def
 require(deformation.TissueThreshold == -300, "a CT's threshold is %g", deformation.TissueThreshold)
 require(deformation.BackgroundValue == -1000, "a CT's background is %g", deformation.BackgroundValue)
 ct = nodes(deformation.MaterialFunction)
-require(ct[0][0] == -300 and ct[-1][0] == 300 and ct[-1][1] == 0, "a CT's function is %s", ct)
+require(ct[0][0] == -300 and ct[-1][0] == 600 and ct[-1][1] == 0, "a CT's function is %s", ct)
 require((ct[:-1, 1] > 0).all() and (ct[:, 1] < 1).all(), "a CT's function leaves (0, 1): %s", ct)
 
 # Any other range: air is below a tenth of it, nothing is rigid, what is brighter is stiffer.
