@@ -70,12 +70,13 @@ describe_machine() {
 }
 
 # One X server of our own for everything that renders, until the script ends: Debian's ParaView cannot render without
-# one, and nothing is to appear on a user's screen.
+# one, and nothing is to appear on a user's screen. Without -noreset the server starts anew when its last client leaves,
+# and refuses the next one if that comes too soon.
 start_display() {
   command -v Xvfb >/dev/null || fail "Xvfb was not found: rendering needs an X server (on Debian the package xvfb)."
   local number_file
   number_file=$(mktemp)
-  Xvfb -displayfd 3 -screen 0 1600x1200x24 -nolisten tcp 3>"$number_file" 2>"$number_file.log" &
+  Xvfb -displayfd 3 -screen 0 1600x1200x24 -nolisten tcp -noreset 3>"$number_file" 2>"$number_file.log" &
   xvfb=$!
   trap 'kill "$xvfb" 2>/dev/null; wait "$xvfb" 2>/dev/null' EXIT
   local tries
