@@ -58,8 +58,7 @@ def read_arguments(arguments):
     parser.add_argument("--softness", type=float, default=1.7, metavar="F",
                         help="factor on the fitted material's constraints (default: 1.7)")
     parser.add_argument("--bone", type=float, metavar="VALUE",
-                        help="tissue is rigid from this scalar on (default: for CT 600, as contrast agent reaches 500; "
-                             "else as fitted)")
+                        help="tissue is rigid from this scalar on (default: as fitted, for CT 600)")
     parser.add_argument("--probe", type=float, nargs=7, action="append", metavar=("X", "Y", "Z", "DX", "DY", "DZ", "RADIUS"))
     parser.add_argument("--cut", type=float, nargs=9, metavar=("OX", "OY", "OZ", "AX", "AY", "AZ", "BX", "BY", "BZ"))
     parser.add_argument("--iterations", type=int, default=40, help="of relaxation, at most (default: 40; 0: none)")
@@ -338,8 +337,6 @@ def main(arguments):
     material = np.array(deformation.MaterialFunction.Points).reshape(-1, 4)
     material[:, 1] *= options.softness
     rigid = material[:, 1] == 0
-    if options.bone is None and volume.is_ct():
-        options.bone = 600
     if options.bone is not None:
         material = np.append(material[~rigid & (material[:, 0] < options.bone)], [[options.bone, 0.0, 0.5, 0.0]], axis=0)
         rigid = material[:, 1] == 0
