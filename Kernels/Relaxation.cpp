@@ -162,8 +162,7 @@ RelaxResult Relaxation::run(
     }
 
     ++sweepsSinceGroups;
-    if (largest <= std::max(restingMove, static_cast<float>(tolerance)) &&
-        (largest <= tolerance || sweepsSinceGroups >= sweepsPerGroupTurn))
+    if (largest <= std::max(restingMove, static_cast<float>(tolerance)) && sweepsSinceGroups >= sweepsPerGroupTurn)
     {
       sweepsSinceGroups = 0;
       moved.clear();
