@@ -81,6 +81,7 @@ private:
   void release();
   Float3 toFraction(const Vector3& length) const;
   void move(const Hold& hold, const Float3& to);
+  void place(const Hold& hold, const std::vector<float>& values);
   bool pullTogether(const std::vector<Probe>& probes);
   void pullInTurn(std::size_t number, const Probe& probe);
   void checkpoint(double share);
@@ -298,6 +299,12 @@ void Simulation::Impl::move(const Hold& hold, const Float3& to)
   {
     values.insert(values.end(), to.begin(), to.end());
   }
+  this->place(hold, values);
+}
+
+/// Puts each held element at a displacement of its own, 3 interleaved values each.
+void Simulation::Impl::place(const Hold& hold, const std::vector<float>& values)
+{
   this->bricks_.setDisplacements(hold.addresses, values);
   for (const int brick : hold.bricks)
   {
@@ -351,7 +358,8 @@ bool Simulation::Impl::pullTogether(const std::vector<Probe>& probes)
 }
 
 /// One probe after those before it, shortened per axis to what they and the anchors allow. Where the wave meets one of
-/// them, the conflict is by how much the probe goes too far, or less if the wave has not yet come the shortest way.
+/// them, the conflict is by how much the probe goes too far, or less if the wave has not yet come the shortest way. On
+/// an axis on which others hold the probe's elements too far apart to be in one place, they stay where they are.
 void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
 {
   const Hold& hold = this->holds_[number];
@@ -361,7 +369,9 @@ void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
     return;
   }
   this->bricks_.saveBefore();
+  const std::vector<float> before = this->bricks_.displacements(hold.addresses);
   Float3 to = this->toFraction(probe.displacement);
+  std::array<bool, 3> stays{};
   for (int attempt = 0; attempt < 50; ++attempt)
   {
     // A wave that is much too long would run through all tissue: it ends where it meets a large conflict.
@@ -370,18 +380,25 @@ void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
     {
       enough = std::max({ enough, 0.2 * std::fabs(t), static_cast<double>(tolerance(t)) });
     }
-    this->move(hold, to);
+    std::vector<float> values = before;
+    for (std::size_t n = 0; n < values.size(); ++n)
+    {
+      values[n] = stays[n % 3] ? before[n] : to[n % 3];
+    }
+    this->place(hold, values);
     const Propagation::Conflict conflict = this->propagate(hold.bricks, enough);
     bool compatible = true;
-    bool possible = true;
     for (int a = 0; a < 3; ++a)
     {
       const float rounding = tolerance(to[a]);
       const bool tooHigh = conflict.tooHigh[a] > rounding;
       const bool tooLow = conflict.tooLow[a] > rounding;
       compatible = compatible && !tooHigh && !tooLow;
-      possible = possible && !(tooHigh && tooLow);
-      if (tooHigh != tooLow)
+      if (tooHigh && tooLow)
+      {
+        stays[a] = true;
+      }
+      else if (tooHigh || tooLow)
       {
         // The conflict of a long wave is known less exactly, so a large step stops short of it.
         const double excess = tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a];
@@ -395,16 +412,9 @@ void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
       return;
     }
     this->bricks_.restoreBefore();
-    if (!possible)
-    {
-      break;
-    }
   }
-  // Others hold its elements so far apart that they cannot be in one place: it gets none of them.
-  this->setHeld(hold, false);
-  const std::uint32_t place = hold.place;
-  this->holds_[number] = Hold();
-  this->holds_[number].place = place;
+  // The last resort, feasible because nothing moves.
+  this->place(hold, before);
 }
 
 std::vector<ProbeResult> Simulation::Impl::pull(const std::vector<Probe>& probes)
