@@ -192,6 +192,11 @@ void Bricks::grow(int slots)
       cuts = this->context_->allocate(pitch, "the cuts");
     }
   }
+  std::vector<cl::Buffer> optional;
+  for (const Field* field : this->fields_)
+  {
+    optional.push_back(enlarged(field->buffer, field->runs, field->bytes, field->purpose));
+  }
   std::vector<int> place = this->place_;
   place.resize(wanted, 0);
   this->placeBuffer_ = this->context_->upload(place, "the brick list");
@@ -199,6 +204,10 @@ void Bricks::grow(int slots)
   this->before = u0;
   this->constraint = c;
   this->cut = cuts;
+  for (std::size_t n = 0; n < optional.size(); ++n)
+  {
+    this->fields_[n]->buffer = optional[n];
+  }
   this->capacity_ = wanted;
 }
 
@@ -298,6 +307,21 @@ void Bricks::require(const std::vector<int>& bricks)
     this->context_->write(this->tableBuffer_, 0, this->table_);
     this->context_->write(this->placeBuffer_, 0, this->place_);
   }
+}
+
+void Bricks::keep(Field& field)
+{
+  if (!field.buffer())
+  {
+    field.buffer = this->context_->allocate(field.runs * this->pitch() * field.bytes, field.purpose);
+    this->fields_.push_back(&field);
+  }
+}
+
+void Bricks::drop(Field& field)
+{
+  field.buffer = cl::Buffer();
+  this->fields_.erase(std::remove(this->fields_.begin(), this->fields_.end(), &field), this->fields_.end());
 }
 
 void Bricks::clearDisplacements()
@@ -463,8 +487,12 @@ void Bricks::bindTable(cl::Kernel& kernel, int& argument, bool withPlace) const
 
 std::size_t Bricks::deviceBytes() const
 {
-  const std::size_t perElement =
+  std::size_t perElement =
     sizeof(float) * (3 + 3 + static_cast<std::size_t>(this->model_->axes())) + (this->anyCut() ? 1 : 0);
+  for (const Field* field : this->fields_)
+  {
+    perElement += field->runs * field->bytes;
+  }
   return perElement * this->pitch() + sizeof(int) * (this->table_.size() + this->capacity_) + this->addresses_.bytes() +
          this->values_.bytes();
 }

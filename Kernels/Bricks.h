@@ -11,6 +11,15 @@
 namespace chainmail
 {
 
+/// Values of every element, `runs` of them [run][address]. Optional fields are given memory by Bricks::keep().
+struct Field
+{
+  std::size_t runs;
+  std::size_t bytes; ///< of one value
+  const char* purpose;
+  cl::Buffer buffer{};
+};
+
 /// The state of the elements on the device, kept in bricks that get their memory when they are first needed.
 /// brick.clh describes the layout and what an address is.
 class Bricks
@@ -61,6 +70,11 @@ public:
   /// Gives memory to these bricks and to the 26 around each, so that kernels may update them.
   void require(const std::vector<int>& bricks);
   bool ready(int brick) const { return this->status_[brick] == Status::Ready || this->status_[brick] == Status::Air; }
+
+  /// Gives a field memory for all slots, now and when more are needed, filled with zeros; or takes it away. The field
+  /// must outlive the bricks or be dropped.
+  void keep(Field& field);
+  void drop(Field& field);
 
   /// All displacements to zero.
   void clearDisplacements();
@@ -137,6 +151,7 @@ private:
   std::vector<Status> status_;
   std::vector<char> touched_;
   CutBits cuts_;
+  std::vector<Field*> fields_; ///< those that keep() was called for
   cl::Buffer tableBuffer_;
   cl::Buffer placeBuffer_;
   mutable Scratch addresses_{ "a list of elements" };

@@ -18,20 +18,49 @@ struct Settings
     0 }; ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
 };
 
-/// A hand in the tissue: it grabs the elements within `radius` of `position`, or the nearest one, and moves them
-/// together.
+/// A hand in the tissue: it grabs the elements that are within `radius` of `position`, or the nearest one, when it first
+/// appears, and moves them together.
 struct Probe
 {
-  Vector3 position{};     ///< [mm], see Grid, at rest
-  Vector3 displacement{}; ///< [mm], from rest; ignored by an anchor
+  Vector3 position{};     ///< [mm], see Grid
+  Vector3 displacement{}; ///< [mm], from where the tissue was when it was grabbed; ignored by an anchor
   double radius = 0.0;    ///< [mm], 0 = the nearest element
   bool anchor = false;    ///< hold the tissue where it is
+};
+
+/// How a wave of displacement travels through tissue.
+enum class PropagationMethod
+{
+  Envelope, ///< every element into the bounds that moved neighbours set, until nothing changes (propagate.cl)
+  Timestamp ///< the published method: one link an iteration, the earliest arrival counts (timestamp.cl)
+};
+
+/// What happens where probes pull tissue further apart than it can stretch. Anchors hold under both.
+enum class ConflictPolicy
+{
+  Limit, ///< the later probe is shortened, per axis, to what the earlier ones allow
+  Latest ///< the later probe wins and drags the tissue of earlier ones along
+};
+
+/// How tissue settles.
+enum class RelaxationMethod
+{
+  Projected, ///< three-colour over-relaxation within the limits of the links (relax.cl)
+  Paper      ///< the published method: all elements at once to the weighted mean, limits ignored (paper.cl)
+};
+
+/// What a propagation did.
+struct PropagateResult
+{
+  int iterations = 0;
+  bool finished = true; ///< no wave is under way any more
 };
 
 /// What became of a probe.
 struct ProbeResult
 {
-  Vector3 reached{}; ///< [mm] the displacement it got; shorter than asked where the tissue does not stretch so far
+  Vector3 reached{}; ///< [mm] the displacement it got since it grabbed; shorter than asked where the tissue does not
+                     ///< stretch so far, where its wave has not started yet, or where a later probe dragged it back
   Vector3 force{}; ///< gradient of the energy at the tissue it holds, with the bone that is part of: what the hand must
                    ///< pull with
   std::size_t elements = 0; ///< how many it grabbed
@@ -75,7 +104,8 @@ struct ResampledBox
 ///
 /// The state is the displacement of every element, in float32, as a fraction of the spacing, kept in bricks that are
 /// allocated when a deformation first reaches them. Between any two calls the state is feasible: every link obeys
-/// |u(i) - u(j)| <= D(i,j) on every axis, to float rounding.
+/// |u(i) - u(j)| <= D(i,j) on every axis, to float rounding. Exceptions: while a wave is under way, and after a
+/// relaxation by the published method.
 ///
 /// Errors are exceptions of Error.h. After InputError the state is as before the call, after Aborted it is at rest;
 /// after DeviceError only the destructor may be called.
@@ -96,32 +126,66 @@ public:
 
   void setProgress(Progress progress);
 
-  /// Everything back to its rest place, all probes released. Cuts stay.
+  /// How waves that start from now on travel; one that is under way is finished first. Default: Envelope, Limit.
+  void setPropagation(PropagationMethod method, ConflictPolicy policy);
+
+  /// Whether propagationTimes() and wavefronts() are wanted; Timestamp always keeps them. Default: off. Applies to waves
+  /// that start from now on.
+  void setPropagationTimes(bool wanted);
+
+  /// How tissue settles from now on. `elasticRecovery`, r in [0, 1]: strain of a link up to (1 - r) of its limit costs
+  /// no energy, so that much stays when tissue is released. Default: Projected, 1.
+  void setRelaxation(RelaxationMethod method, double elasticRecovery);
+
+  /// Everything back to its rest place, all probes released. Cuts and carves stay.
   void reset();
 
-  /// reset(), and all links whole again.
+  /// reset(), all links whole again and all carved tissue back.
   void mend();
 
   /// Removes the links whose segment, between the current places of their two elements, crosses the surface.
   /// Exact: neighbouring triangles leave no gap. Returns the number of links removed.
   std::size_t cut(const Surface& surface);
 
-  /// Holds exactly these probes from now on (others are released where they are), and moves them as far as the tissue
-  /// allows: incompatible ones later in the list give way to earlier ones and to anchors (conflict policy Limit).
-  /// The wave runs to its fixed point. The results tell what was reached; forces come from probes().
+  /// Removes the elements whose current place lies inside a closed surface, with their links; probes let go of them.
+  /// Exact as cut(). Returns their number. Throws InputError where the surface is not closed.
+  std::size_t carve(const Surface& surface);
+
+  /// Holds exactly these probes from now on. A probe of the same position and radius as one that is held already is that
+  /// one, moved where its displacement changed; others grab the tissue that is at their place now, and probes that are
+  /// no longer in the list are released where they are. Moves nothing yet: propagate() does.
+  void hold(const std::vector<Probe>& probes);
+
+  /// Lets the waves of moved probes travel, in the order in which the probes were moved, for at most so many iterations
+  /// (0: until nothing changes). An iteration of Timestamp is one link; of Envelope, one pass over all bricks that a
+  /// wave has reached.
+  ///
+  /// A wave starts when those before it have finished; with Timestamp and Latest it starts at once, and where waves
+  /// overlap the later one prevails.
+  PropagateResult propagate(int iterations = 0);
+
+  /// hold(), propagate() to the end, and what was reached; forces come from probes().
   std::vector<ProbeResult> pull(const std::vector<Probe>& probes);
 
-  /// Lowers the energy by at most so many iterations of three-colour projected over-relaxation; stops when no element
-  /// moved more than `tolerance` (a fraction of the spacing) in one.
+  /// Lowers the energy by at most so many iterations; stops when no element moved more than `tolerance` (a fraction of
+  /// the spacing) in one. While a wave is under way, Timestamp relaxes the elements that it does not move, Envelope
+  /// none.
   RelaxResult relax(int iterations, double tolerance);
 
-  /// The probes of the last pull() in the current state.
+  /// The probes of the last hold() in the current state.
   std::vector<ProbeResult> probes() const;
 
   Statistics measure() const;
 
   /// Displacements of all voxels of the grid [mm], 3 interleaved floats each; 0 in air.
   void displacements(float* out) const;
+
+  /// When the last wave that came to each element did so: the length of the shortest path of links from the probe
+  /// [fractions of the spacing], `axes()` interleaved values a voxel; -1 where none came.
+  void propagationTimes(float* out) const;
+
+  /// The number of that wave since reset(), from 1 on, likewise; 0 where none came.
+  void wavefronts(int* out) const;
 
   /// Rigid cluster of each element and axis: equal numbers move as one; -1 where the element is not rigid. `axes()`
   /// interleaved values a voxel, numbered from 0 in order of the clusters' first voxels.
