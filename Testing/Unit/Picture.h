@@ -1,0 +1,86 @@
+#pragma once
+
+#include "Scene.h"
+
+#include <cmath>
+
+/// Everything resample() said, over the padded grid: 0 where it said nothing.
+struct Picture
+{
+  chainmail::Index3 padding{};
+  chainmail::Index3 size{};
+  std::vector<float> offset;
+  std::vector<int> visits;
+
+  std::size_t at(int i, int j, int k) const
+  {
+    return static_cast<std::size_t>(i + padding[0]) +
+           static_cast<std::size_t>(size[0]) *
+             ((j + padding[1]) + static_cast<std::size_t>(size[1]) * (k + padding[2]));
+  }
+  bool contains(int i, int j, int k) const
+  {
+    const int p[3] = { i, j, k };
+    for (int a = 0; a < 3; ++a)
+    {
+      if (p[a] < -padding[a] || p[a] >= size[a] - padding[a])
+      {
+        return false;
+      }
+    }
+    return true;
+  }
+  chainmail::Vector3 operator()(int i, int j, int k) const
+  {
+    const float* o = offset.data() + 3 * this->at(i, j, k);
+    return { o[0], o[1], o[2] };
+  }
+  bool vacated(int i, int j, int k) const { return std::isnan(offset[3 * this->at(i, j, k)]); }
+
+  template <typename F> void each(F&& f) const
+  {
+    for (int k = -padding[2]; k < size[2] - padding[2]; ++k)
+    {
+      for (int j = -padding[1]; j < size[1] - padding[1]; ++j)
+      {
+        for (int i = -padding[0]; i < size[0] - padding[0]; ++i)
+        {
+          f(i, j, k);
+        }
+      }
+    }
+  }
+};
+
+inline Picture resample(const chainmail::Simulation& simulation, const chainmail::Index3& padding = { 0, 0, 0 })
+{
+  Picture picture;
+  picture.padding = padding;
+  for (int a = 0; a < 3; ++a)
+  {
+    picture.size[a] = simulation.model().grid().size[a] + 2 * padding[a];
+  }
+  const std::size_t voxels = static_cast<std::size_t>(picture.size[0]) * picture.size[1] * picture.size[2];
+  picture.offset.assign(3 * voxels, 0.0f);
+  picture.visits.assign(voxels, 0);
+  simulation.resample(padding,
+    [&](const chainmail::ResampledBox& box)
+    {
+      const float* o = box.offset;
+      for (int k = 0; k < box.size[2]; ++k)
+      {
+        for (int j = 0; j < box.size[1]; ++j)
+        {
+          for (int i = 0; i < box.size[0]; ++i, o += 3)
+          {
+            const int x = box.first[0] + i, y = box.first[1] + j, z = box.first[2] + k;
+            ASSERT_TRUE(picture.contains(x, y, z)) << "a voxel outside of the output";
+            const std::size_t v = picture.at(x, y, z);
+            ASSERT_EQ(++picture.visits[v], 1) << "boxes overlap";
+            std::copy(o, o + 3, picture.offset.begin() + 3 * v);
+          }
+        }
+      }
+    });
+  return picture;
+}
