@@ -128,12 +128,13 @@ bool Bricks::fill(int brick, std::vector<float>& out) const
   const int count = std::min(this->size_[0], grid.size[0] - first[0]);
   std::fill(out.begin(), out.end(), -std::numeric_limits<float>::infinity());
   std::vector<float> row(static_cast<std::size_t>(count) * axes);
-  bool tissue = false;
+  // A brick that was carved empty keeps its memory: mend() may fill it again.
+  bool tissue = this->carvedBricks_.count(brick) > 0;
   for (int k = 0; k < std::min(this->size_[2], grid.size[2] - first[2]); ++k)
   {
     for (int j = 0; j < std::min(this->size_[1], grid.size[1] - first[1]); ++j)
     {
-      this->model_->row(first[0], first[1] + j, first[2] + k, count, row.data());
+      this->row(first[0], first[1] + j, first[2] + k, count, row.data());
       const int r = k * this->size_[1] + j;
       for (int i = 0; i < count; ++i)
       {
@@ -359,26 +360,26 @@ void overElements(Context& context, const char* name, const cl::Buffer& field, c
 
 }
 
-void Bricks::setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+void Bricks::set(const cl::Buffer& field, int components, const std::vector<std::uint32_t>& addresses,
+  const std::vector<float>& values)
 {
   if (!addresses.empty())
   {
-    overElements(*this->context_, "scatter", this->displacement, this->pitch(), 3,
+    overElements(*this->context_, "scatter", field, this->pitch(), components,
       this->addresses_.holding(*this->context_, addresses), this->values_.holding(*this->context_, values),
       addresses.size());
     this->context_->queue().finish();
   }
 }
 
+void Bricks::setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+{
+  this->set(this->displacement, 3, addresses, values);
+}
+
 void Bricks::setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
 {
-  if (!addresses.empty())
-  {
-    overElements(*this->context_, "scatter", this->constraint, this->pitch(), this->model_->axes(),
-      this->addresses_.holding(*this->context_, addresses), this->values_.holding(*this->context_, values),
-      addresses.size());
-    this->context_->queue().finish();
-  }
+  this->set(this->constraint, this->model_->axes(), addresses, values);
 }
 
 std::vector<float> Bricks::displacements(const std::vector<std::uint32_t>& addresses)
@@ -449,10 +450,79 @@ bool Bricks::removeLink(int i, int j, int k, int direction)
   return mark(i, j, k, direction);
 }
 
-void Bricks::removeNoLinks()
+void Bricks::removeElements(const std::vector<std::size_t>& voxels)
+{
+  std::vector<std::uint32_t> addresses;
+  for (const std::size_t voxel : voxels)
+  {
+    const Index3 at = this->model_->grid().indexOf(voxel);
+    const int brick = this->brickAt(at[0], at[1], at[2]);
+    std::vector<std::uint8_t>& bits = this->cuts_[brick];
+    bits.resize(this->elements_, 0);
+    bits[this->local(at[0], at[1], at[2])] |= carvedBit;
+    this->carvedBricks_.insert(brick);
+    if (this->slot(brick) > 0)
+    {
+      addresses.push_back(this->address(at[0], at[1], at[2]));
+    }
+  }
+  this->uploadCuts();
+  const std::size_t axes = this->model_->axes();
+  this->setConstraints(addresses, std::vector<float>(axes * addresses.size(), -std::numeric_limits<float>::infinity()));
+  const std::vector<float> rest(3 * addresses.size(), 0.0f);
+  this->setDisplacements(addresses, rest);
+  this->set(this->before, 3, addresses, rest);
+}
+
+void Bricks::row(int i, int j, int k, int count, float* out) const
+{
+  this->model_->row(i, j, k, count, out);
+  if (this->carvedBricks_.empty())
+  {
+    return;
+  }
+  const int axes = this->model_->axes();
+  for (int x = i; x < i + count;)
+  {
+    const int end = std::min(i + count, (x / this->size_[0] + 1) * this->size_[0]);
+    const int brick = this->brickAt(x, j, k);
+    if (this->carvedBricks_.count(brick) > 0)
+    {
+      const std::vector<std::uint8_t>& bits = this->cuts_.at(brick);
+      for (int n = x; n < end; ++n)
+      {
+        if ((bits[this->local(n, j, k)] & carvedBit) != 0)
+        {
+          float* c = out + static_cast<std::size_t>(n - i) * axes;
+          std::fill(c, c + axes, -std::numeric_limits<float>::infinity());
+        }
+      }
+    }
+    x = end;
+  }
+}
+
+void Bricks::mend()
 {
   this->cuts_.clear();
   this->cut = cl::Buffer();
+  const std::set<int> carved = std::move(this->carvedBricks_);
+  this->carvedBricks_.clear();
+  const std::size_t axes = this->model_->axes();
+  const std::size_t count = this->elements_;
+  std::vector<float> constraints(axes * count);
+  for (const int brick : carved)
+  {
+    if (this->slot(brick) > 0)
+    {
+      this->fill(brick, constraints);
+      for (std::size_t a = 0; a < axes; ++a)
+      {
+        const std::vector<float> run(constraints.begin() + a * count, constraints.begin() + (a + 1) * count);
+        this->context_->write(this->constraint, sizeof(float) * (a * this->pitch() + this->slot(brick) * count), run);
+      }
+    }
+  }
 }
 
 void Bricks::uploadCuts()

@@ -4,6 +4,7 @@
 #include "OpenCL.h"
 
 #include <cstdint>
+#include <set>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -97,13 +98,26 @@ public:
   /// And its signed constraints, axes() such runs.
   void readSlot(int slot, std::vector<float>& displacements, std::vector<float>& constraints);
 
-  /// Bits of links that a cut removed, by brick: one byte an element in the order of `local`.
+  // --- What cuts and carves removed
+  // -----------------------------------------------------------------------------------
+
+  /// What was removed, by brick: one byte an element in the order of `local`. Bits 0 to 5: its link in that direction;
+  /// `carvedBit`: the element itself.
   using CutBits = std::unordered_map<int, std::vector<std::uint8_t>>;
+  static constexpr std::uint8_t carvedBit = 64;
   const CutBits& cuts() const { return this->cuts_; }
   std::uint8_t cutBits(int i, int j, int k) const;
   /// Removes the link from (i, j, k) in one direction, seen from both ends. Both must lie in the grid.
   bool removeLink(int i, int j, int k, int direction);
-  void removeNoLinks();
+  /// Makes these elements (Grid::at) air from now on, for row() and for the device, where they rest.
+  void removeElements(const std::vector<std::size_t>& voxels);
+  /// Model::row() of the tissue as it is now: removed elements are air.
+  void row(int i, int j, int k, int count, float* out) const;
+  bool carved(int i, int j, int k) const { return (this->cutBits(i, j, k) & carvedBit) != 0; }
+  /// Bricks that elements were removed from.
+  const std::set<int>& carvedBricks() const { return this->carvedBricks_; }
+  /// All links and elements back. Nothing may be held by then.
+  void mend();
   /// Brings the removed links to the device.
   void uploadCuts();
   bool anyCut() const { return !this->cuts_.empty(); }
@@ -116,7 +130,7 @@ public:
   cl::Buffer displacement; ///< float [axis][address]
   cl::Buffer before;       ///< float [axis][address], the state before the wave
   cl::Buffer constraint;   ///< float [axis][address], signed
-  cl::Buffer cut;          ///< uchar [address], only where anyCut()
+  cl::Buffer cut;          ///< uchar [address], as CutBits, only where anyCut()
   /// `cut`, or any buffer for kernels that were built without cuts and do not look at it.
   const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }
   cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_; }
@@ -137,6 +151,8 @@ private:
   void grow(int slots);
   int width(bool vectors) const;
   bool fill(int brick, std::vector<float>& out) const;
+  void set(const cl::Buffer& field, int components, const std::vector<std::uint32_t>& addresses,
+    const std::vector<float>& values);
 
   std::shared_ptr<Context> context_;
   std::shared_ptr<const Model> model_;
@@ -151,6 +167,7 @@ private:
   std::vector<Status> status_;
   std::vector<char> touched_;
   CutBits cuts_;
+  std::set<int> carvedBricks_;
   std::vector<Field*> fields_; ///< those that keep() was called for
   cl::Buffer tableBuffer_;
   cl::Buffer placeBuffer_;

@@ -207,10 +207,10 @@ Fixed3 fixed(const Vector3& voxel)
     std::llround(voxel[2] * unitsPerVoxel) };
 }
 
-bool isElement(const Model& model, int i, int j, int k)
+bool isElement(const Bricks& bricks, int i, int j, int k)
 {
   float c[3];
-  model.row(i, j, k, 1, c);
+  bricks.row(i, j, k, 1, c);
   return !std::isinf(c[0]);
 }
 
@@ -337,8 +337,8 @@ std::size_t cutLinks(Bricks& bricks, const Surface& surface)
                   {
                     continue;
                   }
-                  if (triangle.crosses(fixed(p), fixed(q)) && isElement(bricks.model(), i, j, k) &&
-                      isElement(bricks.model(), next[0], next[1], next[2]))
+                  if (triangle.crosses(fixed(p), fixed(q)) && isElement(bricks, i, j, k) &&
+                      isElement(bricks, next[0], next[1], next[2]))
                   {
                     removed += bricks.removeLink(i, j, k, 2 * a + 1);
                   }

@@ -27,7 +27,7 @@ int RigidClusters::label(const Bricks& bricks, int axis, std::vector<int>& out)
   {
     for (int j = 0; j < grid.size[1]; ++j)
     {
-      bricks.model().row(0, j, k, grid.size[0], row.data());
+      bricks.row(0, j, k, grid.size[0], row.data());
       int* labels = out.data() + grid.at(0, j, k);
       for (int i = 0; i < grid.size[0]; ++i)
       {
@@ -113,7 +113,7 @@ RigidClusters::RigidClusters(Bricks& bricks)
         cluster.bricks.push_back(bricks.brickAt(at[0], at[1], at[2]));
         if (!cluster.anchored)
         {
-          bricks.model().row(at[0], at[1], at[2], 1, c.data());
+          bricks.row(at[0], at[1], at[2], 1, c.data());
           cluster.anchored = std::signbit(c[axis]);
         }
       }
@@ -247,7 +247,7 @@ void RigidClusters::activate(const std::vector<int>& bricks)
         {
           continue;
         }
-        this->bricks_.model().row(i, j, k, 1, c.data());
+        this->bricks_.row(i, j, k, 1, c.data());
         if (c[axis] != 0.0f && !std::isinf(c[axis]))
         {
           this->linkList_.push_back(this->bricks_.address(i, j, k));
@@ -297,24 +297,25 @@ void RigidClusters::refresh()
   this->places_ = this->bricks_.context().upload(this->bricks_.displacements(firsts), "the rigid clusters");
 }
 
-float RigidClusters::relax(float omega, float still, std::vector<int>& moved)
+float RigidClusters::relax(float omega, float still, const Elasticity& elasticity, std::vector<int>& moved)
 {
   if (this->chunkList_.empty())
   {
     return 0.0f;
   }
   Context& context = this->bricks_.context();
-  const std::string defines = this->bricks_.defines(false);
+  const std::string defines = this->bricks_.defines(false) + elasticity.defines();
 
   cl::Kernel gather = context.kernel("clusters.cl", defines, "clusterGather");
   gather.setArg(0, this->chunks_);
   gather.setArg(1, this->links_);
   gather.setArg(2, this->places_);
-  gather.setArg(3, this->bricks_.pitch());
-  gather.setArg(4, this->bricks_.displacement);
-  gather.setArg(5, this->bricks_.constraint);
-  gather.setArg(6, this->partial_);
-  context.runOver(gather, 7, this->chunkList_.size());
+  gather.setArg(3, elasticity.slack);
+  gather.setArg(4, this->bricks_.pitch());
+  gather.setArg(5, this->bricks_.displacement);
+  gather.setArg(6, this->bricks_.constraint);
+  gather.setArg(7, this->partial_);
+  context.runOver(gather, 8, this->chunkList_.size());
 
   cl::Kernel move = context.kernel("clusters.cl", defines, "clusterMove");
   move.setArg(0, this->heads_);

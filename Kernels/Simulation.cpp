@@ -130,7 +130,7 @@ void Simulation::Impl::reset()
 void Simulation::Impl::mend()
 {
   this->reset();
-  this->bricks_.removeNoLinks();
+  this->bricks_.mend();
   this->clusters_.reset();
 }
 
@@ -195,7 +195,7 @@ std::vector<std::size_t> Simulation::Impl::grab(const Probe& probe, std::size_t 
     {
       const int axes = this->model_->axes();
       row.resize(static_cast<std::size_t>(last[0] - first[0] + 1) * axes);
-      this->model_->row(first[0], j, k, last[0] - first[0] + 1, row.data());
+      this->bricks_.row(first[0], j, k, last[0] - first[0] + 1, row.data());
       for (int i = first[0]; i <= last[0]; ++i)
       {
         if (std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]))
@@ -262,7 +262,7 @@ void Simulation::Impl::setHeld(const Hold& hold, bool held)
   {
     const Index3 at = grid.indexOf(hold.voxels[n]);
     float* c = values.data() + n * axes;
-    this->model_->row(at[0], at[1], at[2], 1, c);
+    this->bricks_.row(at[0], at[1], at[2], 1, c);
     for (int a = 0; held && a < axes; ++a)
     {
       c[a] = -std::fabs(c[a]);
@@ -444,7 +444,7 @@ std::vector<ProbeResult> Simulation::Impl::pull(const std::vector<Probe>& probes
                      {
                        const Index3 at = grid.indexOf(voxel);
                        float c[3];
-                       this->model_->row(at[0], at[1], at[2], 1, c);
+                       this->bricks_.row(at[0], at[1], at[2], 1, c);
                        return std::signbit(c[0]);
                      }),
           mine.end());
@@ -513,7 +513,7 @@ Vector3 Simulation::Impl::forceAt(const std::vector<std::size_t>& held)
     const auto constraintOf = [&](const Index3& at)
     {
       float c[3];
-      this->model_->row(at[0], at[1], at[2], 1, c);
+      this->bricks_.row(at[0], at[1], at[2], 1, c);
       return std::fabs(c[component]);
     };
     std::vector<std::uint32_t> inner;
@@ -663,7 +663,7 @@ void Simulation::Impl::links(std::uint8_t* out)
   {
     for (int j = 0; j < grid.size[1]; ++j)
     {
-      this->model_->row(0, j, k, grid.size[0], row.data());
+      this->bricks_.row(0, j, k, grid.size[0], row.data());
       for (int i = 0; i < grid.size[0]; ++i)
       {
         out[grid.at(i, j, k)] = std::isinf(row[static_cast<std::size_t>(i) * axes]) ? 0 : 64;
