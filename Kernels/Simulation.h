@@ -191,6 +191,9 @@ public:
   /// interleaved values a voxel, numbered from 0 in order of the clusters' first voxels.
   void clusters(int* out) const;
 
+  /// 1 where there is tissue now, 0 in air and where it was carved away. One value a voxel.
+  void elements(std::uint8_t* out) const;
+
   /// Which of an element's links exist: bit 0 x-, 1 x+, 2 y-, 3 y+, 4 z-, 5 z+. One value a voxel, 0 in air.
   void links(std::uint8_t* out) const;
 
