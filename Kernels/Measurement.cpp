@@ -5,7 +5,7 @@
 namespace chainmail
 {
 
-std::vector<BrickFigures> measureBricks(Bricks& bricks)
+std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasticity)
 {
   static_assert(sizeof(BrickFigures) == 15 * sizeof(float), "measure.cl writes 15 floats a brick");
   std::vector<int> list(bricks.slots() - 1);
@@ -19,9 +19,10 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks)
   const cl::Buffer listBuffer = context.upload(list, "the list of bricks");
   const cl::Buffer result = context.allocate(sizeof(BrickFigures) * figures.size(), "the figures of the state");
   const std::size_t items = bricks.workItems(true);
-  cl::Kernel kernel = context.kernel("measure.cl", bricks.defines(true), "measure");
+  cl::Kernel kernel = context.kernel("measure.cl", bricks.defines(true) + elasticity.defines(), "measure");
   int argument = 0;
   kernel.setArg(argument++, listBuffer);
+  kernel.setArg(argument++, elasticity.slack);
   kernel.setArg(argument++, bricks.pitch());
   bricks.bindTable(kernel, argument);
   kernel.setArg(argument++, bricks.displacement);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "Bricks.h"
+#include "Elasticity.h"
 
 namespace chainmail
 {
@@ -18,6 +19,6 @@ struct BrickFigures
 };
 
 /// Figures of all slots from 1 on.
-std::vector<BrickFigures> measureBricks(Bricks& bricks);
+std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasticity = {});
 
 }

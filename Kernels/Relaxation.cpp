@@ -11,12 +11,6 @@ namespace chainmail
 namespace
 {
 
-/// Turns of a sweep: red, black, clusters.
-constexpr int turnsPerSweep = 3;
-
-/// Residuals below this share of the tolerance are left alone: far from the hand a deformation then ends somewhere.
-constexpr double stillShare = 1.0 / 64.0;
-
 /// Sweeps that move nothing further than this have come to rest, be it at the optimum or because chains of links at
 /// their limits block each other: then the groups of such links get a turn, at most once in so many sweeps.
 constexpr float restingMove = 1e-3f;
@@ -38,51 +32,31 @@ float omegaOf(int sweep)
 
 }
 
-void Relaxation::note(int slot, int faces)
+float stillResidual(double tolerance)
 {
-  if (faces == 0)
+  return static_cast<float>(tolerance / 64.0);
+}
+
+void WavesUnderWay::bind(cl::Kernel& kernel, int& argument) const
+{
+  kernel.setArg(argument++, *this->front);
+  kernel.setArg(argument++, *this->stamp);
+  kernel.setArg(argument++, static_cast<cl_int>(this->iteration));
+}
+
+/// Something moved somewhere in these bricks.
+void Relaxation::note(const std::vector<int>& bricks)
+{
+  for (const int brick : bricks)
   {
-    return;
-  }
-  this->bricks_.touch(slot);
-  Activity& activity = this->activity_[slot];
-  activity.any = this->turn_;
-  for (int d = 0; d < 6; ++d)
-  {
-    if (faces & (1 << d))
-    {
-      activity.face[d] = this->turn_;
-    }
+    this->active_.note(this->bricks_.slot(brick), ActiveBricks::everyFace);
   }
 }
 
-std::vector<int> Relaxation::pending()
+float Relaxation::relaxColour(
+  int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
 {
-  // Since the last turn of the same colour.
-  const int since = this->turn_ - turnsPerSweep;
-  std::vector<int> bricks;
-  for (int slot = 1; slot < this->bricks_.slots(); ++slot)
-  {
-    const int brick = this->bricks_.brick(slot);
-    bool active = this->activity_[slot].any >= since;
-    for (int d = 0; !active && d < 6; ++d)
-    {
-      const int near = this->bricks_.slot(this->bricks_.neighbour(brick, d));
-      active = near > 0 && this->activity_[near].face[Bricks::opposite(d)] >= since;
-    }
-    if (active)
-    {
-      bricks.push_back(brick);
-    }
-  }
-  this->bricks_.require(bricks);
-  this->activity_.resize(this->bricks_.slots());
-  return bricks;
-}
-
-float Relaxation::relaxColour(int colour, float omega, float still)
-{
-  std::vector<int> list = this->pending();
+  std::vector<int> list = this->active_.pending();
   for (int& entry : list)
   {
     entry = this->bricks_.slot(entry);
@@ -94,18 +68,24 @@ float Relaxation::relaxColour(int colour, float omega, float still)
   Context& context = this->bricks_.context();
   std::vector<cl_int2> result(list.size());
   const cl::Buffer& resultBuffer = this->result_.sized(context, sizeof(cl_int2) * result.size());
-  cl::Kernel kernel = context.kernel("relax.cl", this->bricks_.defines(true), "relax");
+  const std::string defines = this->bricks_.defines(true) + elasticity.defines() + (waves ? " -DWAVES" : "");
+  cl::Kernel kernel = context.kernel("relax.cl", defines, "relax");
   int argument = 0;
   kernel.setArg(argument++, this->list_.holding(context, list));
   kernel.setArg(argument++, static_cast<cl_int>(colour));
   kernel.setArg(argument++, omega);
   kernel.setArg(argument++, still);
+  kernel.setArg(argument++, elasticity.slack);
   kernel.setArg(argument++, this->bricks_.pitch());
   this->bricks_.bindTable(kernel, argument);
   kernel.setArg(argument++, this->bricks_.displacement);
   kernel.setArg(argument++, this->bricks_.constraint);
   kernel.setArg(argument++, this->bricks_.cutsOrNothing());
   kernel.setArg(argument++, resultBuffer);
+  if (waves)
+  {
+    waves->bind(kernel, argument);
+  }
   const std::size_t items = this->bricks_.workItems(true);
   context.runGroups(kernel, list.size(), items);
   context.read(resultBuffer, result);
@@ -116,25 +96,16 @@ float Relaxation::relaxColour(int colour, float omega, float still)
     float move;
     std::memcpy(&move, &result[n].s[1], sizeof(move));
     largest = std::max(largest, move);
-    this->note(list[n], result[n].s[0]);
+    this->active_.note(list[n], result[n].s[0]);
   }
   return largest;
 }
 
-RelaxResult Relaxation::run(
-  RigidClusters& clusters, int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
+RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves,
+  int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
 {
-  constexpr int everyFace = 127;
-  this->turn_ = 0;
-  this->activity_.assign(this->bricks_.slots(), Activity());
-  for (int slot = 1; slot < this->bricks_.slots(); ++slot)
-  {
-    if (this->bricks_.touched(slot))
-    {
-      this->note(slot, everyFace);
-    }
-  }
-  const float still = static_cast<float>(tolerance * stillShare);
+  this->active_.begin();
+  const float still = stillResidual(tolerance);
 
   int sweepsSinceGroups = sweepsPerGroupTurn;
   RelaxResult result;
@@ -145,34 +116,29 @@ RelaxResult Relaxation::run(
     float largest = 0.0f;
     for (int colour = 0; colour < 2; ++colour)
     {
-      ++this->turn_;
-      largest = std::max(largest, this->relaxColour(colour, omega, still));
+      this->active_.advance();
+      largest = std::max(largest, this->relaxColour(colour, omega, still, elasticity, waves));
     }
 
-    // Clusters take part before any of their neighbours can have moved: from the moment something moves in their brick
-    // or beside it.
-    ++this->turn_;
-    clusters.activate(this->pending());
-    this->activity_.resize(this->bricks_.slots());
-    std::vector<int> moved;
-    largest = std::max(largest, clusters.relax(omega, still, moved));
-    for (const int brick : moved)
+    this->active_.advance();
+    if (!waves)
     {
-      this->note(this->bricks_.slot(brick), everyFace);
-    }
+      // Clusters take part before any of their neighbours can have moved: from the moment something moves in their
+      // brick or beside it.
+      clusters.activate(this->active_.pending());
+      std::vector<int> moved;
+      largest = std::max(largest, clusters.relax(omega, still, elasticity, moved));
+      this->note(moved);
 
-    ++sweepsSinceGroups;
-    if (largest <= std::max(restingMove, static_cast<float>(tolerance)) && sweepsSinceGroups >= sweepsPerGroupTurn)
-    {
-      sweepsSinceGroups = 0;
-      moved.clear();
-      largest = std::max(largest, moveTightGroups(this->bricks_, still, moved));
-      this->activity_.resize(this->bricks_.slots());
-      for (const int brick : moved)
+      ++sweepsSinceGroups;
+      if (largest <= std::max(restingMove, static_cast<float>(tolerance)) && sweepsSinceGroups >= sweepsPerGroupTurn)
       {
-        this->note(this->bricks_.slot(brick), everyFace);
+        sweepsSinceGroups = 0;
+        moved.clear();
+        largest = std::max(largest, moveTightGroups(this->bricks_, elasticity, still, moved));
+        this->note(moved);
+        clusters.refresh();
       }
-      clusters.refresh();
     }
 
     ++result.iterations;

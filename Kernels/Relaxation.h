@@ -1,41 +1,53 @@
 #pragma once
 
-#include "Propagation.h"
+#include "ActiveBricks.h"
 #include "RigidClusters.h"
 #include "Simulation.h"
+
+#include <functional>
 
 namespace chainmail
 {
 
+/// Waves of Timestamp that have not come to their ends: an element may relax, on an axis, where it did not move in this
+/// iteration and belongs to the same wavefront as all that it is linked to.
+struct WavesUnderWay
+{
+  const cl::Buffer* front = nullptr; ///< int [axis][address], `axes()` runs: number of the wavefront
+  const cl::Buffer* stamp = nullptr; ///< int [axis][address]: iteration in which the element was last moved by a wave
+  int iteration = 0;                 ///< the present one
+
+  /// Sets the arguments WAVES_ARGUMENTS of waves.clh.
+  void bind(cl::Kernel& kernel, int& argument) const;
+};
+
+/// Residuals up to this are left alone at a tolerance, so that a deformation ends somewhere, far from the hand.
+float stillResidual(double tolerance);
+
 /// Three-colour projected over-relaxation (relax.cl, clusters.cl): red elements, black elements, rigid clusters.
 ///
-/// Only bricks in which something can change are visited. That is exact: an element stays put, to the bit, when neither
-/// it nor a neighbour moved since its last turn, so the result does not depend on the size of the bricks.
+/// Only active bricks are visited. The state must be feasible, for the energy not to rise and for the state to stay
+/// feasible; after a relaxation by the published method it need not be, and no promise is made but that all stays
+/// finite.
 class Relaxation
 {
 public:
   explicit Relaxation(Bricks& bricks)
     : bricks_(bricks)
+    , active_(bricks, 3)
   {
   }
 
-  RelaxResult run(RigidClusters& clusters, int firstSweep, int iterations, double tolerance,
-    const std::function<void(int)>& checkpoint);
+  /// Where waves are under way rigid clusters stay.
+  RelaxResult run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves, int firstSweep,
+    int iterations, double tolerance, const std::function<void(int)>& checkpoint);
 
 private:
-  struct Activity
-  {
-    int any = -1000;                                                         ///< turn in which an element last moved
-    std::array<int, 6> face{ { -1000, -1000, -1000, -1000, -1000, -1000 } }; ///< one that touches this face
-  };
-
-  std::vector<int> pending();
-  float relaxColour(int colour, float omega, float still);
-  void note(int slot, int faces);
+  float relaxColour(int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
+  void note(const std::vector<int>& bricks);
 
   Bricks& bricks_;
-  std::vector<Activity> activity_;
-  int turn_ = 0;
+  ActiveBricks active_;
   Scratch list_{ "the list of active bricks" };
   Scratch result_{ "the list of active bricks" };
 };

@@ -297,24 +297,25 @@ void RigidClusters::refresh()
   this->places_ = this->bricks_.context().upload(this->bricks_.displacements(firsts), "the rigid clusters");
 }
 
-float RigidClusters::relax(float omega, float still, std::vector<int>& moved)
+float RigidClusters::relax(float omega, float still, const Elasticity& elasticity, std::vector<int>& moved)
 {
   if (this->chunkList_.empty())
   {
     return 0.0f;
   }
   Context& context = this->bricks_.context();
-  const std::string defines = this->bricks_.defines(false);
+  const std::string defines = this->bricks_.defines(false) + elasticity.defines();
 
   cl::Kernel gather = context.kernel("clusters.cl", defines, "clusterGather");
   gather.setArg(0, this->chunks_);
   gather.setArg(1, this->links_);
   gather.setArg(2, this->places_);
-  gather.setArg(3, this->bricks_.pitch());
-  gather.setArg(4, this->bricks_.displacement);
-  gather.setArg(5, this->bricks_.constraint);
-  gather.setArg(6, this->partial_);
-  context.runOver(gather, 7, this->chunkList_.size());
+  gather.setArg(3, elasticity.slack);
+  gather.setArg(4, this->bricks_.pitch());
+  gather.setArg(5, this->bricks_.displacement);
+  gather.setArg(6, this->bricks_.constraint);
+  gather.setArg(7, this->partial_);
+  context.runOver(gather, 8, this->chunkList_.size());
 
   cl::Kernel move = context.kernel("clusters.cl", defines, "clusterMove");
   move.setArg(0, this->heads_);

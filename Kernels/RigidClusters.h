@@ -1,6 +1,7 @@
 #pragma once
 
 #include "Bricks.h"
+#include "Elasticity.h"
 
 #include <unordered_map>
 #include <vector>
@@ -32,7 +33,7 @@ public:
   void refresh();
 
   /// One update of every active cluster. `moved` gets the bricks of those that moved; returns the largest move.
-  float relax(float omega, float still, std::vector<int>& moved);
+  float relax(float omega, float still, const Elasticity& elasticity, std::vector<int>& moved);
 
 private:
   struct Cluster

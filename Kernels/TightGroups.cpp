@@ -176,7 +176,8 @@ struct Pull
 };
 
 /// Moves the groups of one axis within the box; returns the largest move.
-float moveAxis(const Box& box, const std::vector<float>& c, std::vector<float>& u, float still)
+float moveAxis(
+  const Box& box, const std::vector<float>& c, std::vector<float>& u, const Elasticity& elasticity, float still)
 {
   const std::size_t count = box.voxels();
 
@@ -202,8 +203,8 @@ float moveAxis(const Box& box, const std::vector<float>& c, std::vector<float>& 
   forLinks(box, c,
     [&](std::size_t n, std::size_t m, float limit)
     {
-      const double weight = 1.0 / (static_cast<double>(limit) + 1e-6);
-      const double force = weight * (static_cast<double>(u[m]) - u[n]);
+      const double weight = Elasticity::weight(limit);
+      const double force = weight * elasticity.pull(u[n], u[m], limit);
       if (units.root(n) != units.root(m))
       {
         pulls[units.root(n)].weight += weight;
@@ -297,9 +298,9 @@ float moveAxis(const Box& box, const std::vector<float>& c, std::vector<float>& 
     float upper = std::numeric_limits<float>::infinity();
     for (const Outgoing& link : outgoing[id])
     {
-      const double w = 1.0 / (static_cast<double>(link.limit) + 1e-6);
+      const double w = Elasticity::weight(link.limit);
       weight += w;
-      force += w * (static_cast<double>(u[link.outer]) - u[link.inner]);
+      force += w * elasticity.pull(u[link.inner], u[link.outer], link.limit);
       lower = std::max(lower, u[link.outer] - link.limit - u[link.inner]);
       upper = std::min(upper, u[link.outer] + link.limit - u[link.inner]);
     }
@@ -321,14 +322,15 @@ float moveAxis(const Box& box, const std::vector<float>& c, std::vector<float>& 
 
 }
 
-float moveTightGroups(Bricks& bricks, float still, std::vector<int>& moved)
+float moveTightGroups(Bricks& bricks, const Elasticity& elasticity, float still, std::vector<int>& moved)
 {
   Box box = readBox(bricks);
   const std::vector<float> before[3] = { box.u[0], box.u[1], box.u[2] };
   float largest = 0.0f;
   for (int a = 0; a < 3 && box.voxels() > 0; ++a)
   {
-    largest = std::max(largest, moveAxis(box, box.c[std::min(a, bricks.model().axes() - 1)], box.u[a], still));
+    largest =
+      std::max(largest, moveAxis(box, box.c[std::min(a, bricks.model().axes() - 1)], box.u[a], elasticity, still));
   }
   if (largest == 0.0f)
   {

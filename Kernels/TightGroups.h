@@ -1,6 +1,7 @@
 #pragma once
 
 #include "Bricks.h"
+#include "Elasticity.h"
 
 #include <vector>
 
@@ -17,6 +18,6 @@ namespace chainmail
 ///
 /// Works on the host: it is called where sweeps have come to rest, a few times in a long relaxation and never in a
 /// short one. Appends the bricks of moved elements to `moved` and returns the largest move.
-float moveTightGroups(Bricks& bricks, float still, std::vector<int>& moved);
+float moveTightGroups(Bricks& bricks, const Elasticity& elasticity, float still, std::vector<int>& moved);
 
 }

@@ -8,8 +8,8 @@
 #include "element.clh"
 
 // chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4]: the fields of Neighbours.
-kernel void clusterGather(global const int4* chunks, global const uint* links, global const float* places, uint pitch,
-  global const float* displacement, global const float* constraint, global float* partial, uint count)
+kernel void clusterGather(global const int4* chunks, global const uint* links, global const float* places, float slack,
+  uint pitch, global const float* displacement, global const float* constraint, global float* partial, uint count)
 {
   if (get_global_id(0) >= count)
   {
@@ -21,18 +21,13 @@ kernel void clusterGather(global const int4* chunks, global const uint* links, g
     global const float* u = displacement + axis * pitch;
     global const float* c = constraint + min(axis, AXES - 1) * pitch;
     const float ui = places[chunk.x * 3 + axis];
-    float weight = 0.0f, pull = 0.0f, lower = -INFINITY, upper = INFINITY;
+    Neighbours sum = { 0.0f, 0.0f, -INFINITY, INFINITY };
     for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
     {
       const float limit = linkLimit(0.0f, c[links[n]]);
-      const float w = linkWeight(limit);
-      const float uj = u[links[n]];
-      weight += w;
-      pull += w * (uj - ui);
-      lower = max(lower, uj - limit);
-      upper = min(upper, uj + limit);
+      neighboursAdd(&sum, ui, u[links[n]], limit, linkWeight(limit), slack);
     }
-    vstore4((float4)(weight, pull, lower, upper), get_global_id(0) * 3 + axis, partial);
+    vstore4((float4)(sum.weight, sum.pull, sum.lower, sum.upper), get_global_id(0) * 3 + axis, partial);
   }
 }
 

@@ -11,8 +11,8 @@
 
 #define FIGURES 15
 
-kernel void measure(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
-  int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
+kernel void measure(global const int* list, float slack, uint pitch, global const int* table, global const int* place,
+  int strideY, int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
   local float* partial, global float* result)
 {
   const int lid = get_local_id(0);
@@ -45,9 +45,9 @@ kernel void measure(global const int* list, uint pitch, global const int* table,
         for (int d = 0; d < 6; ++d)
         {
           const real limit = linkLimit(c, cs[d]);
-          const real stretch = us[d] - u;
-          energy += linkWeight(limit) * stretch * stretch;
-          excess = max(excess, fabs(stretch) - limit);
+          const real pull = linkPull(u, us[d], limit, slack);
+          energy += linkWeight(limit) * pull * pull;
+          excess = max(excess, fabs(us[d] - u) - limit);
         }
         displaced |= u != 0.0f;
         figures[axis] += 0.5f * sumOf(energy);

@@ -1,5 +1,7 @@
-// One colour of a relaxation sweep: every free element to the over-relaxed weighted mean of its neighbours within their
-// boxes (element.clh). In place: neighbours have the other colour.
+// One colour of a relaxation sweep: every free element to the over-relaxed weighted mean of the places that its
+// neighbours offer, within their boxes (element.clh). In place: neighbours have the other colour.
+//
+// WAVES: of the free elements only those that waves.clh says.
 //
 // The host guarantees: the state is feasible, brick.clh's promise.
 //
@@ -7,10 +9,11 @@
 
 #include "brick.clh"
 #include "element.clh"
+#include "waves.clh"
 
-kernel void relax(global const int* list, int colour, float omega, float still, uint pitch, global const int* table,
-  global const int* place, int strideY, int strideZ, global float* displacement, global const float* constraint,
-  global const uchar* cut, global int2* result)
+kernel void relax(global const int* list, int colour, float omega, float still, float slack, uint pitch,
+  global const int* table, global const int* place, int strideY, int strideZ, global float* displacement,
+  global const float* constraint, global const uchar* cut, global int2* result WAVES_ARGUMENTS)
 {
   local int faces;
   local int largest;
@@ -28,6 +31,7 @@ kernel void relax(global const int* list, int colour, float omega, float still, 
     int touched = 0;
     float move = 0.0f;
     real c, limit[6], weight[6], us[6];
+    mask relaxes;
     for (int axis = 0; axis < 3; ++axis)
     {
       if (axis < AXES)
@@ -39,15 +43,16 @@ kernel void relax(global const int* list, int colour, float omega, float still, 
           limit[d] = linkLimit(c, limit[d]);
           weight[d] = linkWeight(limit[d]);
         }
+        relaxes = (c > 0.0f) & MAY_RELAX(axis, &s, limit);
       }
       const real u = LOAD(displacement + axis * pitch + s.self);
       loadNeighbours(displacement + axis * pitch, &s, us);
       Neighbours n = { (real)(0.0f), (real)(0.0f), (real)(-INFINITY), (real)(INFINITY) };
       for (int d = 0; d < 6; ++d)
       {
-        neighboursAdd(&n, u, us[d], limit[d], weight[d]);
+        neighboursAdd(&n, u, us[d], limit[d], weight[d], slack);
       }
-      const real next = select(u, relaxedPlace(n, u, omega, still), c > 0.0f);
+      const real next = select(u, relaxedPlace(n, u, omega, still), relaxes);
       const mask moved = next != u;
       if (SOME(moved))
       {

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+
+namespace chainmail
+{
+
+/// What strain costs: the energy of a link is weight() * pull()^2, per axis. element.clh has the same rule for the
+/// device.
+struct Elasticity
+{
+  /// 1 - elastic recovery, [0, 1]: strain of a link up to this share of its limit costs nothing.
+  float slack = 0.0f;
+
+  /// -D options of kernels that ask for the energy. Without slack the rule has less to compute.
+  std::string defines() const { return this->slack > 0.0f ? " -DPLASTIC" : ""; }
+
+  static double weight(double limit) { return 1.0 / (limit + 1e-6); }
+
+  /// From where u(i) is to the nearest place at which a link to u(j) costs nothing.
+  double pull(double ui, double uj, double limit) const
+  {
+    const double free = this->slack * limit;
+    const double stretch = uj - ui;
+    return stretch - std::min(std::max(stretch, -free), free);
+  }
+};
+
+}

@@ -1,0 +1,81 @@
+// One iteration of the published relaxation: every element that is not held to the weighted mean of the places that its
+// neighbours offer (element.clh), from one copy of the state to the other. Limits of links are ignored.
+//
+// WAVES: of these elements only those that waves.clh says.
+//
+// The host guarantees: brick.clh's promise; outside the bricks of the list both copies are the same.
+//
+// result[group]: faces that moved elements touch (movedFaces), and the largest move as the bits of a float.
+
+#include "brick.clh"
+#include "element.clh"
+#include "waves.clh"
+
+kernel void relaxAll(global const int* list, float still, float slack, uint pitch, global const int* table,
+  global const int* place, int strideY, int strideZ, global const float* displacement, global float* after,
+  global const float* constraint, global const uchar* cut, global int2* result WAVES_ARGUMENTS)
+{
+  local int faces;
+  local int largest;
+  const int lid = get_local_id(0);
+  const uint slot = list[get_group_id(0)];
+  if (lid == 0)
+  {
+    faces = 0;
+    largest = 0;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int colour = 0; colour < 2; ++colour)
+  {
+    for (int work = lid; work < VECTORS; work += get_local_size(0))
+    {
+      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+      int touched = 0;
+      float move = 0.0f;
+      real limit[6], weight[6], us[6];
+      mask relaxes;
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        if (axis < AXES)
+        {
+          const real c = LOAD(constraint + axis * pitch + s.self);
+          loadConstraints(constraint + axis * pitch, cut, &s, limit);
+          for (int d = 0; d < 6; ++d)
+          {
+            limit[d] = linkLimit(c, limit[d]);
+            weight[d] = linkWeight(limit[d]);
+          }
+          relaxes = !signbit(c) & MAY_RELAX(axis, &s, limit);
+        }
+        const real u = LOAD(displacement + axis * pitch + s.self);
+        loadNeighbours(displacement + axis * pitch, &s, us);
+        Neighbours n = { (real)(0.0f), (real)(0.0f), (real)(-INFINITY), (real)(INFINITY) };
+        for (int d = 0; d < 6; ++d)
+        {
+          neighboursAdd(&n, u, us[d], limit[d], weight[d], slack);
+        }
+        // No box to stay in.
+        n.lower = (real)(-INFINITY);
+        n.upper = (real)(INFINITY);
+        const real next = select(u, relaxedPlace(n, u, 1.0f, still), relaxes);
+        STORE(next, after + axis * pitch + s.self);
+        const mask moved = next != u;
+        if (SOME(moved))
+        {
+          touched |= movedFaces(&s, moved);
+          move = max(move, largestOf(fabs(next - u)));
+        }
+      }
+      if (touched)
+      {
+        atomic_or(&faces, touched);
+        atomic_max(&largest, as_int(move));
+      }
+    }
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (lid == 0)
+  {
+    result[get_group_id(0)] = (int2)(faces, largest);
+  }
+}
