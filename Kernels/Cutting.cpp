@@ -1,6 +1,6 @@
 #include "Cutting.h"
 
-#include "Error.h"
+#include "ExactGeometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,45 +12,9 @@ namespace chainmail
 namespace
 {
 
-using Wide = __int128;
-using Fixed3 = std::array<std::int64_t, 3>;
-
-constexpr double unitsPerVoxel = 4096.0;
-constexpr double farthest = 1 << 26; // voxels: keeps every product below within 128 bits
-
-std::array<Wide, 3> cross(const Fixed3& a, const Fixed3& b)
+/// With bounds in double that tell most links from those that need the exact decision.
+struct Triangle : ExactTriangle
 {
-  const auto minor = [&](int x, int y) { return Wide(a[x]) * b[y] - Wide(a[y]) * b[x]; };
-  return { minor(1, 2), minor(2, 0), minor(0, 1) };
-}
-
-Wide dot(const std::array<Wide, 3>& a, const Fixed3& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Fixed3 minus(const Fixed3& a, const Fixed3& b)
-{
-  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
-}
-
-/// Sign of `value` or, where it is zero, of its change under the shift (e, e^2, e^3), given its gradient.
-int sign(Wide value, const std::array<Wide, 3>& gradient)
-{
-  for (const Wide v : { value, gradient[0], gradient[1], gradient[2] })
-  {
-    if (v != 0)
-    {
-      return v > 0 ? 1 : -1;
-    }
-  }
-  return 0;
-}
-
-struct Triangle
-{
-  std::array<Fixed3, 3> corner;
-  std::array<Wide, 3> normal;
   Vector3 low; ///< box [voxels]
   Vector3 high;
   Vector3 gradient; ///< of the side function, per voxel
@@ -58,8 +22,7 @@ struct Triangle
   double margin; ///< of the side function: what rounding can do to it
 
   explicit Triangle(const std::array<Fixed3, 3>& corners)
-    : corner(corners)
-    , normal(cross(minus(corners[1], corners[0]), minus(corners[2], corners[0])))
+    : ExactTriangle(corners)
   {
     double length = 0.0;
     for (int a = 0; a < 3; ++a)
@@ -82,31 +45,10 @@ struct Triangle
     this->margin = 1e-3 + 1e-12 * magnitude;
   }
 
-  bool degenerate() const { return this->normal[0] == 0 && this->normal[1] == 0 && this->normal[2] == 0; }
-
   /// Which side of the plane a place is on, roughly: beyond the margin the sign is certain.
   double roughSide(const Vector3& voxel) const
   {
     return this->gradient[0] * voxel[0] + this->gradient[1] * voxel[1] + this->gradient[2] * voxel[2] + this->offset;
-  }
-
-  bool crosses(const Fixed3& p, const Fixed3& q) const
-  {
-    const int sideP = sign(dot(this->normal, minus(p, this->corner[0])), this->normal);
-    const int sideQ = sign(dot(this->normal, minus(q, this->corner[0])), this->normal);
-    if (sideP == sideQ)
-    {
-      return false;
-    }
-    const Fixed3 along = minus(q, p);
-    int turns[3];
-    for (int e = 0; e < 3; ++e)
-    {
-      const Fixed3& a = this->corner[e];
-      const Fixed3& b = this->corner[(e + 1) % 3];
-      turns[e] = sign(dot(cross(minus(a, p), minus(b, p)), along), cross(minus(a, b), along));
-    }
-    return turns[0] == turns[1] && turns[1] == turns[2];
   }
 };
 
@@ -201,12 +143,6 @@ private:
   std::unordered_map<int, Bounds> bounds_;
 };
 
-Fixed3 fixed(const Vector3& voxel)
-{
-  return { std::llround(voxel[0] * unitsPerVoxel), std::llround(voxel[1] * unitsPerVoxel),
-    std::llround(voxel[2] * unitsPerVoxel) };
-}
-
 bool isElement(const Bricks& bricks, int i, int j, int k)
 {
   float c[3];
@@ -258,36 +194,7 @@ bool misses(const Triangle& triangle, const Range& range, const Places::Bounds& 
 std::size_t cutLinks(Bricks& bricks, const Surface& surface)
 {
   const Grid& grid = bricks.model().grid();
-  std::vector<Fixed3> points;
-  points.reserve(surface.points.size());
-  for (std::size_t n = 0; n < surface.points.size(); ++n)
-  {
-    Vector3 voxel;
-    for (int a = 0; a < 3; ++a)
-    {
-      voxel[a] = surface.points[n][a] / grid.spacing[a];
-      if (!(std::fabs(voxel[a]) < farthest))
-      {
-        throw InputError(
-          "Point " + std::to_string(n) +
-          " of the cut is not finite or is millions of voxels away from the image: give a cut near the image.");
-      }
-    }
-    points.push_back(fixed(voxel));
-  }
-
-  for (const std::array<int, 3>& ids : surface.triangles)
-  {
-    for (const int id : ids)
-    {
-      if (id < 0 || static_cast<std::size_t>(id) >= points.size())
-      {
-        throw InputError("A triangle of the cut names point " + std::to_string(id) + ", but there are only " +
-                         std::to_string(points.size()) + ".");
-      }
-    }
-  }
-
+  const std::vector<Fixed3> points = fixedPoints(surface, grid, "cut");
   const Places places(bricks);
   const Places::Bounds widest = places.widest();
   const Index3 last{ grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 };

@@ -76,8 +76,9 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   }
   const Grid output{ brickCounts, {} };
 
-  // A displaced element moves the cells around it and, through the border that follows tissue, those one further: two
-  // voxels. Their bricks are the sources; the bricks that they may arrive at or leave are reached.
+  // A carved element leaves its voxel. A displaced element moves the cells around it and, through the border that
+  // follows tissue, those one further: two voxels. Their bricks are the sources; the bricks that they may arrive at or
+  // leave are reached.
   std::vector<char> isSource(output.voxels(), 0);
   std::vector<char> isReached(output.voxels(), 0);
   const std::vector<BrickFigures> figures = measureBricks(this->bricks_);
@@ -130,6 +131,15 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
       last[a] += std::ceil(brick.high[a]);
     }
     mark(isReached, first, last, low, high);
+  }
+
+  for (const int brick : this->bricks_.carvedBricks())
+  {
+    const Index3 origin = this->bricks_.origin(brick);
+    const std::size_t at = output.at(
+      origin[0] / size[0] - firstBrick[0], origin[1] / size[1] - firstBrick[1], origin[2] / size[2] - firstBrick[2]);
+    isSource[at] = 1;
+    isReached[at] = 1;
   }
 
   std::vector<int> sources;

@@ -1,5 +1,6 @@
 #include "Simulation.h"
 
+#include "Carving.h"
 #include "Cutting.h"
 #include "Error.h"
 #include "Measurement.h"
@@ -63,6 +64,7 @@ public:
   void reset();
   void mend();
   std::size_t cut(const Surface& surface);
+  std::size_t carve(const Surface& surface);
   std::vector<ProbeResult> pull(const std::vector<Probe>& probes);
   RelaxResult relax(int iterations, double tolerance);
   std::vector<ProbeResult> probes();
@@ -82,6 +84,7 @@ private:
   Hold holdOf(const std::vector<std::size_t>& voxels);
   void setHeld(const Hold& hold, bool held);
   void release();
+  void letGo(const std::vector<std::size_t>& removed);
   Float3 toFraction(const Vector3& length) const;
   void move(const Hold& hold, const Float3& to);
   void place(const Hold& hold, const std::vector<float>& values);
@@ -164,6 +167,18 @@ std::size_t Simulation::Impl::cut(const Surface& surface)
     this->sweep_ = 0;
   }
   return removed;
+}
+
+std::size_t Simulation::Impl::carve(const Surface& surface)
+{
+  const std::vector<std::size_t> removed = carveElements(this->bricks_, { surface, this->model_->grid() });
+  if (!removed.empty())
+  {
+    this->letGo(removed);
+    this->clusters_.reset();
+    this->sweep_ = 0;
+  }
+  return removed.size();
 }
 
 std::vector<std::size_t> Simulation::Impl::grab(const Probe& probe, std::size_t number) const
@@ -299,6 +314,23 @@ void Simulation::Impl::release()
     this->setHeld(hold, false);
   }
   this->holds_.clear();
+}
+
+/// Takes elements that are no more (ascending) out of all hands.
+void Simulation::Impl::letGo(const std::vector<std::size_t>& removed)
+{
+  for (Hold& hold : this->holds_)
+  {
+    std::vector<std::size_t> left;
+    std::set_difference(
+      hold.voxels.begin(), hold.voxels.end(), removed.begin(), removed.end(), std::back_inserter(left));
+    if (left.size() < hold.voxels.size())
+    {
+      const std::uint32_t place = hold.place;
+      hold = this->holdOf(left);
+      hold.place = left.empty() ? place : hold.place;
+    }
+  }
 }
 
 Float3 Simulation::Impl::toFraction(const Vector3& length) const
@@ -783,6 +815,11 @@ void Simulation::mend()
 std::size_t Simulation::cut(const Surface& surface)
 {
   return translated([&] { return this->impl_->cut(surface); });
+}
+
+std::size_t Simulation::carve(const Surface& surface)
+{
+  return translated([&] { return this->impl_->carve(surface); });
 }
 
 std::vector<ProbeResult> Simulation::pull(const std::vector<Probe>& probes)

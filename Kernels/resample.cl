@@ -3,7 +3,8 @@
 // The unit is the cell of eight neighbouring grid points with at least one element. The links left in a cell split its
 // elements into components. Each component gets a whole virtual cell: its own corners as they are, the others (air at
 // the border, elements behind a cut) at the mean of the elements around them that hang together with the component. A
-// material point belongs to the component of its nearest corner, so components share a cell without gap or overlap.
+// material point belongs to the component of its nearest corner, so components share a cell without gap or overlap. A
+// carved corner belongs to none: its share of the cell is gone.
 //
 // Two passes over the same inversion: `claim` lets every moved cell claim the voxels it covers, the lowest claim wins;
 // `locate` finds the winner's material point. Coordinates are relative to the cell, in voxels, so float32 suffices.
@@ -68,13 +69,21 @@ inline uint cutAt(const Tissue* t, uint address)
 #endif
 }
 
+inline bool isCarved(const Tissue* t, uint address)
+{
+  return cutAt(t, address) >> 6 & 1;
+}
+
+#define NO_COMPONENT 8
+
 // Corner n of a cell: bit 0 x, bit 1 y, bit 2 z.
 typedef struct
 {
   int3 base;
   uint elements;         // bit n: corner n is an element
   bool whole;            // all corners belong to one component
-  uchar component[8];    // lowest corner of the component that corner n belongs to; air corners join the nearest one
+  uchar component[8];    // lowest corner of the component that corner n belongs to; air corners join the nearest one;
+                         // NO_COMPONENT where it is carved
   uint address[8];
 } Cell;
 
@@ -144,6 +153,11 @@ inline void findComponents(const Tissue* t, Cell* cell)
   {
     if (cell->elements >> n & 1)
     {
+      continue;
+    }
+    if (isCarved(t, cell->address[n]))
+    {
+      cell->component[n] = NO_COMPONENT;
       continue;
     }
     int best = 0, distance = 4;
@@ -323,6 +337,14 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
   for (int work = get_local_id(0); work < ELEMENTS; work += get_local_size(0))
   {
     const int3 base = origin + (int3)(work % BX, work / BX % BY, work / (BX * BY));
+    if (isCarved(t, addressOf(t, base.x, base.y, base.z)))
+    {
+      const int claimed = claimOf(base, output, boxFirst, boxBricks);
+      if (claimed >= 0)
+      {
+        atomic_min(claims + claimed, VACATED);
+      }
+    }
     const int3 cells = max(size.xyz - 1, 1);
     if (any(base >= cells))
     {
