@@ -98,6 +98,29 @@ public:
   /// And its signed constraints, axes() such runs.
   void readSlot(int slot, std::vector<float>& displacements, std::vector<float>& constraints);
 
+  /// The same for a field of 4-byte values.
+  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+  {
+    this->set(field.buffer, static_cast<int>(field.runs), addresses, values);
+  }
+  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<std::int32_t>& values)
+  {
+    std::vector<float> bits(values.size());
+    std::copy_n(values.data(), values.size(), reinterpret_cast<std::int32_t*>(bits.data()));
+    this->set(field, addresses, bits);
+  }
+  template <typename T> void readSlot(const Field& field, int slot, std::vector<T>& out) const
+  {
+    const std::size_t count = static_cast<std::size_t>(this->elements_);
+    out.resize(field.runs * count);
+    for (std::size_t run = 0; run < field.runs; ++run)
+    {
+      this->context_->queue().enqueueReadBuffer(field.buffer, CL_TRUE,
+        sizeof(T) * (run * this->pitch() + static_cast<std::size_t>(slot) * count), sizeof(T) * count,
+        out.data() + run * count);
+    }
+  }
+
   // --- What cuts and carves removed
   // -----------------------------------------------------------------------------------
 

@@ -1,14 +1,9 @@
 #pragma once
 
-#include "Bricks.h"
-
-#include <functional>
+#include "Spread.h"
 
 namespace chainmail
 {
-
-/// Called between launches; throws to stop.
-using Checkpoint = std::function<void()>;
 
 /// Envelope propagation (propagate.cl): takes the state saved in Bricks::before, with held elements moved away from it,
 /// to the fixed point.
@@ -17,6 +12,7 @@ class Propagation
 public:
   explicit Propagation(Bricks& bricks)
     : bricks_(bricks)
+    , spread_(bricks, "propagate.cl", "propagate", 7)
   {
   }
 
@@ -29,14 +25,23 @@ public:
     double largest() const;
   };
 
-  /// Starts at the bricks that hold moved elements. A conflict of more than `enough` ends the wave where it is; what is
-  /// returned is then at most the whole conflict.
-  Conflict run(const std::vector<int>& bricks, double enough, const Checkpoint& checkpoint);
+  /// Begins a wave at the bricks that hold moved elements.
+  void start(const std::vector<int>& bricks);
+
+  /// Lets it travel for at most so many iterations (0: to the end), each one turn of all bricks that it has reached. A
+  /// conflict of more than `enough` ends it where it is; conflict() is then at most the whole conflict. Returns the
+  /// number of iterations.
+  int run(int iterations, double enough, const Checkpoint& checkpoint);
+
+  bool finished() const { return this->spread_.finished(); }
+  const Conflict& conflict() const { return this->conflict_; }
 
 private:
+  void turn(int parity);
+
   Bricks& bricks_;
-  Scratch list_{ "the list of active bricks" };
-  Scratch result_{ "the list of active bricks" };
+  Spread spread_;
+  Conflict conflict_;
 };
 
 }

@@ -5,46 +5,16 @@
 #include "Error.h"
 #include "Measurement.h"
 #include "PaperRelaxation.h"
-#include "Propagation.h"
 #include "Relaxation.h"
 #include "Resampling.h"
+#include "Waves.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 namespace chainmail
 {
-
-namespace
-{
-
-using Float3 = std::array<float, 3>;
-
-std::string text(const Vector3& v)
-{
-  char buffer[96];
-  std::snprintf(buffer, sizeof(buffer), "(%.6g, %.6g, %.6g)", v[0], v[1], v[2]);
-  return buffer;
-}
-
-/// Elements that a probe holds.
-struct Hold
-{
-  std::uint32_t place = 0; ///< address of the element whose displacement is the probe's
-  std::vector<std::size_t> voxels;
-  std::vector<std::uint32_t> addresses;
-  std::vector<int> bricks;
-};
-
-/// Two holds that strain a link by less than this are compatible: float rounding of displacements of this size.
-float tolerance(float displacement)
-{
-  return 2e-6f * std::max(1.0f, std::fabs(displacement));
-}
-
-}
 
 class Simulation::Impl
 {
@@ -53,24 +23,28 @@ public:
     : model_(std::move(model))
     , context_(Context::of(settings.device))
     , bricks_(this->context_, this->model_, settings.brickSize)
-    , propagation_(this->bricks_)
+    , holds_(this->bricks_)
+    , waves_(this->bricks_, this->holds_)
     , relaxation_(this->bricks_)
     , paperRelaxation_(this->bricks_)
     , resampling_(this->bricks_)
   {
   }
 
+  void setPropagation(PropagationMethod method, ConflictPolicy policy);
   void setRelaxation(RelaxationMethod method, double elasticRecovery);
   void reset();
   void mend();
   std::size_t cut(const Surface& surface);
   std::size_t carve(const Surface& surface);
-  std::vector<ProbeResult> pull(const std::vector<Probe>& probes);
+  void hold(const std::vector<Probe>& probes);
+  PropagateResult propagate(int iterations);
   RelaxResult relax(int iterations, double tolerance);
   std::vector<ProbeResult> probes();
   Statistics measure();
   void displacements(float* out);
   void clusters(int* out);
+  void elements(std::uint8_t* out);
   void links(std::uint8_t* out);
   void resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit);
 
@@ -78,23 +52,13 @@ public:
   std::shared_ptr<Context> context_;
   Progress progress_;
   Bricks bricks_;
+  Holds holds_;
+  Waves waves_;
 
 private:
-  std::vector<std::size_t> grab(const Probe& probe, std::size_t number) const;
-  Hold holdOf(const std::vector<std::size_t>& voxels);
-  void setHeld(const Hold& hold, bool held);
-  void release();
-  void letGo(const std::vector<std::size_t>& removed);
-  Float3 toFraction(const Vector3& length) const;
-  void move(const Hold& hold, const Float3& to);
-  void place(const Hold& hold, const std::vector<float>& values);
-  bool pullTogether(const std::vector<Probe>& probes);
-  void pullInTurn(std::size_t number, const Probe& probe);
   void checkpoint(double share);
-  std::vector<ProbeResult> reached();
   Vector3 forceAt(const std::vector<std::size_t>& held);
   RigidClusters& rigidClusters();
-  Propagation::Conflict propagate(const std::vector<int>& bricks, double enough);
 
   /// Runs a public call that checkpoints may stop.
   template <typename Body> auto stoppable(Body&& body) -> decltype(body())
@@ -110,15 +74,13 @@ private:
     }
   }
 
-  Propagation propagation_;
   Relaxation relaxation_;
   PaperRelaxation paperRelaxation_;
   RelaxationMethod relaxationMethod_ = RelaxationMethod::Projected;
   Elasticity elasticity_;
   Resampling resampling_;
   std::optional<RigidClusters> clusters_;
-  std::vector<Hold> holds_;
-  int sweep_ = 0; ///< since the last pull
+  int sweep_ = 0; ///< since the last wave, cut or carve
 };
 
 void Simulation::Impl::checkpoint(double share)
@@ -135,7 +97,12 @@ void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticReco
   {
     throw InputError("The elastic recovery must be a number from 0 to 1.");
   }
-  this->elasticity_.slack = static_cast<float>(1.0 - elasticRecovery);
+  const float slack = static_cast<float>(1.0 - elasticRecovery);
+  if (slack == this->elasticity_.slack && method == this->relaxationMethod_)
+  {
+    return;
+  }
+  this->elasticity_.slack = slack;
   this->relaxationMethod_ = method;
   if (method != RelaxationMethod::Paper)
   {
@@ -146,7 +113,8 @@ void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticReco
 
 void Simulation::Impl::reset()
 {
-  this->release();
+  this->waves_.clear();
+  this->holds_.clear();
   this->bricks_.clearDisplacements();
   this->sweep_ = 0;
 }
@@ -160,6 +128,7 @@ void Simulation::Impl::mend()
 
 std::size_t Simulation::Impl::cut(const Surface& surface)
 {
+  this->propagate(0); // a wave that is under way knows the links it has passed
   const std::size_t removed = cutLinks(this->bricks_, surface);
   if (removed > 0)
   {
@@ -171,385 +140,60 @@ std::size_t Simulation::Impl::cut(const Surface& surface)
 
 std::size_t Simulation::Impl::carve(const Surface& surface)
 {
-  const std::vector<std::size_t> removed = carveElements(this->bricks_, { surface, this->model_->grid() });
+  const ClosedSurface closed(surface, this->model_->grid());
+  this->propagate(0); // a wave that is under way knows the tissue it has passed
+  const std::vector<std::size_t> removed = carveElements(this->bricks_, closed);
   if (!removed.empty())
   {
-    this->letGo(removed);
+    this->holds_.forget(removed);
     this->clusters_.reset();
     this->sweep_ = 0;
   }
   return removed.size();
 }
 
-std::vector<std::size_t> Simulation::Impl::grab(const Probe& probe, std::size_t number) const
+void Simulation::Impl::setPropagation(PropagationMethod method, ConflictPolicy policy)
 {
-  const Grid& grid = this->model_->grid();
-  const std::string name =
-    "Probe " + std::to_string(number) + " at " + text(probe.position) + " mm along the image's axes";
-  for (int a = 0; a < 3; ++a)
-  {
-    if (!std::isfinite(probe.position[a]))
-    {
-      throw ProbeError(number, name, "has a position that is not finite.");
-    }
-    if (!probe.anchor && !std::isfinite(probe.displacement[a]))
-    {
-      throw ProbeError(number, name, "has a displacement that is not finite.");
-    }
-  }
-  if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
-  {
-    throw ProbeError(number, name, "has a radius that is negative or not finite.");
-  }
-
-  // The nearest element is one within reach of the voxel's own corners.
-  double reach2 = 0.0;
-  for (int a = 0; a < 3; ++a)
-  {
-    reach2 += 0.25 * grid.spacing[a] * grid.spacing[a];
-  }
-  reach2 *= 1.0 + 1e-9;
-  const double radius2 = probe.radius * probe.radius * (1.0 + 1e-9);
-  const double farthest = std::sqrt(std::max(reach2, radius2));
-  Index3 first;
-  Index3 last;
-  for (int a = 0; a < 3; ++a)
-  {
-    const double low = std::ceil((probe.position[a] - farthest) / grid.spacing[a]);
-    const double high = std::floor((probe.position[a] + farthest) / grid.spacing[a]);
-    first[a] = static_cast<int>(std::min(std::max(low, 0.0), static_cast<double>(grid.size[a])));
-    last[a] = static_cast<int>(std::max(std::min(high, grid.size[a] - 1.0), -1.0));
-  }
-
-  std::vector<std::size_t> within;
-  std::size_t nearest = 0;
-  double nearest2 = std::numeric_limits<double>::infinity();
-  std::vector<float> row;
-  for (int k = first[2]; k <= last[2]; ++k)
-  {
-    for (int j = first[1]; j <= last[1] && first[0] <= last[0]; ++j)
-    {
-      const int axes = this->model_->axes();
-      row.resize(static_cast<std::size_t>(last[0] - first[0] + 1) * axes);
-      this->bricks_.row(first[0], j, k, last[0] - first[0] + 1, row.data());
-      for (int i = first[0]; i <= last[0]; ++i)
-      {
-        if (std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]))
-        {
-          continue;
-        }
-        const double x = i * grid.spacing[0] - probe.position[0];
-        const double y = j * grid.spacing[1] - probe.position[1];
-        const double z = k * grid.spacing[2] - probe.position[2];
-        const double distance2 = x * x + y * y + z * z;
-        if (probe.radius > 0.0 && distance2 <= radius2)
-        {
-          within.push_back(grid.at(i, j, k));
-        }
-        if (distance2 < nearest2)
-        {
-          nearest2 = distance2;
-          nearest = grid.at(i, j, k);
-        }
-      }
-    }
-  }
-  if (!within.empty())
-  {
-    return within;
-  }
-  if (nearest2 > reach2)
-  {
-    throw ProbeError(number, name,
-      "holds no tissue: there is none within its radius of " + std::to_string(probe.radius) +
-        " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
-  }
-  return { nearest };
+  this->propagate(0);
+  this->waves_.configure(method, policy);
 }
 
-Hold Simulation::Impl::holdOf(const std::vector<std::size_t>& voxels)
+void Simulation::Impl::hold(const std::vector<Probe>& probes)
 {
-  const Grid& grid = this->model_->grid();
-  Hold hold;
-  hold.voxels = voxels;
-  std::vector<Index3> places;
-  for (const std::size_t voxel : voxels)
-  {
-    places.push_back(grid.indexOf(voxel));
-    hold.bricks.push_back(this->bricks_.brickAt(places.back()[0], places.back()[1], places.back()[2]));
-  }
-  std::sort(hold.bricks.begin(), hold.bricks.end());
-  hold.bricks.erase(std::unique(hold.bricks.begin(), hold.bricks.end()), hold.bricks.end());
-  this->bricks_.require(hold.bricks);
-  for (const Index3& at : places)
-  {
-    hold.addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
-  }
-  hold.place = hold.addresses.empty() ? 0 : hold.addresses.front();
-  return hold;
+  this->waves_.add(this->holds_.take(probes));
 }
 
-void Simulation::Impl::setHeld(const Hold& hold, bool held)
+PropagateResult Simulation::Impl::propagate(int iterations)
 {
-  const Grid& grid = this->model_->grid();
-  const int axes = this->model_->axes();
-  std::vector<float> values(hold.voxels.size() * axes);
-  for (std::size_t n = 0; n < hold.voxels.size(); ++n)
+  if (iterations < 0)
   {
-    const Index3 at = grid.indexOf(hold.voxels[n]);
-    float* c = values.data() + n * axes;
-    this->bricks_.row(at[0], at[1], at[2], 1, c);
-    for (int a = 0; held && a < axes; ++a)
-    {
-      c[a] = -std::fabs(c[a]);
-    }
+    throw InputError("The number of iterations of a propagation must not be negative.");
   }
-  this->bricks_.setConstraints(hold.addresses, values);
-}
-
-void Simulation::Impl::release()
-{
-  for (const Hold& hold : this->holds_)
+  if (!this->waves_.underWay())
   {
-    this->setHeld(hold, false);
+    return PropagateResult();
   }
-  this->holds_.clear();
-}
-
-/// Takes elements that are no more (ascending) out of all hands.
-void Simulation::Impl::letGo(const std::vector<std::size_t>& removed)
-{
-  for (Hold& hold : this->holds_)
-  {
-    std::vector<std::size_t> left;
-    std::set_difference(
-      hold.voxels.begin(), hold.voxels.end(), removed.begin(), removed.end(), std::back_inserter(left));
-    if (left.size() < hold.voxels.size())
-    {
-      const std::uint32_t place = hold.place;
-      hold = this->holdOf(left);
-      hold.place = left.empty() ? place : hold.place;
-    }
-  }
-}
-
-Float3 Simulation::Impl::toFraction(const Vector3& length) const
-{
-  const Vector3& spacing = this->model_->grid().spacing;
-  Float3 fraction;
-  for (int a = 0; a < 3; ++a)
-  {
-    fraction[a] = static_cast<float>(length[a] / spacing[a]);
-  }
-  return fraction;
-}
-
-void Simulation::Impl::move(const Hold& hold, const Float3& to)
-{
-  std::vector<float> values;
-  values.reserve(3 * hold.addresses.size());
-  for (std::size_t n = 0; n < hold.addresses.size(); ++n)
-  {
-    values.insert(values.end(), to.begin(), to.end());
-  }
-  this->place(hold, values);
-}
-
-/// Puts each held element at a displacement of its own, 3 interleaved values each.
-void Simulation::Impl::place(const Hold& hold, const std::vector<float>& values)
-{
-  this->bricks_.setDisplacements(hold.addresses, values);
-  for (const int brick : hold.bricks)
-  {
-    this->bricks_.touch(this->bricks_.slot(brick));
-  }
-}
-
-Propagation::Conflict Simulation::Impl::propagate(const std::vector<int>& bricks, double enough)
-{
-  // How many launches it takes is not known beforehand: the share approaches 1.
-  int launches = 0;
-  return this->propagation_.run(bricks, enough,
-    [&]
-    {
-      ++launches;
-      this->checkpoint(launches / (launches + 50.0));
-    });
-}
-
-/// All probes in one wave. False, and nothing changed, where they are not compatible.
-bool Simulation::Impl::pullTogether(const std::vector<Probe>& probes)
-{
-  this->bricks_.saveBefore();
-  std::vector<int> bricks;
-  float largest = 0.0f;
-  for (std::size_t n = 0; n < probes.size(); ++n)
-  {
-    const Hold& hold = this->holds_[n];
-    this->setHeld(hold, true);
-    if (!probes[n].anchor)
-    {
-      const Float3 to = this->toFraction(probes[n].displacement);
-      this->move(hold, to);
-      for (const float t : to)
-      {
-        largest = std::max(largest, std::fabs(t));
-      }
-    }
-    bricks.insert(bricks.end(), hold.bricks.begin(), hold.bricks.end());
-  }
-  if (this->propagate(bricks, tolerance(largest)).largest() <= tolerance(largest))
-  {
-    return true;
-  }
-  this->bricks_.restoreBefore();
-  for (const Hold& hold : this->holds_)
-  {
-    this->setHeld(hold, false);
-  }
-  return false;
-}
-
-/// One probe after those before it, shortened per axis to what they and the anchors allow. Where the wave meets one of
-/// them, the conflict is by how much the probe goes too far, or less if the wave has not yet come the shortest way. On
-/// an axis on which others hold the probe's elements too far apart to be in one place, they stay where they are.
-void Simulation::Impl::pullInTurn(std::size_t number, const Probe& probe)
-{
-  const Hold& hold = this->holds_[number];
-  this->setHeld(hold, true);
-  if (probe.anchor || hold.addresses.empty())
-  {
-    return;
-  }
-  this->bricks_.saveBefore();
-  const std::vector<float> before = this->bricks_.displacements(hold.addresses);
-  Float3 to = this->toFraction(probe.displacement);
-  std::array<bool, 3> stays{};
-  for (int attempt = 0; attempt < 50; ++attempt)
-  {
-    // A wave that is much too long would run through all tissue: it ends where it meets a large conflict.
-    double enough = 0.0;
-    for (const float t : to)
-    {
-      enough = std::max({ enough, 0.2 * std::fabs(t), static_cast<double>(tolerance(t)) });
-    }
-    std::vector<float> values = before;
-    for (std::size_t n = 0; n < values.size(); ++n)
-    {
-      values[n] = stays[n % 3] ? before[n] : to[n % 3];
-    }
-    this->place(hold, values);
-    const Propagation::Conflict conflict = this->propagate(hold.bricks, enough);
-    bool compatible = true;
-    for (int a = 0; a < 3; ++a)
-    {
-      const float rounding = tolerance(to[a]);
-      const bool tooHigh = conflict.tooHigh[a] > rounding;
-      const bool tooLow = conflict.tooLow[a] > rounding;
-      compatible = compatible && !tooHigh && !tooLow;
-      if (tooHigh && tooLow)
-      {
-        stays[a] = true;
-      }
-      else if (tooHigh || tooLow)
-      {
-        // The conflict of a long wave is known less exactly, so a large step stops short of it.
-        const double excess = tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a];
-        const double step = excess - (excess > 0.1 * std::fabs(to[a]) ? rounding : 0.0);
-        to[a] = static_cast<float>(to[a] + (tooHigh ? -step : step));
-        to[a] = std::fabs(to[a]) <= rounding ? 0.0f : to[a];
-      }
-    }
-    if (compatible)
-    {
-      return;
-    }
-    this->bricks_.restoreBefore();
-  }
-  // The last resort, feasible because nothing moves.
-  this->place(hold, before);
-}
-
-std::vector<ProbeResult> Simulation::Impl::pull(const std::vector<Probe>& probes)
-{
-  std::vector<std::vector<std::size_t>> grabbed;
-  for (std::size_t n = 0; n < probes.size(); ++n)
-  {
-    grabbed.push_back(this->grab(probes[n], n));
-  }
-
+  this->sweep_ = 0;
   return this->stoppable(
     [&]
     {
-      this->release();
-      this->sweep_ = 0;
-
-      // An element has one holder: an anchor, else the first probe that grabs it. The others take what is left, and are
-      // compatible with its holder only if the links between allow it.
-      std::vector<std::size_t> taken;
-      const Grid& grid = this->model_->grid();
-      for (const std::vector<std::size_t>& voxels : grabbed)
-      {
-        std::vector<std::size_t> mine;
-        std::set_difference(voxels.begin(), voxels.end(), taken.begin(), taken.end(), std::back_inserter(mine));
-        mine.erase(std::remove_if(mine.begin(), mine.end(),
-                     [&](std::size_t voxel)
-                     {
-                       const Index3 at = grid.indexOf(voxel);
-                       float c[3];
-                       this->bricks_.row(at[0], at[1], at[2], 1, c);
-                       return std::signbit(c[0]);
-                     }),
-          mine.end());
-        std::vector<std::size_t> both;
-        std::set_union(taken.begin(), taken.end(), mine.begin(), mine.end(), std::back_inserter(both));
-        taken.swap(both);
-        this->holds_.push_back(this->holdOf(mine));
-        if (mine.empty())
+      // How many launches it takes is not known beforehand: the share approaches 1.
+      int launches = 0;
+      return this->waves_.run(iterations,
+        [&]
         {
-          this->holds_.back().place = this->holdOf({ voxels.front() }).place;
-        }
-      }
-
-      if (!probes.empty() && !this->pullTogether(probes))
-      {
-        for (std::size_t n = 0; n < probes.size(); ++n)
-        {
-          this->pullInTurn(n, probes[n]);
-        }
-      }
-
-      return this->reached();
+          ++launches;
+          this->checkpoint(launches / (launches + 50.0));
+        });
     });
-}
-
-std::vector<ProbeResult> Simulation::Impl::reached()
-{
-  const Vector3& spacing = this->model_->grid().spacing;
-  std::vector<std::uint32_t> addresses;
-  for (const Hold& hold : this->holds_)
-  {
-    addresses.push_back(hold.place);
-  }
-  const std::vector<float> displacements = this->bricks_.displacements(addresses);
-  std::vector<ProbeResult> results(this->holds_.size());
-  for (std::size_t n = 0; n < results.size(); ++n)
-  {
-    results[n].elements = this->holds_[n].voxels.size();
-    for (int a = 0; a < 3; ++a)
-    {
-      results[n].reached[a] = displacements[3 * n + a] * spacing[a];
-    }
-  }
-  return results;
 }
 
 std::vector<ProbeResult> Simulation::Impl::probes()
 {
-  std::vector<ProbeResult> results = this->reached();
+  std::vector<ProbeResult> results = this->holds_.reached();
   for (std::size_t n = 0; n < results.size(); ++n)
   {
-    results[n].force = this->forceAt(this->holds_[n].voxels);
+    results[n].force = this->forceAt(this->holds_.all()[n]->voxels);
   }
   return results;
 }
@@ -632,19 +276,25 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
       {
         return RelaxResult();
       }
+      const WavesUnderWay* waves = nullptr;
+      if (this->waves_.underWay())
+      {
+        waves = this->waves_.relaxable();
+        if (!waves)
+        {
+          return RelaxResult();
+        }
+        this->waves_.relaxed();
+      }
       const auto checkpoint = [&](int done) { this->checkpoint(static_cast<double>(done) / iterations); };
       if (this->relaxationMethod_ == RelaxationMethod::Paper)
       {
-        return this->paperRelaxation_.run(this->elasticity_, nullptr, iterations, tolerance, checkpoint);
+        return this->paperRelaxation_.run(this->elasticity_, waves, iterations, tolerance, checkpoint);
       }
-      std::vector<std::size_t> held;
-      for (const Hold& hold : this->holds_)
-      {
-        held.insert(held.end(), hold.voxels.begin(), hold.voxels.end());
-      }
-      this->rigidClusters().begin(held);
-      const RelaxResult result = this->relaxation_.run(
-        *this->clusters_, this->elasticity_, nullptr, this->sweep_, iterations, tolerance, checkpoint);
+      this->rigidClusters().begin(this->holds_.voxels());
+      RelaxResult result = this->relaxation_.run(
+        *this->clusters_, this->elasticity_, waves, this->sweep_, iterations, tolerance, checkpoint);
+      result.converged = result.converged && !waves;
       this->sweep_ += result.iterations;
       return result;
     });
@@ -709,6 +359,24 @@ void Simulation::Impl::clusters(int* out)
     for (std::size_t n = 0; n < labels.size(); ++n)
     {
       out[n * axes + a] = labels[n];
+    }
+  }
+}
+
+void Simulation::Impl::elements(std::uint8_t* out)
+{
+  const Grid& grid = this->model_->grid();
+  const std::size_t axes = static_cast<std::size_t>(this->model_->axes());
+  std::vector<float> row(grid.size[0] * axes);
+  for (int k = 0; k < grid.size[2]; ++k)
+  {
+    for (int j = 0; j < grid.size[1]; ++j)
+    {
+      this->bricks_.row(0, j, k, grid.size[0], row.data());
+      for (int i = 0; i < grid.size[0]; ++i)
+      {
+        out[grid.at(i, j, k)] = std::isinf(row[i * axes]) ? 0 : 1;
+      }
     }
   }
 }
@@ -797,6 +465,16 @@ void Simulation::setProgress(Progress progress)
   this->impl_->progress_ = std::move(progress);
 }
 
+void Simulation::setPropagation(PropagationMethod method, ConflictPolicy policy)
+{
+  translated([&] { this->impl_->setPropagation(method, policy); });
+}
+
+void Simulation::setPropagationTimes(bool wanted)
+{
+  this->impl_->waves_.keepTimes(wanted);
+}
+
 void Simulation::setRelaxation(RelaxationMethod method, double elasticRecovery)
 {
   translated([&] { this->impl_->setRelaxation(method, elasticRecovery); });
@@ -822,9 +500,25 @@ std::size_t Simulation::carve(const Surface& surface)
   return translated([&] { return this->impl_->carve(surface); });
 }
 
+void Simulation::hold(const std::vector<Probe>& probes)
+{
+  translated([&] { this->impl_->hold(probes); });
+}
+
+PropagateResult Simulation::propagate(int iterations)
+{
+  return translated([&] { return this->impl_->propagate(iterations); });
+}
+
 std::vector<ProbeResult> Simulation::pull(const std::vector<Probe>& probes)
 {
-  return translated([&] { return this->impl_->pull(probes); });
+  return translated(
+    [&]
+    {
+      this->impl_->hold(probes);
+      this->impl_->propagate(0);
+      return this->impl_->holds_.reached();
+    });
 }
 
 RelaxResult Simulation::relax(int iterations, double tolerance)
@@ -847,9 +541,24 @@ void Simulation::displacements(float* out) const
   translated([&] { this->impl_->displacements(out); });
 }
 
+void Simulation::propagationTimes(float* out) const
+{
+  translated([&] { this->impl_->waves_.arrivals().readTimes(out); });
+}
+
+void Simulation::wavefronts(int* out) const
+{
+  translated([&] { this->impl_->waves_.arrivals().readFronts(out); });
+}
+
 void Simulation::clusters(int* out) const
 {
   this->impl_->clusters(out);
+}
+
+void Simulation::elements(std::uint8_t* out) const
+{
+  this->impl_->elements(out);
 }
 
 void Simulation::links(std::uint8_t* out) const

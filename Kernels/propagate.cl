@@ -13,17 +13,6 @@
 #include "brick.clh"
 #include "element.clh"
 
-#define ROW (HALF / WIDTH) // pieces of work of a row
-
-// Whether any neighbour of a piece of work, in the same brick, moved in a pass.
-inline bool besideMoved(local const int* movedIn, int work, int pass)
-{
-  const int n = work % ROW, j = work / ROW % BY, k = work / ROW / BY;
-  return movedIn[work] == pass || (n > 0 && movedIn[work - 1] == pass) || (n < ROW - 1 && movedIn[work + 1] == pass) ||
-    (j > 0 && movedIn[work - ROW] == pass) || (j < BY - 1 && movedIn[work + ROW] == pass) ||
-    (k > 0 && movedIn[work - ROW * BY] == pass) || (k < BZ - 1 && movedIn[work + ROW * BY] == pass);
-}
-
 kernel void propagate(global const int* list, int rounds, uint pitch, global const int* table, global const int* place,
   int strideY, int strideZ, global float* displacement, global const float* before, global const float* constraint,
   global const uchar* cut, global int* result)

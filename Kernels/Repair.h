@@ -1,0 +1,26 @@
+#pragma once
+
+#include "Propagation.h"
+
+namespace chainmail
+{
+
+/// Makes any state feasible (repair.cl). With d(i, j) the shortest path of links between two elements, every element
+/// goes half way between min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)). Both are feasible, so their mean is; where no
+/// link was beyond its limit nothing changes. Held elements are then put back where they were by a wave of their own,
+/// so they must be compatible with each other.
+class Repair
+{
+public:
+  explicit Repair(Bricks& bricks);
+  ~Repair();
+
+  void run(Propagation& propagation, const Checkpoint& checkpoint);
+
+private:
+  Bricks& bricks_;
+  Spread spread_;
+  Field upper_; ///< float [axis][address]; the lower bound is in Bricks::before
+};
+
+}

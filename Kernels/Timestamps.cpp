@@ -1,0 +1,144 @@
+#include "Timestamps.h"
+
+namespace chainmail
+{
+
+Timestamps::Timestamps(Bricks& bricks, Arrivals& arrivals)
+  : bricks_(bricks)
+  , arrivals_(arrivals)
+  , stamp_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "activity flags" }
+  , nextTime_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
+  , nextFront_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "wavefront numbers" }
+{
+}
+
+Timestamps::~Timestamps()
+{
+  this->clear();
+}
+
+void Timestamps::clear()
+{
+  this->active_.clear();
+  this->iteration_ = 1;
+  for (Field* field : { &this->stamp_, &this->nextTime_, &this->nextFront_ })
+  {
+    this->bricks_.drop(*field);
+  }
+}
+
+void Timestamps::start(const Hold& source, int front)
+{
+  this->arrivals_.keep();
+  for (Field* field : { &this->stamp_, &this->nextTime_, &this->nextFront_ })
+  {
+    this->bricks_.keep(*field);
+  }
+  this->arrivals_.start(source, front);
+  this->bricks_.set(
+    this->stamp_, source.addresses, std::vector<cl_int>(this->stamp_.runs * source.addresses.size(), this->iteration_));
+  for (const int brick : source.bricks)
+  {
+    this->active_.insert(brick);
+    for (int d = 0; d < 6; ++d)
+    {
+      this->active_.insert(this->bricks_.neighbour(brick, d));
+    }
+  }
+}
+
+int Timestamps::run(int iterations, const Checkpoint& checkpoint)
+{
+  int done = 0;
+  while (!this->finished() && (iterations == 0 || done < iterations))
+  {
+    checkpoint();
+    this->advance();
+    ++done;
+  }
+  this->underWay_.front = &this->arrivals_.front().buffer;
+  this->underWay_.stamp = &this->stamp_.buffer;
+  this->underWay_.iteration = this->iteration_;
+  return done;
+}
+
+void Timestamps::advance()
+{
+  ++this->iteration_;
+  const std::vector<int> wanted(this->active_.begin(), this->active_.end());
+  this->active_.clear();
+  this->bricks_.require(wanted);
+  std::vector<int> list;
+  for (const int brick : wanted)
+  {
+    if (this->bricks_.slot(brick) > 0)
+    {
+      list.push_back(this->bricks_.slot(brick));
+    }
+  }
+  if (list.empty())
+  {
+    return;
+  }
+
+  Context& context = this->bricks_.context();
+  const cl::Buffer& slots = this->list_.holding(context, list);
+  std::vector<cl_int> faces(list.size());
+  const cl::Buffer& result = this->result_.sized(context, sizeof(cl_int) * faces.size());
+  const std::string defines = this->bricks_.defines(false);
+  const std::size_t items = this->bricks_.workItems(false);
+
+  cl::Kernel arrive = context.kernel("timestamp.cl", defines, "arriveNext");
+  int argument = 0;
+  arrive.setArg(argument++, slots);
+  arrive.setArg(argument++, static_cast<cl_int>(this->iteration_));
+  arrive.setArg(argument++, this->bricks_.pitch());
+  this->bricks_.bindTable(arrive, argument);
+  arrive.setArg(argument++, this->bricks_.displacement);
+  arrive.setArg(argument++, this->bricks_.constraint);
+  arrive.setArg(argument++, this->bricks_.cutsOrNothing());
+  arrive.setArg(argument++, this->arrivals_.time().buffer);
+  arrive.setArg(argument++, this->arrivals_.front().buffer);
+  arrive.setArg(argument++, this->stamp_.buffer);
+  arrive.setArg(argument++, this->bricks_.before);
+  arrive.setArg(argument++, this->nextTime_.buffer);
+  arrive.setArg(argument++, this->nextFront_.buffer);
+  context.runGroups(arrive, list.size(), items);
+
+  cl::Kernel shift = context.kernel("timestamp.cl", defines, "shift");
+  argument = 0;
+  shift.setArg(argument++, slots);
+  shift.setArg(argument++, static_cast<cl_int>(this->iteration_));
+  shift.setArg(argument++, this->bricks_.pitch());
+  this->bricks_.bindTable(shift, argument);
+  shift.setArg(argument++, this->bricks_.before);
+  shift.setArg(argument++, this->nextTime_.buffer);
+  shift.setArg(argument++, this->nextFront_.buffer);
+  shift.setArg(argument++, this->bricks_.displacement);
+  shift.setArg(argument++, this->arrivals_.time().buffer);
+  shift.setArg(argument++, this->arrivals_.front().buffer);
+  shift.setArg(argument++, this->stamp_.buffer);
+  shift.setArg(argument++, result);
+  context.runGroups(shift, list.size(), items);
+  context.read(result, faces);
+
+  for (std::size_t n = 0; n < list.size(); ++n)
+  {
+    if (faces[n] == 0)
+    {
+      continue;
+    }
+    this->bricks_.touch(list[n]);
+    const int brick = this->bricks_.brick(list[n]);
+    this->active_.insert(brick);
+    for (int d = 0; d < 6; ++d)
+    {
+      if (faces[n] & (1 << d))
+      {
+        this->active_.insert(this->bricks_.neighbour(brick, d));
+      }
+    }
+  }
+}
+
+}

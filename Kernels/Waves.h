@@ -1,0 +1,88 @@
+#pragma once
+
+#include "Arrivals.h"
+#include "Holds.h"
+#include "Propagation.h"
+#include "Repair.h"
+#include "Timestamps.h"
+
+#include <deque>
+#include <optional>
+
+namespace chainmail
+{
+
+/// Takes tissue where the probes want it: waves by either method, one after the other or overlapping, shortened where
+/// probes and anchors do not allow all of it (Simulation::propagate).
+class Waves
+{
+public:
+  Waves(Bricks& bricks, Holds& holds);
+
+  /// No wave may be under way.
+  void configure(PropagationMethod method, ConflictPolicy policy);
+  void keepTimes(bool wanted) { this->times_ = wanted; }
+
+  /// Queues the waves of probes that moved, and lets released ones go as soon as no wave needs them.
+  void add(const Holds::Change& change);
+
+  bool underWay() const { return this->wave_ || !this->queue_.empty() || !this->timestamps_.finished(); }
+
+  /// At most so many iterations, 0: until nothing is under way.
+  PropagateResult run(int iterations, const Checkpoint& checkpoint);
+
+  /// For a relaxation while waves are under way: null where it has to wait for their end. Elements that it moves make
+  /// the rest of the wave inexact; that is repaired at its end.
+  const WavesUnderWay* relaxable();
+  void relaxed() { this->disturbed_ = true; }
+
+  /// All waves ended, no times known.
+  void clear();
+
+  const Arrivals& arrivals() const { return this->arrivals_; }
+
+private:
+  /// An envelope wave. A single probe's may be tried several times, shorter each time; one of several probes together
+  /// is not: they then go one by one.
+  struct Wave
+  {
+    std::vector<Holds::Pointer> holds;
+    std::vector<std::vector<float>> before; ///< displacements of their elements
+    std::array<float, 3> to{};              ///< of a single one, since it grabbed
+    std::array<bool, 3> stays{};            ///< axes that a single one cannot move along
+    float tolerance = 0.0f;
+    double enough = 0.0; ///< conflict that ends an attempt early
+    int attempts = 0;
+  };
+
+  int runEnvelopes(int iterations, const Checkpoint& checkpoint);
+  int runTimestamps(int iterations, const Checkpoint& checkpoint);
+  void beginNext();
+  void begin(std::vector<Holds::Pointer> holds);
+  void attempt();
+  bool settled();
+  void startTimestamps(const Holds::Pointer& hold, const Checkpoint& checkpoint);
+  void markHeld(const std::vector<Holds::Pointer>& movers);
+  void place(const Hold& hold, const std::vector<float>& values);
+  std::vector<float> target(std::size_t n) const;
+
+  Bricks& bricks_;
+  Holds& holds_;
+  PropagationMethod method_ = PropagationMethod::Envelope;
+  ConflictPolicy policy_ = ConflictPolicy::Limit;
+  bool times_ = false;
+
+  std::deque<Holds::Pointer> queue_;
+  std::size_t inTurn_ = 0; ///< so many of the queue go one by one
+  std::vector<Holds::Pointer> released_;
+  std::optional<Wave> wave_;
+  bool disturbed_ = false;
+  int front_ = 0; ///< number of the last wave
+
+  Propagation propagation_;
+  Arrivals arrivals_;
+  Timestamps timestamps_;
+  Repair repair_;
+};
+
+}
