@@ -268,8 +268,10 @@ inline std::vector<oracle::Hand> hands(const oracle::Block& block, const std::ve
   return result;
 }
 
-/// `count` probes on random elements whose displacements the tissue allows together, with room for rounding.
-inline std::vector<chainmail::Probe> compatibleProbes(const Scene& scene, int count, double reach, std::uint64_t seed)
+/// `count` probes on random elements whose displacements the tissue allows together, with room for rounding. With a
+/// `largestRadius` [mm] every other one holds what is within a random radius of a place that is off the centre.
+inline std::vector<chainmail::Probe> compatibleProbes(
+  const Scene& scene, int count, double reach, std::uint64_t seed, double largestRadius = 0.0)
 {
   const oracle::Block block = scene.block();
   Random random(seed);
@@ -280,6 +282,22 @@ inline std::vector<chainmail::Probe> compatibleProbes(const Scene& scene, int co
     const chainmail::Index3 p = randomElement(scene, random);
     oracle::Hand hand;
     hand.elements.assign(1, scene.grid.at(p[0], p[1], p[2]));
+    chainmail::Probe probe = probeAt(scene, p, {});
+    if (largestRadius > 0.0 && probes.size() % 2 == 0)
+    {
+      probe.radius = random(0.3, 1.0) * largestRadius;
+      for (double& x : probe.position)
+      {
+        x += random(-0.2, 0.2);
+      }
+      probes.push_back(probe);
+      hand.elements = hands(block, probes).back().elements;
+      probes.pop_back();
+      if (hand.elements.empty())
+      {
+        continue;
+      }
+    }
     for (double& t : hand.target)
     {
       t = random(-reach, reach);
@@ -304,12 +322,11 @@ inline std::vector<chainmail::Probe> compatibleProbes(const Scene& scene, int co
       continue;
     }
     before.push_back(hand);
-    chainmail::Vector3 displacement;
     for (int a = 0; a < 3; ++a)
     {
-      displacement[a] = hand.target[a] * scene.grid.spacing[a];
+      probe.displacement[a] = hand.target[a] * scene.grid.spacing[a];
     }
-    probes.push_back(probeAt(scene, p, displacement));
+    probes.push_back(probe);
   }
   return probes;
 }
