@@ -2,6 +2,8 @@
 
 #include "Block.h"
 
+#include <algorithm>
+
 namespace oracle
 {
 
