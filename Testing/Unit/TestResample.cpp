@@ -507,4 +507,287 @@ TEST(Resample, OnlyWhatChangedIsVisited)
   EXPECT_LT(visited, scene.grid.voxels() / 4);
 }
 
+// --- Carved tissue
+// ----------------------------------------------------------------------------------------------------
+
+TEST(Resample, CarvedTissueAtRestLeavesItsVoxelsAndNothingElse)
+{
+  Scene scene = randomScene({ 21, 17, 13 }, 1, 61, 0.2);
+  for (const Index3& brick : brickSizes())
+  {
+    Simulation simulation = simulate(scene, brick);
+    simulation.cut(planeAcrossX(12.5));
+    std::vector<std::uint8_t> before(scene.grid.voxels()), after(scene.grid.voxels());
+    simulation.elements(before.data());
+    ASSERT_GT(simulation.carve(sphere({ 9.2, 8.1, 6.3 }, 4.2, 9, 12)), 100u);
+    simulation.elements(after.data());
+    for (const Index3& padding : { Index3{ 0, 0, 0 }, Index3{ 3, 1, 2 } })
+    {
+      const Picture picture = resample(simulation, padding);
+      picture.each(
+        [&](int i, int j, int k)
+        {
+          const bool inside = scene.grid.contains(i, j, k);
+          const std::size_t v = inside ? scene.grid.at(i, j, k) : 0;
+          if (inside && before[v] && !after[v])
+          {
+            ASSERT_TRUE(picture.vacated(i, j, k)) << i << ' ' << j << ' ' << k;
+          }
+          else
+          {
+            ASSERT_EQ(picture(i, j, k), (Vector3{ 0, 0, 0 })) << i << ' ' << j << ' ' << k;
+          }
+        });
+    }
+    simulation.mend();
+    expectNothingChanged(resample(simulation));
+  }
+}
+
+TEST(Resample, OnlyWhatWasCarvedIsVisited)
+{
+  Scene scene({ 80, 80, 80 }, 0.4f);
+  Simulation simulation = simulate(scene, { 8, 8, 8 });
+  simulation.carve(sphere({ 41.0, 40.0, 39.0 }, 6.0, 9, 12));
+  const Picture picture = resample(simulation);
+  std::size_t visited = 0;
+  picture.each(
+    [&](int i, int j, int k)
+    {
+      const std::size_t v = picture.at(i, j, k);
+      visited += picture.visits[v];
+      ASSERT_TRUE(picture.visits[v] || !picture.vacated(i, j, k));
+    });
+  EXPECT_GT(visited, 0u);
+  EXPECT_LE(visited, 3u * 3u * 3u * 512u);
+}
+
+// A rigid body with a hole goes by whole voxels: the hole goes with it.
+TEST(Resample, AHoleMovesWithItsTissue)
+{
+  for (const Index3& brick : brickSizes())
+  {
+    for (const Index3& shift : { Index3{ 3, -2, 4 }, Index3{ -1, 0, 0 }, Index3{ 0, 0, 1 }, Index3{ 2, 2, 2 } })
+    {
+      SCOPED_TRACE(testing::Message() << "shift " << shift[0] << ' ' << shift[1] << ' ' << shift[2]);
+      Scene scene = lump({ 26, 24, 22 }, { 12, 11, 10 }, 6.6);
+      Simulation simulation = simulate(scene, brick);
+      ASSERT_GT(simulation.carve(sphere({ 12.2, 11.1, 10.3 }, 3.3, 9, 12)), 80u);
+      std::vector<std::uint8_t> left(scene.grid.voxels());
+      simulation.elements(left.data());
+      simulation.pull({ probeAt(scene, { 7, 11, 10 }, { 1.0 * shift[0], 1.0 * shift[1], 1.0 * shift[2] }) });
+      const Picture picture = resample(simulation);
+      int shown = 0, hole = 0;
+      picture.each(
+        [&](int i, int j, int k)
+        {
+          const int x = i - shift[0], y = j - shift[1], z = k - shift[2];
+          const bool came = isTissue(scene, x, y, z);
+          if (came && left[scene.grid.at(x, y, z)])
+          {
+            ++shown;
+            ASSERT_EQ(picture(i, j, k), (Vector3{ -1.0 * shift[0], -1.0 * shift[1], -1.0 * shift[2] }))
+              << i << ' ' << j << ' ' << k;
+          }
+          else if (came && isTissue(scene, i, j, k))
+          {
+            ++hole;
+            ASSERT_TRUE(picture.vacated(i, j, k)) << i << ' ' << j << ' ' << k;
+          }
+        });
+      EXPECT_EQ(shown, std::count(left.begin(), left.end(), 1));
+      EXPECT_GT(hole, 40);
+    }
+  }
+}
+
+// By parts of a voxel: what is left keeps its half of the way to a carved neighbour, in either direction.
+TEST(Resample, WhatIsLeftKeepsItsHalfOfACarvedCell)
+{
+  for (const double shift : { 0.3, 0.45, 0.55, 0.8, -0.3, -0.45, -0.55, -0.8 })
+  {
+    SCOPED_TRACE(shift);
+    Scene scene({ 24, 10, 9 }, 0.0f);
+    Simulation simulation = simulate(scene, { 8, 4, 4 });
+    // Two halves: 0 .. 9 goes, 14 .. 23 rests.
+    ASSERT_EQ(simulation.carve(box({ 9.5, -1.0, -1.0 }, { 13.5, 20.0, 20.0 })), 4u * 10u * 9u);
+    simulation.pull({ probeAt(scene, { 4, 4, 4 }, { shift, 0.0, 0.0 }) });
+    const Picture picture = resample(simulation);
+    picture.each(
+      [&](int i, int j, int k)
+      {
+        // Layer 9 and half of the way to 10 are at up to 9.5 + shift now; nothing is below 0 + shift.
+        const bool shown = i >= shift && i < 9.5 + shift;
+        if (i >= 14)
+        {
+          ASSERT_EQ(picture(i, j, k)[0], 0.0) << i;
+        }
+        else if (shown)
+        {
+          ASSERT_NEAR(picture(i, j, k)[0], -shift, 1e-5) << i;
+        }
+        else
+        {
+          ASSERT_TRUE(picture.vacated(i, j, k)) << i;
+        }
+      });
+  }
+}
+
+TEST(Resample, TissueMovesThroughAHole)
+{
+  for (const Index3& brick : brickSizes())
+  {
+    // A body goes through a channel that was carved into another one.
+    Scene scene({ 34, 14, 14 }, 0.0f);
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        const bool body = i >= 2 && i <= 6 && j >= 5 && j <= 8 && k >= 5 && k <= 8;
+        const bool block = i >= 12 && i <= 26;
+        if (!body && !block)
+        {
+          scene.air(i, j, k);
+        }
+      });
+    Simulation simulation = simulate(scene, brick);
+    ASSERT_EQ(simulation.carve(box({ 11.5, 2.5, 2.5 }, { 26.5, 11.5, 11.5 })), 15u * 9u * 9u);
+    simulation.pull({ probeAt(scene, { 4, 6, 6 }, { 15.0, 0.0, 0.0 }) });
+    const Picture picture = resample(simulation);
+    picture.each(
+      [&](int i, int j, int k)
+      {
+        const bool channel = i >= 12 && i <= 26 && j >= 3 && j <= 11 && k >= 3 && k <= 11;
+        if (i >= 17 && i <= 21 && j >= 5 && j <= 8 && k >= 5 && k <= 8)
+        {
+          ASSERT_EQ(picture(i, j, k), (Vector3{ -15, 0, 0 })) << i << ' ' << j << ' ' << k;
+        }
+        else if (i >= 16 && i <= 22 && j >= 4 && j <= 9 && k >= 4 && k <= 9)
+        {
+          ASSERT_EQ(picture(i, j, k), (Vector3{ -15, 0, 0 })) << "the border of the body comes along";
+        }
+        else if (channel)
+        {
+          ASSERT_TRUE(picture.vacated(i, j, k)) << i << ' ' << j << ' ' << k;
+        }
+        else if (i >= 12 && i <= 26)
+        {
+          ASSERT_EQ(picture(i, j, k), (Vector3{ 0, 0, 0 })) << i << ' ' << j << ' ' << k;
+        }
+      });
+  }
+}
+
+// Deformed, carved, deformed on: every voxel shows tissue that is left, and every element that is left is shown.
+TEST(Resample, NothingCarvedIsShownAndNothingElseIsLost)
+{
+  Scene scene({ 26, 22, 20 }, 0.3f);
+  scene.anchors.faces.fill(true);
+  std::vector<float> first;
+  for (const Index3& brick : brickSizes())
+  {
+    Simulation simulation = simulate(scene, brick);
+    const Probe probe = probeAt(scene, { 13, 11, 5 }, { 1.4, -1.2, 1.0 });
+    simulation.pull({ probe });
+    ASSERT_GT(simulation.carve(sphere({ 13.2, 11.1, 12.3 }, 4.3, 12, 16)), 250u);
+    simulation.pull({ probeAt(scene, { 13, 11, 5 }, { 1.4, -1.2, 2.2 }) });
+    simulation.relax(30, 0.0);
+    std::vector<std::uint8_t> left(scene.grid.voxels());
+    simulation.elements(left.data());
+    const std::vector<oracle::Vector3> u = state(simulation);
+    const Picture picture = resample(simulation);
+    std::size_t shown = 0;
+    picture.each(
+      [&](int i, int j, int k)
+      {
+        if (!picture.vacated(i, j, k))
+        {
+          const Vector3 o = picture(i, j, k);
+          Index3 nearest;
+          const int y[3] = { i, j, k };
+          bool tie = false;
+          for (int a = 0; a < 3; ++a)
+          {
+            const double x = y[a] + o[a];
+            nearest[a] = static_cast<int>(std::lround(x));
+            tie = tie || std::abs(std::abs(x - nearest[a]) - 0.5) < 1e-3;
+          }
+          shown += left[scene.grid.at(nearest[0], nearest[1], nearest[2])];
+          ASSERT_TRUE(left[scene.grid.at(nearest[0], nearest[1], nearest[2])] || tie) << i << ' ' << j << ' ' << k;
+        }
+      });
+    // Every element that is left is nearest to a voxel that shows what is around it: followed to where it went, the
+    // voxel there shows a place within the half cell of it, or of a neighbour.
+    int lost = 0;
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        const std::size_t v = scene.grid.at(i, j, k);
+        if (left[v])
+        {
+          const int x = static_cast<int>(std::lround(i + u[v][0])), y = static_cast<int>(std::lround(j + u[v][1])),
+                    z = static_cast<int>(std::lround(k + u[v][2]));
+          const double away =
+            std::max({ std::abs(i + u[v][0] - x), std::abs(j + u[v][1] - y), std::abs(k + u[v][2] - z) });
+          lost += away < 0.2 && picture.vacated(x, y, z);
+        }
+      });
+    EXPECT_EQ(lost, 0);
+    EXPECT_GT(shown, scene.grid.voxels() - 450u);
+    first = first.empty() ? picture.offset : first;
+    for (std::size_t n = 0; n < first.size(); ++n)
+    {
+      ASSERT_TRUE(first[n] == picture.offset[n] || (std::isnan(first[n]) && std::isnan(picture.offset[n])));
+    }
+  }
+}
+
+TEST(Resample, CarvedSingleSlice)
+{
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    SCOPED_TRACE(axis);
+    Index3 size{ 16, 16, 16 };
+    size[axis] = 1;
+    Scene scene(size, 0.0f);
+    Simulation simulation = simulate(scene, { 4, 4, 4 });
+    Vector3 low{ 5.5, 5.5, 5.5 }, high{ 9.5, 9.5, 9.5 };
+    low[axis] = -0.5;
+    high[axis] = 0.5;
+    ASSERT_EQ(simulation.carve(box(low, high)), 16u);
+    Index3 grabbed{ 2, 2, 2 }, shift{ 1, 2, 3 };
+    grabbed[axis] = shift[axis] = 0;
+    for (const bool moved : { false, true })
+    {
+      if (moved)
+      {
+        simulation.pull({ probeAt(scene, grabbed, { 1.0 * shift[0], 1.0 * shift[1], 1.0 * shift[2] }) });
+      }
+      const Picture picture = resample(simulation);
+      picture.each(
+        [&](int i, int j, int k)
+        {
+          const int p[3] = { i, j, k };
+          bool hole = true, inside = true;
+          Vector3 back{};
+          for (int a = 0; a < 3; ++a)
+          {
+            const int x = p[a] - (moved ? shift[a] : 0);
+            back[a] = moved ? -1.0 * shift[a] : 0.0;
+            hole = hole && (a == axis || (x >= 6 && x <= 9));
+            inside = inside && x >= 0;
+          }
+          if (hole || !inside)
+          {
+            ASSERT_TRUE(picture.vacated(i, j, k)) << i << ' ' << j << ' ' << k;
+          }
+          else
+          {
+            ASSERT_EQ(picture(i, j, k), back) << i << ' ' << j << ' ' << k;
+          }
+        });
+    }
+  }
+}
+
 }
