@@ -2,7 +2,9 @@
 
 // Independent oracles: double precision, one thread, no code of the engine. Slow and plain on purpose.
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -23,6 +25,7 @@ struct Block
   std::vector<Vector3> give;     ///< constraint of each voxel on each axis, fraction of the spacing
   std::vector<char> anchored;    ///< 1: held where it is
   std::vector<std::uint8_t> cut; ///< bit a: the link from this voxel to its neighbour in direction +a is removed
+  double slack = 0.0;            ///< strain of a link up to this share of its limit costs no energy
 
   Block() = default;
   explicit Block(const Index3& n)
@@ -179,7 +182,8 @@ inline std::vector<int> clusters(const Block& block, int axis)
   return result;
 }
 
-/// sum over links and axes of spacing * (u(i) - u(j))^2 / (D + epsilon), u and D as fractions of the spacing.
+/// sum over links and axes of spacing * max(0, |u(i) - u(j)| - slack D)^2 / (D + epsilon), u and D as fractions of the
+/// spacing.
 inline double energy(const Block& block, const std::vector<Vector3>& state, double epsilon = 1e-6)
 {
   double sum = 0.0;
@@ -187,8 +191,10 @@ inline double energy(const Block& block, const std::vector<Vector3>& state, doub
   {
     for (int axis = 0; axis < 3; ++axis)
     {
-      const double difference = state[link.from][axis] - state[link.to][axis];
-      sum += block.spacing[axis] * difference * difference / (limit(block, link, axis) + epsilon);
+      const double d = limit(block, link, axis);
+      const double strain = std::abs(state[link.from][axis] - state[link.to][axis]);
+      const double paid = std::max(0.0, strain - block.slack * d);
+      sum += block.spacing[axis] * paid * paid / (d + epsilon);
     }
   }
   return sum;

@@ -106,12 +106,14 @@ private:
 namespace detail
 {
 
-/// One axis of the problem: minimise sum of w y^2 over links, y = u(to) - u(from), |y| <= D, some u held.
+/// One axis of the problem: minimise sum of w max(0, |y| - s)^2 over links, y = u(to) - u(from), |y| <= D, some u held;
+/// s = slack D. It is convex, so the value of the minimum is unique; where s > 0, the state need not be.
 ///
 /// Alternating directions (ADMM) on the splitting y = A u with penalty rho(l) = c w(l): the step in u is one linear
 /// system, whose matrix never changes, the step in y has a closed form per link. After the step in u the multiplier z
 /// satisfies A_free^T z = 0 exactly: it is a flow, a feasible point of the dual problem
-///     max  -sum phi*(z) + (flow out of held elements) * (their values),   phi*(z) = max over |y| <= D of z y - w y^2,
+///     max  -sum phi*(z) + (flow out of held elements) * (their values),   phi*(z) = max over |y| <= D of
+/// z y - w max(0, |y| - s)^2,
 /// so its value is a lower bound of the optimum whatever the state of convergence. The upper bound is the energy of u
 /// made feasible: clamped between the cones of the held elements, then the mean of its two Lipschitz envelopes.
 inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& held, const std::vector<Vector3>& start,
@@ -145,7 +147,7 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
   struct Edge
   {
     int from, to;
-    double weight, limit;
+    double weight, limit, slack;
   };
   std::vector<Edge> edges;
   for (const Link& link : links(block))
@@ -153,7 +155,7 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
     if (group[link.from] != group[link.to])
     {
       const double d = limit(block, link, axis);
-      edges.push_back({ group[link.from], group[link.to], 1.0 / (d + epsilon), d });
+      edges.push_back({ group[link.from], group[link.to], 1.0 / (d + epsilon), d, block.slack * d });
     }
   }
 
@@ -235,7 +237,7 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
     double sum = 0.0;
     for (const Edge& e : edges)
     {
-      const double d = x[e.to] - x[e.from];
+      const double d = std::max(0.0, std::abs(x[e.to] - x[e.from]) - e.slack);
       sum += e.weight * d * d;
     }
     return sum;
@@ -286,8 +288,9 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
         const Edge& e = edges[l];
         const double z = c * e.weight * dual[l];
         const double size = std::abs(z);
-        lower -=
-          size <= 2.0 * e.weight * e.limit ? z * z / (4.0 * e.weight) : size * e.limit - e.weight * e.limit * e.limit;
+        const double widest = e.limit - e.slack;
+        lower -= size <= 2.0 * e.weight * widest ? size * e.slack + z * z / (4.0 * e.weight)
+                                                 : size * e.limit - e.weight * widest * widest;
         lower += z * ((unknown[e.to] < 0 ? value[e.to] : 0.0) - (unknown[e.from] < 0 ? value[e.from] : 0.0));
       }
       bound = std::max(bound, lower);
@@ -324,12 +327,14 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
       }
     }
 
-    // y: minimise w y^2 + rho/2 (A u - y + dual)^2 over |y| <= D.
+    // y: minimise w max(0, |y| - s)^2 + rho/2 (A u - y + dual)^2 over |y| <= D.
     for (std::size_t l = 0; l < edges.size(); ++l)
     {
       const Edge& e = edges[l];
       const double wanted = u[e.to] - u[e.from] + dual[l];
-      y[l] = std::min(std::max(wanted * c / (2.0 + c), -e.limit), e.limit);
+      const double beyond = std::max(0.0, std::abs(wanted) - e.slack);
+      const double size = std::min(std::abs(wanted) - beyond + beyond * c / (2.0 + c), e.limit);
+      y[l] = std::copysign(size, wanted);
     }
   }
 

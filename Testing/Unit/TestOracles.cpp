@@ -154,6 +154,26 @@ TEST(Oracles, OptimumOfAChainByHand)
   EXPECT_NEAR(full.state[2][0], 0.65, 1e-6);
 }
 
+// A quarter of every limit costs nothing: what is left of the strain is shared as before.
+TEST(Oracles, OptimumOfAPlasticChainByHand)
+{
+  oracle::Block block = chain({ 0.4, 0.4, 0.4, 0.4 });
+  block.slack = 0.25;
+  std::vector<oracle::Vector3> start(4);
+  start[3] = { 0.6, -0.9, 0.2 };
+  const oracle::Optimum best = oracle::minimise(block, { 1, 0, 0, 1 }, start, 1e-10);
+  const double w = 1.0 / (0.4 + 1e-6);
+  EXPECT_NEAR(best.energy, 3.0 * w * (0.1 * 0.1 + 0.2 * 0.2), 1e-8); // strains 0.2, 0.3 and 0.067, 0.1 of each free
+  EXPECT_NEAR(best.bound, best.energy, 1e-8);
+  EXPECT_NEAR(oracle::energy(block, best.state), best.energy, 1e-8);
+
+  // At its full length every link is at its limit and pays for three quarters of it.
+  start[3] = { 1.2, 0.0, 0.0 };
+  const oracle::Optimum full = oracle::minimise(block, { 1, 0, 0, 1 }, start, 1e-10);
+  EXPECT_NEAR(full.energy, 3.0 * w * 0.3 * 0.3, 1e-8);
+  EXPECT_NEAR(full.state[1][0], 0.4, 1e-6);
+}
+
 TEST(Oracles, OptimumWithAnActiveLimitByHand)
 {
   // a b c over e: one free element b with three held neighbours.

@@ -1,6 +1,6 @@
 // Relaxation against the certified optimum of the convex problem, and the invariants of every sweep.
 
-#include "Scene.h"
+#include "Inclusion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,40 +9,6 @@ namespace
 {
 
 using namespace chainmail;
-
-/// A heterogeneous block with an inclusion, a rod of bone and one anchored face.
-Scene inclusionScene(int n, int axes, std::uint64_t seed, double air = 0.05)
-{
-  Scene scene = randomScene({ n, n, n }, axes, seed, air, 0.0);
-  const int middle = n / 2;
-  for (int i = n / 5; i < n - n / 5; ++i)
-  {
-    for (int j : { middle, middle + 1 })
-    {
-      scene.scalar[scene.grid.at(i, j, middle)] = 1.0f;
-      scene.give(i, j, middle, 0.0f);
-    }
-  }
-  // A second body that only the wave moves.
-  for (int k = 2; k < 5; ++k)
-  {
-    for (int j = 2; j < 5; ++j)
-    {
-      scene.scalar[scene.grid.at(n - 5, j, k)] = 1.0f;
-      scene.give(n - 5, j, k, 0.0f);
-    }
-  }
-  scene.anchors.faces[0] = true;
-  return scene;
-}
-
-Probe corner(const Scene& scene, const Vector3& displacement)
-{
-  const Index3& n = scene.grid.size;
-  Probe probe = probeAt(scene, { n[0] - 2, n[1] - 3, n[2] / 2 }, displacement);
-  probe.radius = 0.0;
-  return probe;
-}
 
 /// Engine and oracle on the same block after the same pull.
 void expectOptimum(Scene& scene, const Vector3& displacement, const char* what, const Surface* blade = nullptr)

@@ -1,0 +1,369 @@
+// The published relaxation: every element at once to the weighted mean. Step by step against a plain double-precision
+// run of the same iteration, and its limitations, shown.
+
+#include "Inclusion.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace
+{
+
+using namespace chainmail;
+
+Simulation published(const Scene& scene, double recovery = 1.0, const Index3& brick = { 0, 0, 0 })
+{
+  Simulation simulation = simulate(scene, brick);
+  simulation.setRelaxation(RelaxationMethod::Paper, recovery);
+  return simulation;
+}
+
+/// One iteration of eq. 8, written down as it stands.
+std::vector<oracle::Vector3> iterate(
+  const oracle::Block& block, const std::vector<char>& held, const std::vector<oracle::Vector3>& u)
+{
+  std::vector<oracle::Vector3> next = u;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const auto neighbours = oracle::graph(block, axis);
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      double weight = 0.0;
+      double sum = 0.0;
+      for (const oracle::Neighbour& n : neighbours[v])
+      {
+        const double slack = block.slack * n.limit;
+        const double stretch = u[v][axis] - u[n.voxel][axis];
+        const double offered = u[n.voxel][axis] + std::min(std::max(stretch, -slack), slack);
+        weight += 1.0 / (n.limit + 1e-6);
+        sum += offered / (n.limit + 1e-6);
+      }
+      if (!held[v] && weight > 0.0)
+      {
+        next[v][axis] = sum / weight;
+      }
+    }
+  }
+  return next;
+}
+
+std::vector<char> heldIn(const oracle::Block& block, const std::vector<Probe>& probes)
+{
+  std::vector<char> held = block.anchored;
+  for (const oracle::Hand& hand : hands(block, probes))
+  {
+    for (const std::size_t v : hand.elements)
+    {
+      held[v] = 1;
+    }
+  }
+  return held;
+}
+
+TEST(Paper, EqualsAPlainRunStepByStep)
+{
+  for (const double recovery : { 1.0, 0.8 })
+  {
+    for (const int axes : { 1, 3 })
+    {
+      SCOPED_TRACE(recovery);
+      SCOPED_TRACE(axes);
+      Scene scene = inclusionScene(13, axes, 200 + axes, 0.1);
+      scene.grid.spacing = { 0.7, 1.0, 1.6 };
+      scene.scalar[scene.grid.at(11, 10, 6)] = 1.0f;
+      oracle::Block block = scene.block();
+      block.slack = 1.0 - recovery;
+      Simulation simulation = published(scene, recovery);
+      Surface blade; // halfway through the block
+      blade.points = { { 3.9, -1.0, -1.0 }, { 3.9, 20.0, -1.0 }, { 3.9, -1.0, 9.3 }, { 3.9, 20.0, 9.3 } };
+      blade.triangles = { { 0, 1, 2 }, { 1, 2, 3 } };
+      ASSERT_GT(simulation.cut(blade), 0u);
+      takeLinks(block, links(simulation));
+      const std::vector<Probe> probes{ corner(scene, { 1.4, -1.0, 2.0 }) };
+      simulation.pull(probes);
+      const std::vector<char> held = heldIn(block, probes);
+      std::vector<oracle::Vector3> expected = state(simulation);
+      for (int step = 1; step <= 60; ++step)
+      {
+        const std::vector<oracle::Vector3> before = expected;
+        expected = iterate(block, held, before);
+        const RelaxResult result = simulation.relax(1, 0.0);
+        EXPECT_EQ(result.iterations, 1);
+        const std::vector<oracle::Vector3> now = state(simulation);
+        ASSERT_LT(largestDifference(block, now, expected), 1e-6) << "step " << step;
+        ASSERT_NEAR(result.largestMove, largestDifference(block, expected, before), 2e-6) << "step " << step;
+        const double energy = oracle::energy(block, now);
+        ASSERT_NEAR(simulation.measure().energy, energy, 1e-4 * energy);
+        ASSERT_NEAR(simulation.measure().maxLinkExcess, oracle::maxLinkExcess(block, now), 1e-6);
+      }
+      EXPECT_GT(largestDifference(block, expected, state(simulate(scene))), 0.5) << "nothing was pulled";
+    }
+  }
+}
+
+TEST(Paper, OneCallOfManyIterationsIsManyCallsOfOne)
+{
+  Scene scene = inclusionScene(13, 1, 205);
+  scene.scalar[scene.grid.at(11, 10, 6)] = 1.0f;
+  Simulation one = published(scene);
+  Simulation many = published(scene);
+  for (Simulation* simulation : { &one, &many })
+  {
+    simulation->pull({ corner(scene, { 1.4, -1.0, 2.0 }) });
+  }
+  EXPECT_EQ(one.relax(25, 0.0).iterations, 25);
+  for (int step = 0; step < 25; ++step)
+  {
+    many.relax(1, 0.0);
+  }
+  EXPECT_TRUE(sameBits(displacements(one), displacements(many)));
+}
+
+TEST(Paper, BitsDoNotDependOnBricks)
+{
+  for (const int axes : { 1, 3 })
+  {
+    Scene scene = inclusionScene(21, axes, 210 + axes);
+    scene.scalar[scene.grid.at(19, 18, 10)] = 1.0f;
+    Surface blade;
+    blade.points = { { 10.4, -1.0, -1.0 }, { 10.4, 30.0, -1.0 }, { 10.4, -1.0, 12.3 }, { 10.4, 30.0, 12.3 } };
+    blade.triangles = { { 0, 1, 2 }, { 1, 2, 3 } };
+    std::vector<float> first;
+    for (const Index3& brick : brickSizes())
+    {
+      Simulation simulation = published(scene, 0.9, brick);
+      simulation.cut(blade);
+      simulation.pull({ corner(scene, { 0.6, -0.8, 0.7 }) });
+      simulation.relax(7, 0.0);
+      simulation.relax(40, 1e-3);
+      const std::vector<float> u = displacements(simulation);
+      first = first.empty() ? u : first;
+      EXPECT_TRUE(sameBits(u, first)) << axes << " axes, brick " << brick[0] << ' ' << brick[1] << ' ' << brick[2];
+    }
+  }
+}
+
+TEST(Paper, StopsAtItsToleranceAndSaysSo)
+{
+  const Scene scene = inclusionScene(12, 1, 71, 0.0);
+  Simulation simulation = published(scene);
+  RelaxResult result = simulation.relax(10, 1e-3);
+  EXPECT_TRUE(result.converged) << "rest is an optimum";
+  EXPECT_EQ(result.largestMove, 0.0);
+  simulation.pull({ corner(scene, { 2.0, 1.0, -1.0 }) });
+  result = simulation.relax(3, 1e-3);
+  EXPECT_EQ(result.iterations, 3);
+  EXPECT_FALSE(result.converged);
+  EXPECT_GT(result.largestMove, 1e-3);
+  result = simulation.relax(5000, 1e-3);
+  EXPECT_TRUE(result.converged);
+  EXPECT_LE(result.largestMove, 1e-3);
+  EXPECT_LT(result.iterations, 1000);
+  EXPECT_GT(result.iterations, 3);
+  EXPECT_EQ(simulation.relax(0, 1e-3).iterations, 0);
+}
+
+/// Solves eq. 7 without limits, directly: the weighted Laplacian of the free elements.
+std::vector<oracle::Vector3> unlimitedOptimum(
+  const oracle::Block& block, const std::vector<char>& held, const std::vector<oracle::Vector3>& start)
+{
+  std::vector<oracle::Vector3> result = start;
+  std::vector<long> unknown(block.count(), -1);
+  std::size_t unknowns = 0;
+  for (std::size_t v = 0; v < block.count(); ++v)
+  {
+    if (block.tissue[v] && !held[v])
+    {
+      unknown[v] = static_cast<long>(unknowns++);
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    oracle::Skyline matrix(unknowns);
+    std::vector<double> right(unknowns, 0.0);
+    for (const bool reserve : { true, false })
+    {
+      const auto put = [&](long a, long b, double w)
+      { reserve ? matrix.reserve(std::max(a, b), std::min(a, b)) : matrix.add(std::max(a, b), std::min(a, b), w); };
+      for (const oracle::Link& link : oracle::links(block))
+      {
+        const double w = 1.0 / (oracle::limit(block, link, axis) + 1e-6);
+        const long i = unknown[link.from], j = unknown[link.to];
+        if (i >= 0)
+        {
+          put(i, i, w);
+          right[i] += reserve || j >= 0 ? 0.0 : w * start[link.to][axis];
+        }
+        if (j >= 0)
+        {
+          put(j, j, w);
+          right[j] += reserve || i >= 0 ? 0.0 : w * start[link.from][axis];
+        }
+        if (i >= 0 && j >= 0)
+        {
+          put(i, j, -w);
+        }
+      }
+    }
+    matrix.factorise();
+    matrix.solve(right);
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      if (unknown[v] >= 0)
+      {
+        result[v][axis] = right[unknown[v]];
+      }
+    }
+  }
+  return result;
+}
+
+// Held tissue damps both the smooth and the alternating modes, so here it does converge: to the optimum of eq. 7, whose
+// links are not within their limits.
+TEST(Paper, ConvergesToTheOptimumWithoutLimitsAndLeavesThem)
+{
+  Scene scene = randomScene({ 9, 8, 8 }, 1, 220, 0.0, 0.0);
+  scene.anchors.faces.fill(true);
+  const oracle::Block block = scene.block();
+  const std::vector<Probe> probes{ probeAt(scene, { 4, 4, 4 }, { 0.6, -0.5, 0.55 }) };
+  Simulation simulation = published(scene);
+  simulation.pull(probes);
+  EXPECT_LT(simulation.measure().maxLinkExcess, 1e-5);
+  const std::vector<oracle::Vector3> best = unlimitedOptimum(block, heldIn(block, probes), state(simulation));
+  const RelaxResult result = simulation.relax(2000, 1e-7);
+  EXPECT_TRUE(result.converged);
+  const std::vector<oracle::Vector3> relaxed = state(simulation);
+  // Iterations shrink the error by a few per cent each: a hundred times the last move, at most.
+  EXPECT_LT(largestDifference(block, relaxed, best), 1e-5);
+  EXPECT_NEAR(oracle::energy(block, relaxed), oracle::energy(block, best), 1e-4 * oracle::energy(block, best));
+  const double excess = oracle::maxLinkExcess(block, relaxed);
+  EXPECT_GT(excess, 0.05);
+  EXPECT_NEAR(simulation.measure().maxLinkExcess, excess, 1e-5);
+
+  // The optimum within the limits costs more.
+  Simulation projected = simulate(scene);
+  projected.pull(probes);
+  projected.relax(2000, 0.0);
+  EXPECT_GT(projected.measure().energy, 1.02 * simulation.measure().energy);
+}
+
+// A checkerboard in tissue that nothing holds: red takes the place of black and black that of red, for ever.
+TEST(Paper, CheckerboardFlipsForEver)
+{
+  const int n = 6;
+  Scene scene({ n, n, n }, 0.3f);
+  std::vector<Probe> probes;
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      const double u = (i + j + k) % 2 == 0 ? 0.125 : -0.125;
+      probes.push_back(probeAt(scene, { i, j, k }, { u, -u, u }));
+    });
+  Simulation simulation = published(scene);
+  simulation.pull(probes);
+  const oracle::Block block = scene.block();
+  const std::vector<oracle::Vector3> board = state(simulation);
+  EXPECT_EQ(board[0][0], 0.125);
+  simulation.pull({});
+  const double energy = simulation.measure().energy;
+  for (const int steps : { 1, 1, 1, 500, 500, 1 })
+  {
+    const std::vector<oracle::Vector3> before = state(simulation);
+    const RelaxResult result = simulation.relax(steps, 1e-3);
+    EXPECT_EQ(result.iterations, steps);
+    EXPECT_NEAR(result.largestMove, 0.25, 1e-4);
+    const std::vector<oracle::Vector3> after = state(simulation);
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      // Each mean is rounded: after a thousand of them 1e-4 is still generous.
+      ASSERT_NEAR(after[v][0], (steps % 2 == 0 ? 1.0 : -1.0) * before[v][0], 1e-4);
+    }
+    EXPECT_NEAR(simulation.measure().energy, energy, 1e-3 * energy);
+  }
+  // What the projected method makes of it: TestRelax, CheckerboardDecays.
+}
+
+// A bone that soft tissue pulls at hardly moves: each of its elements is held by its rigid neighbours, whose links
+// weigh a hundred thousand times as much.
+TEST(Paper, BoneIsLocked)
+{
+  Scene scene({ 18, 9, 9 }, 0.3f);
+  scene.anchors.faces[0] = true;
+  for (int i = 5; i < 15; ++i)
+  {
+    for (int j = 3; j < 6; ++j)
+    {
+      for (int k = 3; k < 6; ++k)
+      {
+        scene.give(i, j, k, 0.0f);
+      }
+    }
+  }
+  const std::vector<Probe> probes{ probeAt(scene, { 10, 7, 4 }, { 0.0, 0.25, 0.0 }) };
+  double went[2];
+  for (const bool projected : { false, true })
+  {
+    Simulation simulation = projected ? simulate(scene) : published(scene);
+    simulation.pull(probes);
+    simulation.relax(200, 0.0);
+    const std::vector<oracle::Vector3> u = state(simulation);
+    const std::size_t inside = scene.grid.at(10, 4, 4);
+    went[projected] = u[inside][1];
+    EXPECT_EQ(u[scene.grid.at(5, 4, 4)][1] == u[inside][1], projected || went[0] == 0.0) << "in one piece";
+  }
+  EXPECT_GT(went[1], 1e-2);
+  EXPECT_LT(std::abs(went[0]), 0.01 * went[1]);
+}
+
+// Only what moved is visited, and the tissue around it: memory grows with the iterations, and a small pull in large
+// tissue stays small. Skipping changes no bit (BitsDoNotDependOnBricks); far away all is at rest exactly.
+TEST(Paper, TissueFarAwayIsNotVisited)
+{
+  Scene scene({ 96, 96, 96 }, 0.3f);
+  Simulation simulation = published(scene, 1.0, { 8, 8, 8 });
+  simulation.pull({ probeAt(scene, { 20, 20, 20 }, { 0.2, 0.1, -0.2 }) });
+  simulation.relax(8, 1e-3);
+  const Statistics statistics = simulation.measure();
+  EXPECT_GT(statistics.displaced, 50u);
+  EXPECT_LT(statistics.displaced, 6000u);
+  EXPECT_LT(statistics.allocated, scene.grid.voxels() / 8);
+}
+
+// After the published method the state is not feasible. The projected one must still end somewhere, near what there
+// was.
+TEST(Paper, ProjectedAfterwardsStaysFinite)
+{
+  for (const std::uint64_t seed : { 230, 231 })
+  {
+    Scene scene = inclusionScene(13, 1, seed);
+    scene.scalar[scene.grid.at(11, 10, 6)] = 1.0f;
+    const oracle::Block block = scene.block();
+    Simulation simulation = published(scene);
+    simulation.pull({ corner(scene, { 3.0, -2.5, 2.8 }) });
+    simulation.relax(100, 0.0);
+    ASSERT_GT(simulation.measure().maxLinkExcess, 0.05);
+    const std::size_t bytes = simulation.measure().deviceBytes;
+    simulation.setRelaxation(RelaxationMethod::Projected, 1.0);
+    EXPECT_LT(simulation.measure().deviceBytes, bytes) << "the second copy of the state goes";
+    for (int call = 0; call < 20; ++call)
+    {
+      simulation.relax(call < 10 ? 1 : 100, 0.0);
+      for (const oracle::Vector3& u : state(simulation))
+      {
+        for (const double x : u)
+        {
+          ASSERT_LT(std::abs(x), 6.0) << "call " << call; // twice the pull; takes a NaN as well
+        }
+      }
+    }
+    EXPECT_LT(simulation.measure().maxLinkExcess, 3.0);
+    // And back again, and released: all goes home.
+    simulation.setRelaxation(RelaxationMethod::Paper, 1.0);
+    simulation.relax(5, 0.0);
+    simulation.reset();
+    EXPECT_EQ(simulation.measure().displaced, 0u);
+    EXPECT_TRUE(simulation.relax(5, 0.0).converged);
+  }
+}
+
+}
