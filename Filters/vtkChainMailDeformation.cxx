@@ -41,6 +41,7 @@
 #include <functional>
 #include <limits>
 #include <new>
+#include <numeric>
 #include <sstream>
 #include <tuple>
 
@@ -54,7 +55,8 @@ enum Ports
 {
   IMAGE = 0,
   PROBES = 1,
-  CUTS = 2
+  CUTS = 2,
+  CARVES = 3
 };
 
 // The rows of the field array Milliseconds.
@@ -157,6 +159,12 @@ public:
     {
       world[a] = static_cast<T>(d[3 * a] * v[0] + d[3 * a + 1] * v[1] + d[3 * a + 2] * v[2]);
     }
+  }
+
+  bool operator==(const Frame& other) const
+  {
+    return this->Origin == other.Origin && this->Spacing == other.Spacing && this->First == other.First &&
+           this->Direction == other.Direction;
   }
 
   bool IsRotated() const { return this->Direction != std::array<double, 9>{ { 1, 0, 0, 0, 1, 0, 0, 0, 1 } }; }
@@ -278,20 +286,70 @@ struct TissueSource
   }
 };
 
-bool Same(const std::vector<chainmail::Probe>& a, const std::vector<chainmail::Probe>& b)
+bool Same(const chainmail::Probe& a, const chainmail::Probe& b)
 {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-    [](const chainmail::Probe& p, const chainmail::Probe& q)
-    {
-      return p.position == q.position && p.displacement == q.displacement && p.radius == q.radius &&
-             p.anchor == q.anchor;
-    });
+  return a.position == b.position && a.displacement == b.displacement && a.radius == b.radius && a.anchor == b.anchor;
 }
 
-bool Same(const chainmail::Surface& a, const chainmail::Surface& b)
+/// The polygons of one input of Cuts or Carves.
+struct InputSurface
 {
-  return a.points == b.points && a.triangles == b.triangles;
+  int Input;
+  chainmail::Surface Triangles;
+};
+
+bool Same(const InputSurface& a, const InputSurface& b)
+{
+  return a.Triangles.points == b.Triangles.points && a.Triangles.triangles == b.Triangles.triangles;
 }
+
+template <typename T> bool Same(const std::vector<T>& a, const std::vector<T>& b)
+{
+  return std::equal(
+    a.begin(), a.end(), b.begin(), b.end(), [](const T& one, const T& other) { return Same(one, other); });
+}
+
+/// Parts what is present now from what was there before: for each element of `present` whether it was in `before`,
+/// which then keeps those that still are. Equal ones count one by one; their order does not matter.
+template <typename T> std::vector<bool> Recognize(const std::vector<T>& present, std::vector<T>& before)
+{
+  std::vector<bool> known;
+  std::vector<T> kept;
+  for (const T& one : present)
+  {
+    const auto found = std::find_if(before.begin(), before.end(), [&](const T& other) { return Same(one, other); });
+    known.push_back(found != before.end());
+    if (known.back())
+    {
+      kept.push_back(std::move(*found));
+      before.erase(found);
+    }
+  }
+  before = std::move(kept);
+  return known;
+}
+
+/// How tissue is deformed, apart from where. The defaults are those of a new simulation.
+struct Method
+{
+  int Propagation = 0;
+  int PropagationIterations = 0;
+  int Conflict = 0;
+  int Relaxation = 0;
+  int RelaxationIterations = 0;
+  double Tolerance = 0.0;
+  double ElasticRecovery = 1.0;
+
+  bool operator==(const Method& other) const
+  {
+    const auto all = [](const Method& m)
+    {
+      return std::tie(m.Propagation, m.PropagationIterations, m.Conflict, m.Relaxation, m.RelaxationIterations,
+        m.Tolerance, m.ElasticRecovery);
+    };
+    return all(*this) == all(other);
+  }
+};
 
 /// Where a probe came from, for messages.
 struct ProbeOrigin
@@ -323,7 +381,8 @@ struct Scene
   vtkSmartPointer<vtkPiecewiseFunction> Function; // a copy
   std::vector<chainmail::Probe> Probes;
   std::vector<ProbeOrigin> ProbeOrigins;
-  chainmail::Surface Cuts;
+  std::vector<InputSurface> Cuts;
+  std::vector<InputSurface> Carves;
 };
 
 }
@@ -345,26 +404,64 @@ public:
   void DropEngine()
   {
     this->Done = Stage::Nothing;
+    this->Interacting = false;
+    this->WantsUpdate = false;
     this->Simulation.reset();
     this->Model.reset();
     this->Tissue = TissueSource();
   }
+
+  /// After an update that was stopped. Where it was stopped is a matter of chance, where the next one goes on is not.
+  void Stop()
+  {
+    try
+    {
+      if (this->Interacting)
+      {
+        this->Simulation->reset();
+      }
+    }
+    catch (const chainmail::DeviceError&)
+    {
+      this->DropEngine();
+    }
+  }
+
+  /// The last interactive update left waves under way or tissue that has not settled, or Reset() was called after it.
+  bool WantsUpdate = false;
+
+  /// There is a state that interactive updates go on from.
+  bool Interacting = false;
+
+  /// Reset() was called since the last interactive update that came to the engine.
+  bool ResetRequested = false;
 
 private:
   // Reading.
   void ReadScalars(vtkInformationVector** inputs, Scene& scene);
   void ReadMaterial(Scene& scene);
   void ReadProbes(vtkInformationVector* inputs, Scene& scene);
-  void ReadCuts(vtkInformationVector* inputs, Scene& scene);
+  static std::vector<InputSurface> ReadSurfaces(vtkInformationVector* inputs, const char* port, const Scene& scene);
   void CheckLabelArrays(vtkPointData* arrays);
 
   // Computing.
   void Build(const Scene& scene);
   void Deform(const Scene& scene);
+  void Interact(const Scene& scene);
+  void Mend();
+  void Cut(const InputSurface& surface);
+  void Carve(const InputSurface& surface);
+  void Pull(const Scene& scene, const std::vector<std::size_t>& held);
+  void Relax(const Scene& scene, const std::vector<std::size_t>& held);
+  Method GetMethod() const;
+  void WarnAboutEmptyHands(const Scene& scene, const std::vector<std::size_t>& held);
 
   // Writing.
   void WriteDeformed(const Scene& scene, vtkImageData* output);
   void WriteModel(const Scene& scene, vtkImageData* output);
+  void FetchTissue(const Scene& scene);
+  void FetchDisplacement(const Scene& scene);
+  void FetchTimes(const Scene& scene);
   void WriteFieldData(const Scene& scene, vtkImageData* output);
 
   /// Runs a part of the update: its time is added to a row of Milliseconds, and the engine's progress in it is mapped
@@ -390,7 +487,10 @@ private:
   }
   bool Progress(double share)
   {
-    this->Self->UpdateProgress(this->ProgressFrom + share * (this->ProgressTo - this->ProgressFrom));
+    // Of several calls of the engine in one part each counts from 0.
+    this->ProgressShown =
+      std::max(this->ProgressShown, this->ProgressFrom + share * (this->ProgressTo - this->ProgressFrom));
+    this->Self->UpdateProgress(this->ProgressShown);
 #if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 2, 20220823)
     return !this->Self->CheckAbort();
 #else
@@ -400,8 +500,8 @@ private:
 
   vtkChainMailDeformation* Self;
 
-  // How far the engine is on its way from nothing to the deformed state. Lowered before it is told to do something that
-  // may fail, raised after it has.
+  // How far the engine is on its way from nothing to the state deformed from rest. Lowered before it is told to do
+  // something that may fail, raised after it has. An interactive state is none of these: it leaves Built.
   enum class Stage
   {
     Nothing,
@@ -417,14 +517,25 @@ private:
   std::shared_ptr<const chainmail::Model> Model;
   std::unique_ptr<chainmail::Simulation> Simulation;
 
-  // What the stages Cut and Relaxed were reached with.
-  chainmail::Surface Cuts;
+  // What the stages Cut and Relaxed were reached with. Of an interactive state: the surfaces that the last update had
+  // and that have done their work.
+  std::vector<InputSurface> Cuts;
+  std::vector<InputSurface> Carves;
   std::vector<chainmail::Probe> Probes;
-  int Iterations = 0;
-  double Tolerance = 0.0;
+  Method MethodUsed;
+  bool TimesKept = false;
 
-  // Their results, shared by the outputs of all updates that find nothing new. The arrays are null where not fetched.
+  // Of an interactive state: where the image was, and probes that are there but were released by Reset().
+  std::unique_ptr<Frame> Space;
+  std::vector<chainmail::Probe> Released;
+
+  // Probes that hold nothing and were warned about.
+  std::vector<chainmail::Probe> EmptyHands;
+
+  // What was reached, shared by the outputs of all updates that find nothing new. The arrays are null where not
+  // fetched.
   std::vector<chainmail::ProbeResult> Results;
+  chainmail::PropagateResult Propagation;
   chainmail::RelaxResult Relaxation;
   chainmail::Statistics Statistics;
   vtkSmartPointer<vtkFloatArray> Constraint;
@@ -432,10 +543,13 @@ private:
   vtkSmartPointer<vtkIntArray> Cluster;
   vtkSmartPointer<vtkFloatArray> Displacement;
   std::array<double, 9> DisplacementDirection;
+  vtkSmartPointer<vtkFloatArray> PropagationTime;
+  vtkSmartPointer<vtkIntArray> Wavefront;
 
   std::array<double, NUMBER_OF_TIMES> Milliseconds{};
   double ProgressFrom = 0.0;
   double ProgressTo = 1.0;
+  double ProgressShown = 0.0;
 };
 
 //------------------------------------------------------------------------------
@@ -448,23 +562,36 @@ void vtkChainMailDeformation::vtkInternals::Update(
     throw InputError("The input image is empty: give one with at least one voxel on every axis.");
   }
   this->Milliseconds.fill(0.0);
+  this->ProgressShown = 0.0;
+  this->WantsUpdate = false;
 
   Scene scene(image);
   this->ReadScalars(inputs, scene);
   this->ReadMaterial(scene);
   this->ReadProbes(inputs[PROBES], scene);
-  this->ReadCuts(inputs[CUTS], scene);
+  scene.Cuts = ReadSurfaces(inputs[CUTS], "Cuts", scene);
+  scene.Carves = ReadSurfaces(inputs[CARVES], "Carves", scene);
   this->CheckLabelArrays(image->GetPointData());
 
   if (this->Done == Stage::Nothing || !(this->Tissue == scene.Tissue))
   {
     this->Run(UPLOAD, 0.0, 0.15, [&] { this->Build(scene); });
   }
-  this->Deform(scene);
+  if (this->Self->Mode == MODE_INTERACTIVE)
+  {
+    this->Interact(scene);
+  }
+  else
+  {
+    this->Deform(scene);
+  }
   this->Run(RESAMPLE, 0.75, 0.9, [&] { this->WriteDeformed(scene, deformed); });
   this->WriteModel(scene, model);
   this->WriteFieldData(scene, deformed);
   this->WriteFieldData(scene, model);
+  this->WantsUpdate =
+    this->Interacting &&
+    (!this->Propagation.finished || (this->MethodUsed.RelaxationIterations > 0 && !this->Relaxation.converged));
 }
 
 //------------------------------------------------------------------------------
@@ -671,8 +798,10 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inp
 }
 
 //------------------------------------------------------------------------------
-void vtkChainMailDeformation::vtkInternals::ReadCuts(vtkInformationVector* inputs, Scene& scene)
+std::vector<InputSurface> vtkChainMailDeformation::vtkInternals::ReadSurfaces(
+  vtkInformationVector* inputs, const char* port, const Scene& scene)
 {
+  std::vector<InputSurface> surfaces;
   for (int input = 0; input < inputs->GetNumberOfInformationObjects(); ++input)
   {
     vtkPolyData* surface = vtkPolyData::GetData(inputs, input);
@@ -680,14 +809,15 @@ void vtkChainMailDeformation::vtkInternals::ReadCuts(vtkInformationVector* input
     {
       continue;
     }
-    vtkNew<vtkPolyData> blades;
-    blades->SetPoints(surface->GetPoints());
-    blades->SetPolys(surface->GetPolys());
-    blades->SetStrips(surface->GetStrips());
+    const std::string where = port + std::string(" input ") + std::to_string(input);
+    vtkNew<vtkPolyData> polygons;
+    polygons->SetPoints(surface->GetPoints());
+    polygons->SetPolys(surface->GetPolys());
+    polygons->SetStrips(surface->GetStrips());
 
     // Checked before the triangulation, which may move nothing but could drop what it cannot make sense of.
     vtkNew<vtkIdList> cell;
-    for (vtkCellArray* cells : { blades->GetPolys(), blades->GetStrips() })
+    for (vtkCellArray* cells : { polygons->GetPolys(), polygons->GetStrips() })
     {
       const auto iterator = vtk::TakeSmartPointer(cells->NewIterator());
       for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
@@ -699,40 +829,44 @@ void vtkChainMailDeformation::vtkInternals::ReadCuts(vtkInformationVector* input
           surface->GetPoint(cell->GetId(n), point);
           if (!IsFinite(point))
           {
-            throw InputError("Cuts input " + std::to_string(input) + ", point " + std::to_string(cell->GetId(n)) +
-                             " at " + ToString(point) + ": the position has to be finite.");
+            throw InputError(where + ", point " + std::to_string(cell->GetId(n)) + " at " + ToString(point) +
+                             ": the position has to be finite.");
           }
         }
       }
     }
 
     vtkNew<vtkTriangleFilter> triangulate;
-    triangulate->SetInputData(blades);
+    triangulate->SetInputData(polygons);
     triangulate->PassVertsOff();
     triangulate->PassLinesOff();
     triangulate->Update();
     vtkPolyData* triangles = triangulate->GetOutput();
-
-    const int firstPoint = static_cast<int>(scene.Cuts.points.size());
-    if (triangles->GetNumberOfPoints() > std::numeric_limits<int>::max() - firstPoint)
+    if (triangles->GetNumberOfPoints() > std::numeric_limits<int>::max())
     {
-      throw InputError("The Cuts inputs have more points than can be handled: simplify them.");
+      throw InputError(where + " has more points than can be handled: simplify it.");
     }
+
+    surfaces.push_back({ input, {} });
+    chainmail::Surface& to = surfaces.back().Triangles;
+    to.points.reserve(static_cast<std::size_t>(triangles->GetNumberOfPoints()));
     for (vtkIdType p = 0; p < triangles->GetNumberOfPoints(); ++p)
     {
       // Points of no polygon may be anything.
       double point[3];
       triangles->GetPoint(p, point);
-      scene.Cuts.points.push_back(IsFinite(point) ? scene.Space.PointToEngine(point) : Vector3{});
+      to.points.push_back(IsFinite(point) ? scene.Space.PointToEngine(point) : Vector3{});
     }
+    to.triangles.reserve(static_cast<std::size_t>(triangles->GetNumberOfPolys()));
     const auto iterator = vtk::TakeSmartPointer(triangles->GetPolys()->NewIterator());
     for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
     {
       iterator->GetCurrentCell(cell);
-      scene.Cuts.triangles.push_back({ firstPoint + static_cast<int>(cell->GetId(0)),
-        firstPoint + static_cast<int>(cell->GetId(1)), firstPoint + static_cast<int>(cell->GetId(2)) });
+      to.triangles.push_back(
+        { static_cast<int>(cell->GetId(0)), static_cast<int>(cell->GetId(1)), static_cast<int>(cell->GetId(2)) });
     }
   }
+  return surfaces;
 }
 
 //------------------------------------------------------------------------------
@@ -751,20 +885,17 @@ void vtkChainMailDeformation::vtkInternals::CheckLabelArrays(vtkPointData* array
 //------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
 {
-  this->DropEngine();
-  this->Constraint = nullptr;
-  this->Element = nullptr;
-
+  // What there is stays until its successor is there: with tissue that cannot be used nothing is lost.
   const TissueSource& tissue = scene.Tissue;
-  this->EngineScalars = ToEngineArray(tissue.Scalars);
-  this->EngineConstraints = tissue.Constraints ? ToEngineArray(tissue.Constraints) : nullptr;
+  const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars);
+  const vtkSmartPointer<vtkDataArray> constraints = tissue.Constraints ? ToEngineArray(tissue.Constraints) : nullptr;
 
   chainmail::Grid grid;
   grid.size = tissue.Size;
   grid.spacing = tissue.Spacing;
   chainmail::Material material;
   material.tissueThreshold = tissue.Threshold;
-  material.constraintArray = View(this->EngineConstraints);
+  material.constraintArray = View(constraints);
   material.constraint = ToEngineFunction(scene.Function);
   chainmail::Anchors anchors;
   anchors.rigid = tissue.AnchorRigid;
@@ -773,29 +904,179 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
   settings.device = tissue.Device;
   settings.brickSize = tissue.BlockSize;
 
-  this->Model = std::make_shared<chainmail::Model>(grid, View(this->EngineScalars), material, anchors);
-  if (this->Model->nonFinite() > 0)
+  const auto model = std::make_shared<const chainmail::Model>(grid, View(scalars), material, anchors);
+  if (model->nonFinite() > 0)
   {
     vtkWarningWithObjectMacro(
-      this->Self, << this->Model->nonFinite() << " voxels of the scalars are NaN or infinite; they are taken as air.");
+      this->Self, << model->nonFinite() << " voxels of the scalars are NaN or infinite; they are taken as air.");
   }
   this->Report(0.5);
-  this->Simulation = std::make_unique<chainmail::Simulation>(this->Model, settings);
-  this->Simulation->setProgress([this](double share) { return this->Progress(share); });
+  std::unique_ptr<chainmail::Simulation> simulation;
+  try
+  {
+    simulation = std::make_unique<chainmail::Simulation>(model, settings);
+  }
+  catch (const chainmail::MemoryError&)
+  {
+    throw; // what there is has to make room
+  }
+  catch (const chainmail::DeviceError& error)
+  {
+    throw InputError(error.what()); // no such device, say: the present one has no part in it
+  }
+  simulation->setProgress([this](double share) { return this->Progress(share); });
+
+  this->DropEngine();
+  this->EngineScalars = scalars;
+  this->EngineConstraints = constraints;
+  this->Model = model;
+  this->Simulation = std::move(simulation);
+  this->EmptyHands.clear();
+  this->MethodUsed = Method(); // as the engine's
   this->Tissue = tissue;
   this->Done = Stage::Built;
 }
 
 //------------------------------------------------------------------------------
+Method vtkChainMailDeformation::vtkInternals::GetMethod() const
+{
+  Method method;
+  method.Propagation = this->Self->PropagationMethod;
+  method.PropagationIterations = this->Self->PropagationIterations;
+  method.Conflict = this->Self->ConflictPolicy;
+  method.Relaxation = this->Self->RelaxationMethod;
+  method.RelaxationIterations = this->Self->RelaxationIterations;
+  method.Tolerance = this->Self->RelaxationTolerance;
+  method.ElasticRecovery = this->Self->ElasticRecovery;
+  return method;
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Mend()
+{
+  this->Simulation->mend();
+  this->Cuts.clear();
+  this->Carves.clear();
+  this->Constraint = nullptr;
+  this->Element = nullptr;
+  this->Cluster = nullptr;
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Cut(const InputSurface& surface)
+{
+  if (this->Simulation->cut(surface.Triangles) > 0)
+  {
+    this->Cluster = nullptr; // a cut can divide a rigid cluster
+  }
+  this->Cuts.push_back(surface);
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Carve(const InputSurface& surface)
+{
+  try
+  {
+    if (this->Simulation->carve(surface.Triangles) > 0)
+    {
+      this->Constraint = nullptr;
+      this->Element = nullptr;
+      this->Cluster = nullptr;
+    }
+  }
+  catch (const InputError& error)
+  {
+    throw InputError("Carves input " + std::to_string(surface.Input) + ": " + error.what());
+  }
+  this->Carves.push_back(surface);
+}
+
+//------------------------------------------------------------------------------
+/// Moves the probes with these numbers, and those alone.
+void vtkChainMailDeformation::vtkInternals::Pull(const Scene& scene, const std::vector<std::size_t>& held)
+{
+  const Method method = this->GetMethod();
+  if (method.Propagation != this->MethodUsed.Propagation || method.Conflict != this->MethodUsed.Conflict)
+  {
+    // Only then: it finishes the waves that are under way.
+    this->Simulation->setPropagation(method.Propagation == PROPAGATION_TIMESTAMP
+                                       ? chainmail::PropagationMethod::Timestamp
+                                       : chainmail::PropagationMethod::Envelope,
+      method.Conflict == CONFLICT_LATEST ? chainmail::ConflictPolicy::Latest : chainmail::ConflictPolicy::Limit);
+  }
+  this->Simulation->setRelaxation(
+    method.Relaxation == RELAXATION_PAPER ? chainmail::RelaxationMethod::Paper : chainmail::RelaxationMethod::Projected,
+    method.ElasticRecovery);
+  this->Simulation->setPropagationTimes(this->Self->PropagationTimes);
+  this->MethodUsed = method;
+  this->TimesKept = this->Self->PropagationTimes;
+
+  std::vector<chainmail::Probe> probes;
+  for (const std::size_t p : held)
+  {
+    probes.push_back(scene.Probes[p]);
+  }
+  try
+  {
+    this->Simulation->hold(probes);
+  }
+  catch (const chainmail::ProbeError& error)
+  {
+    // The user knows it by another name and place.
+    throw InputError(scene.ProbeOrigins[held[error.probe]].ToString() + "the probe " + error.problem);
+  }
+  this->Propagation = this->Simulation->propagate(this->MethodUsed.PropagationIterations);
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Relax(const Scene& scene, const std::vector<std::size_t>& held)
+{
+  this->Relaxation = this->Simulation->relax(this->MethodUsed.RelaxationIterations, this->MethodUsed.Tolerance);
+  const std::vector<chainmail::ProbeResult> results = this->Simulation->probes();
+  this->Results.assign(scene.Probes.size(), chainmail::ProbeResult());
+  for (std::size_t n = 0; n < held.size(); ++n)
+  {
+    this->Results[held[n]] = results[n];
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WarnAboutEmptyHands(
+  const Scene& scene, const std::vector<std::size_t>& held)
+{
+  std::vector<chainmail::Probe> empty;
+  for (const std::size_t p : held)
+  {
+    if (this->Results[p].elements > 0)
+    {
+      continue;
+    }
+    const chainmail::Probe& probe = scene.Probes[p];
+    empty.push_back(probe);
+    // Its displacement is not looked at: one that is dragged is still the same.
+    if (std::none_of(this->EmptyHands.begin(), this->EmptyHands.end(),
+          [&](const chainmail::Probe& known)
+          { return known.position == probe.position && known.radius == probe.radius; }))
+    {
+      vtkWarningWithObjectMacro(this->Self, << scene.ProbeOrigins[p].ToString()
+                                            << "the probe has no tissue of its own: other probes or anchors hold all "
+                                               "that is within its radius, or it was carved away.");
+    }
+  }
+  this->EmptyHands = std::move(empty);
+}
+
+//------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::Deform(const Scene& scene)
 {
-  if (this->Done > Stage::Built && !Same(this->Cuts, scene.Cuts))
+  this->Interacting = false;
+  this->ResetRequested = false;
+  if (this->Done > Stage::Built && !(Same(this->Cuts, scene.Cuts) && Same(this->Carves, scene.Carves)))
   {
     this->Done = Stage::Built;
   }
-  if (this->Done > Stage::Cut &&
-      (!Same(this->Probes, scene.Probes) || this->Iterations != this->Self->RelaxationIterations ||
-        this->Tolerance != this->Self->RelaxationTolerance))
+  if (this->Done > Stage::Cut && (!Same(this->Probes, scene.Probes) || !(this->MethodUsed == this->GetMethod()) ||
+                                   (this->Self->PropagationTimes && !this->TimesKept)))
   {
     this->Done = Stage::Cut;
   }
@@ -805,51 +1086,89 @@ void vtkChainMailDeformation::vtkInternals::Deform(const Scene& scene)
     this->Run(PROPAGATE, 0.15, 0.2,
       [&]
       {
-        this->Simulation->reset();
-        this->Simulation->mend();
-        if (!scene.Cuts.triangles.empty())
-        {
-          this->Simulation->cut(scene.Cuts);
-        }
+        this->Mend();
+        std::for_each(scene.Cuts.begin(), scene.Cuts.end(), [&](const InputSurface& one) { this->Cut(one); });
+        std::for_each(scene.Carves.begin(), scene.Carves.end(), [&](const InputSurface& one) { this->Carve(one); });
       });
-    this->Cuts = scene.Cuts;
-    this->Cluster = nullptr; // a cut can divide a rigid cluster
     this->Done = Stage::Cut;
   }
 
   if (this->Done < Stage::Relaxed)
   {
+    std::vector<std::size_t> all(scene.Probes.size());
+    std::iota(all.begin(), all.end(), 0);
     this->Displacement = nullptr;
+    this->PropagationTime = nullptr;
     this->Run(PROPAGATE, 0.2, 0.45,
       [&]
       {
         this->Simulation->reset();
-        try
-        {
-          this->Results = this->Simulation->pull(scene.Probes);
-        }
-        catch (const chainmail::ProbeError& error)
-        {
-          // The user knows it by another name and place.
-          throw InputError(scene.ProbeOrigins[error.probe].ToString() + "the probe " + error.problem);
-        }
+        this->Pull(scene, all);
       });
-    this->Run(RELAX, 0.45, 0.75,
-      [&]
-      {
-        this->Relaxation = this->Simulation->relax(this->Self->RelaxationIterations, this->Self->RelaxationTolerance);
-        const std::vector<chainmail::ProbeResult> relaxed = this->Simulation->probes();
-        for (std::size_t p = 0; p < this->Results.size(); ++p)
-        {
-          this->Results[p].force = relaxed[p].force;
-        }
-      });
+    this->Run(RELAX, 0.45, 0.75, [&] { this->Relax(scene, all); });
     this->Run(DOWNLOAD, 0.75, 0.75, [&] { this->Statistics = this->Simulation->measure(); });
+    this->WarnAboutEmptyHands(scene, all);
     this->Probes = scene.Probes;
-    this->Iterations = this->Self->RelaxationIterations;
-    this->Tolerance = this->Self->RelaxationTolerance;
     this->Done = Stage::Relaxed;
   }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Interact(const Scene& scene)
+{
+  this->Done = Stage::Built;
+  const bool startsAnew = !this->Interacting || !(*this->Space == scene.Space);
+  if (startsAnew || this->ResetRequested)
+  {
+    this->Mend();
+    this->Released.clear();
+    this->EmptyHands.clear();
+    this->Space = std::make_unique<Frame>(scene.Space);
+    this->Interacting = true;
+  }
+  if (this->ResetRequested)
+  {
+    this->Cuts = scene.Cuts;
+    this->Carves = scene.Carves;
+    this->Released = scene.Probes;
+    this->ResetRequested = false;
+  }
+
+  this->Displacement = nullptr;
+  this->PropagationTime = nullptr;
+  std::vector<std::size_t> held;
+  this->Run(PROPAGATE, 0.15, 0.45,
+    [&]
+    {
+      const std::vector<bool> made = Recognize(scene.Cuts, this->Cuts);
+      for (std::size_t n = 0; n < made.size(); ++n)
+      {
+        if (!made[n])
+        {
+          this->Cut(scene.Cuts[n]);
+        }
+      }
+      const std::vector<bool> carved = Recognize(scene.Carves, this->Carves);
+      for (std::size_t n = 0; n < carved.size(); ++n)
+      {
+        if (!carved[n])
+        {
+          this->Carve(scene.Carves[n]);
+        }
+      }
+      const std::vector<bool> released = Recognize(scene.Probes, this->Released);
+      for (std::size_t n = 0; n < released.size(); ++n)
+      {
+        if (!released[n])
+        {
+          held.push_back(n);
+        }
+      }
+      this->Pull(scene, held);
+    });
+  this->Run(RELAX, 0.45, 0.75, [&] { this->Relax(scene, held); });
+  this->Run(DOWNLOAD, 0.75, 0.75, [&] { this->Statistics = this->Simulation->measure(); });
+  this->WarnAboutEmptyHands(scene, held);
 }
 
 //------------------------------------------------------------------------------
@@ -911,45 +1230,102 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
 }
 
 //------------------------------------------------------------------------------
-void vtkChainMailDeformation::vtkInternals::WriteModel(const Scene& scene, vtkImageData* output)
+void vtkChainMailDeformation::vtkInternals::FetchTissue(const Scene& scene)
 {
   const vtkIdType voxels = scene.Image->GetNumberOfPoints();
   const int axes = this->Model->axes();
+  auto constraint = vtkSmartPointer<vtkFloatArray>::New();
+  constraint->SetName("Constraint");
+  constraint->SetNumberOfComponents(axes);
+  constraint->SetNumberOfTuples(voxels);
+  auto element = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  element->SetName("Element");
+  element->SetNumberOfTuples(voxels);
+  const int width = scene.Tissue.Size[0];
+  float* c = constraint->GetPointer(0);
+  unsigned char* e = element->GetPointer(0);
+  this->Simulation->elements(e);
+  for (int k = 0; k < scene.Tissue.Size[2]; ++k)
+  {
+    for (int j = 0; j < scene.Tissue.Size[1]; ++j)
+    {
+      this->Model->row(0, j, k, width, c);
+      for (int i = 0; i < width; ++i, c += axes, ++e)
+      {
+        // The engine marks air by an infinite constraint and anchors by a negative one.
+        for (int a = 0; a < axes; ++a)
+        {
+          c[a] = *e ? std::fabs(c[a]) : 0.0f;
+        }
+      }
+    }
+  }
+  this->Constraint = constraint;
+  this->Element = element;
+}
 
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::FetchDisplacement(const Scene& scene)
+{
+  const vtkIdType voxels = scene.Image->GetNumberOfPoints();
+  auto displacement = vtkSmartPointer<vtkFloatArray>::New();
+  displacement->SetName("Displacement");
+  displacement->SetNumberOfComponents(3);
+  displacement->SetNumberOfTuples(voxels);
+  float* u = displacement->GetPointer(0);
+  this->Simulation->displacements(u);
+  if (scene.Space.IsRotated())
+  {
+    vtkSMPTools::For(0, voxels,
+      [&](vtkIdType first, vtkIdType last)
+      {
+        for (vtkIdType v = first; v < last; ++v)
+        {
+          scene.Space.VectorToWorld(u + 3 * v, u + 3 * v);
+        }
+      });
+  }
+  this->Displacement = displacement;
+  this->DisplacementDirection = scene.Space.GetDirection();
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::FetchTimes(const Scene& scene)
+{
+  const vtkIdType voxels = scene.Image->GetNumberOfPoints();
+  const int axes = this->Model->axes();
+  auto time = vtkSmartPointer<vtkFloatArray>::New();
+  time->SetName("PropagationTime");
+  time->SetNumberOfComponents(axes);
+  time->SetNumberOfTuples(voxels);
+  float* t = time->GetPointer(0);
+  this->Simulation->propagationTimes(t);
+  const Vector3& spacing = scene.Space.GetSpacing();
+  vtkSMPTools::For(0, voxels,
+    [&](vtkIdType first, vtkIdType last)
+    {
+      for (vtkIdType n = first * axes; n < last * axes; ++n)
+      {
+        // Where no wave came it is negative, and stays so.
+        t[n] = t[n] > 0.0f ? static_cast<float>(t[n] * spacing[n % axes]) : t[n];
+      }
+    });
+  auto wavefront = vtkSmartPointer<vtkIntArray>::New();
+  wavefront->SetName("Wavefront");
+  wavefront->SetNumberOfComponents(axes);
+  wavefront->SetNumberOfTuples(voxels);
+  this->Simulation->wavefronts(wavefront->GetPointer(0));
+  this->PropagationTime = time;
+  this->Wavefront = wavefront;
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WriteModel(const Scene& scene, vtkImageData* output)
+{
+  const bool times = this->Self->PropagationTimes;
   if (!this->Element)
   {
-    this->Run(DOWNLOAD, 0.9, 0.93,
-      [&]
-      {
-        auto constraint = vtkSmartPointer<vtkFloatArray>::New();
-        constraint->SetName("Constraint");
-        constraint->SetNumberOfComponents(axes);
-        constraint->SetNumberOfTuples(voxels);
-        auto element = vtkSmartPointer<vtkUnsignedCharArray>::New();
-        element->SetName("Element");
-        element->SetNumberOfTuples(voxels);
-        const int width = scene.Tissue.Size[0];
-        float* c = constraint->GetPointer(0);
-        unsigned char* e = element->GetPointer(0);
-        for (int k = 0; k < scene.Tissue.Size[2]; ++k)
-        {
-          for (int j = 0; j < scene.Tissue.Size[1]; ++j)
-          {
-            this->Model->row(0, j, k, width, c);
-            for (int i = 0; i < width; ++i, c += axes, ++e)
-            {
-              // The engine marks air by an infinite constraint and anchors by a negative one.
-              *e = std::isinf(c[0]) ? 0 : 1;
-              for (int a = 0; a < axes; ++a)
-              {
-                c[a] = *e ? std::fabs(c[a]) : 0.0f;
-              }
-            }
-          }
-        }
-        this->Constraint = constraint;
-        this->Element = element;
-      });
+    this->Run(DOWNLOAD, 0.9, 0.93, [&] { this->FetchTissue(scene); });
   }
   if (!this->Cluster)
   {
@@ -958,37 +1334,19 @@ void vtkChainMailDeformation::vtkInternals::WriteModel(const Scene& scene, vtkIm
       {
         auto cluster = vtkSmartPointer<vtkIntArray>::New();
         cluster->SetName("Cluster");
-        cluster->SetNumberOfComponents(axes);
-        cluster->SetNumberOfTuples(voxels);
+        cluster->SetNumberOfComponents(this->Model->axes());
+        cluster->SetNumberOfTuples(scene.Image->GetNumberOfPoints());
         this->Simulation->clusters(cluster->GetPointer(0));
         this->Cluster = cluster;
       });
   }
   if (!this->Displacement || this->DisplacementDirection != scene.Space.GetDirection())
   {
-    this->Run(DOWNLOAD, 0.95, 1.0,
-      [&]
-      {
-        auto displacement = vtkSmartPointer<vtkFloatArray>::New();
-        displacement->SetName("Displacement");
-        displacement->SetNumberOfComponents(3);
-        displacement->SetNumberOfTuples(voxels);
-        float* u = displacement->GetPointer(0);
-        this->Simulation->displacements(u);
-        if (scene.Space.IsRotated())
-        {
-          vtkSMPTools::For(0, voxels,
-            [&](vtkIdType first, vtkIdType last)
-            {
-              for (vtkIdType v = first; v < last; ++v)
-              {
-                scene.Space.VectorToWorld(u + 3 * v, u + 3 * v);
-              }
-            });
-        }
-        this->Displacement = displacement;
-        this->DisplacementDirection = scene.Space.GetDirection();
-      });
+    this->Run(DOWNLOAD, 0.95, 0.98, [&] { this->FetchDisplacement(scene); });
+  }
+  if (times && !this->PropagationTime)
+  {
+    this->Run(DOWNLOAD, 0.98, 1.0, [&] { this->FetchTimes(scene); });
   }
 
   output->SetOrigin(scene.Image->GetOrigin());
@@ -1000,6 +1358,11 @@ void vtkChainMailDeformation::vtkInternals::WriteModel(const Scene& scene, vtkIm
   arrays->AddArray(this->Constraint);
   arrays->SetScalars(this->Element);
   arrays->AddArray(this->Cluster);
+  if (times)
+  {
+    arrays->AddArray(this->PropagationTime);
+    arrays->AddArray(this->Wavefront);
+  }
 }
 
 //------------------------------------------------------------------------------
@@ -1032,6 +1395,7 @@ void vtkChainMailDeformation::vtkInternals::WriteFieldData(const Scene& scene, v
   };
   addRow(vtkNew<vtkDoubleArray>(), "Energy", { this->Statistics.energy });
   addRow(vtkNew<vtkDoubleArray>(), "MaxLinkExcess", { this->Statistics.maxLinkExcess });
+  addRow(vtkNew<vtkIntArray>(), "PropagationIterationsUsed", { static_cast<double>(this->Propagation.iterations) });
   addRow(vtkNew<vtkIntArray>(), "RelaxationIterationsUsed", { static_cast<double>(this->Relaxation.iterations) });
   addRow(vtkNew<vtkIdTypeArray>(), "ActiveElements", { static_cast<double>(this->Statistics.displaced) });
   vtkNew<vtkDoubleArray> milliseconds;
@@ -1061,7 +1425,7 @@ vtkChainMailDeformation::vtkChainMailDeformation()
   , BackgroundValue(vtkMath::Nan())
   , Internals(new vtkInternals(this))
 {
-  this->SetNumberOfInputPorts(3);
+  this->SetNumberOfInputPorts(4);
   this->SetNumberOfOutputPorts(2);
   this->SetInputArrayToProcess(0, IMAGE, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataSetAttributes::SCALARS);
 }
@@ -1090,6 +1454,16 @@ void vtkChainMailDeformation::AddCutsConnection(vtkAlgorithmOutput* producer)
   this->AddInputConnection(CUTS, producer);
 }
 
+void vtkChainMailDeformation::SetCarvesConnection(vtkAlgorithmOutput* producer)
+{
+  this->SetInputConnection(CARVES, producer);
+}
+
+void vtkChainMailDeformation::AddCarvesConnection(vtkAlgorithmOutput* producer)
+{
+  this->AddInputConnection(CARVES, producer);
+}
+
 //------------------------------------------------------------------------------
 vtkImageData* vtkChainMailDeformation::GetModelOutput()
 {
@@ -1109,6 +1483,28 @@ void vtkChainMailDeformation::SetMaterialFunction(vtkPiecewiseFunction* function
 vtkPiecewiseFunction* vtkChainMailDeformation::GetMaterialFunction()
 {
   return this->MaterialFunction;
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::Reset()
+{
+  if (this->Mode == MODE_INTERACTIVE)
+  {
+    this->Internals->ResetRequested = true;
+    this->Internals->WantsUpdate = this->Internals->Interacting;
+    this->Modified();
+  }
+}
+
+//------------------------------------------------------------------------------
+bool vtkChainMailDeformation::GetNeedsUpdate()
+{
+  const bool needed = this->Mode == MODE_INTERACTIVE && this->Internals->WantsUpdate;
+  if (needed)
+  {
+    this->Modified();
+  }
+  return needed;
 }
 
 //------------------------------------------------------------------------------
@@ -1308,6 +1704,7 @@ int vtkChainMailDeformation::RequestData(
   }
   catch (const chainmail::Aborted&)
   {
+    this->Internals->Stop();
     deformed->Initialize();
     model->Initialize();
     return 1; // no error: somebody wanted it
@@ -1356,6 +1753,15 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
     os << " " << face;
   }
   os << "\n";
+  os << indent << "Mode: " << (this->Mode == MODE_FROM_REST ? "FromRest" : "Interactive") << "\n";
+  os << indent << "PropagationMethod: " << (this->PropagationMethod == PROPAGATION_ENVELOPE ? "Envelope" : "Timestamp")
+     << "\n";
+  os << indent << "PropagationIterations: " << this->PropagationIterations << "\n";
+  os << indent << "ConflictPolicy: " << (this->ConflictPolicy == CONFLICT_LIMIT ? "Limit" : "Latest") << "\n";
+  os << indent << "PropagationTimes: " << (this->PropagationTimes ? "On" : "Off") << "\n";
+  os << indent << "RelaxationMethod: " << (this->RelaxationMethod == RELAXATION_PROJECTED ? "Projected" : "Paper")
+     << "\n";
+  os << indent << "ElasticRecovery: " << this->ElasticRecovery << "\n";
   os << indent << "RelaxationIterations: " << this->RelaxationIterations << "\n";
   os << indent << "RelaxationTolerance: " << this->RelaxationTolerance << "\n";
   os << indent << "Interpolation: " << (this->Interpolation == INTERPOLATION_LINEAR ? "Linear" : "Nearest") << "\n";

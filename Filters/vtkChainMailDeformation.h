@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkChainMailDeformation
- * @brief   deform a volume like tissue: grab it with probes, cut it with blades
+ * @brief   deform a volume like tissue: grab it with probes, cut it with blades, carve parts away
  *
  * Every voxel of the input whose scalar is at least TissueThreshold becomes a ChainMail element; the others are air. An
  * element may follow its face neighbour with some slack: with D_a(i) the constraint of element i along axis a of the
@@ -10,14 +10,15 @@
  *
  *     |u_a(i) - u_a(j)| <= D_a(i,j) = (D_a(i) + D_a(j)) / 2                 (C)
  *
- * Elements with D = 0 (bone) are rigid and move as one. An update computes, always from rest and so as a function of
- * the inputs alone:
+ * Elements with D = 0 (bone) are rigid and move as one. An update computes, with MODE_FROM_REST always from rest and so
+ * as a function of the inputs alone:
  *
- * 1. Cuts: a link whose segment crosses a polygon of the `Cuts` input is removed.
+ * 1. Cuts and carves: a link whose segment crosses a polygon of the `Cuts` input is removed, and every element inside a
+ *    closed surface of the `Carves` input, with its links.
  * 2. Probes: all probes are held at their displacements t at once, and tissue follows as little as (C) allows:
- *    u_a(i) = clamp(0, max_k(t_k - d_a(k,i)), min_k(t_k + d_a(k,i))), with d_a the length of the shortest path of links
- *    of length D_a. A probe that would tear the tissue is shortened: earlier probes and anchors win over later ones.
- *    The array `ProbeReached` tells what each one got.
+ *    u_a(i) = clamp(u0_a(i), max_k(t_k - d_a(k,i)), min_k(t_k + d_a(k,i))), with u0 the displacement before (0 at rest)
+ *    and d_a the length of the shortest path of links of length D_a. What happens to a probe that would tear the
+ * tissue, ConflictPolicy tells; the array `ProbeReached` tells what each one got.
  * 3. Relaxation: at most RelaxationIterations steps lower the energy, the sum over links and axes of
  *    (u_a(i) - u_a(j))^2 / D_a(i,j), under (C) and with probes and anchors held.
  * 4. Resampling: output voxel y shows the material at X with X + u(X) = y. Voxels that did not change are copies of the
@@ -25,7 +26,38 @@
  *
  * Method after "Parallel deformation of heterogeneous ChainMail models: application to interactive deformation of large
  * medical volumes" by Rodriguez, Leon and Arroyo; propagation by envelopes, relaxation by projection and resampling
- * across cuts are this library's own. The computation runs on an OpenCL device, see Device.
+ * across cuts are this library's own. Both of the published ways are here too: PROPAGATION_TIMESTAMP and
+ * RELAXATION_PAPER. The computation runs on an OpenCL device, see Device.
+ *
+ * @section vtkChainMailDeformation-interactive Interactive use
+ *
+ * With MODE_INTERACTIVE the state is kept from one update to the next, and only what changed since is applied, at the
+ * current deformation, in this order:
+ *
+ * 1. Every `Cuts` surface that the last update did not have cuts. A surface that moved cuts again at its new place, as
+ * a knife does; one that is gone changes nothing: what is cut stays cut.
+ * 2. Every `Carves` surface that the last update did not have carves, likewise.
+ * 3. Probes. One with the position and radius of a probe that is held already is that probe, and goes where its
+ *    `Displacement` says now, counted from where its tissue was when it was grabbed. Any other one grabs the tissue
+ * that is at its position now. Probes that are gone let go of their tissue where it is.
+ * 4. Waves travel for at most PropagationIterations, then tissue settles for at most RelaxationIterations. This happens
+ *    in every update, also where no input changed. As the pipeline calls no filter that has nothing new to do,
+ *    GetNeedsUpdate() tells whether there is more to do and makes the next Update() do it:
+ * @code
+ * do
+ * {
+ *   filter->Update();
+ *   // show it
+ * } while (filter->GetNeedsUpdate());
+ * @endcode
+ *    Modified() makes the next Update() go on in any case.
+ *
+ * Other tissue (the image, its scalars, place or spacing, material, anchors, Device, BlockSize), and switching to this
+ * mode, start from rest, and everything that is connected is applied anew. Reset() is the way back to rest.
+ *
+ * An update that fails, for a probe in air say, leaves the state usable: the next one goes on from where it was, and a
+ * cut that came before the failure is not made twice. One that is stopped (AbortExecute) lets go of all probes and
+ * leaves tissue at rest, cuts and carves as they are; the next one grabs anew.
  *
  * @section vtkChainMailDeformation-inputs Input ports
  *
@@ -35,11 +67,15 @@
  * - 0, the image: vtkImageData with point scalars of any numeric type, volume or single slice. Of scalars with several
  *   components the first is read. Scalars that are NaN or infinite are air; their number is warned about once. The
  *   direction matrix has to be orthonormal; flipped axes are fine.
- * - 1, `Probes` (optional, repeatable): vtkPointSet; every point is a probe that grabs tissue at rest. Point arrays:
+ * - 1, `Probes` (optional, repeatable): vtkPointSet; every point is a probe that grabs tissue. Point arrays:
  *   `Displacement` (3 components, [mm]; needed unless every point is an anchor), `Radius` (optional, [mm], default 0:
- *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is).
+ *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is). An element has one
+ *   holder; a probe whose tissue others hold, or whose tissue was carved away, moves nothing and is warned about once.
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades. Vertices and lines are
  *   ignored, an empty dataset cuts nothing.
+ * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
+ * of any number of parts; elements inside it are removed and show BackgroundValue. A surface that is not closed is an
+ *   error. Vertices and lines are ignored, an empty dataset carves nothing.
  *
  * @section vtkChainMailDeformation-outputs Output ports
  *
@@ -47,21 +83,28 @@
  *   in its own type. Cell arrays are not passed on: they belong to cells of the undeformed grid.
  * - 1, the model at rest on the input's grid, with the point arrays `Displacement` (3 floats, world axes, [mm]),
  *   `Constraint` (float, fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air), `Element`
- *   (unsigned char: 0 air, 1 tissue) and `Cluster` (int, number of the rigid cluster, -1 none; components as
- *   `Constraint`).
+ *   (unsigned char: 0 air or carved away, 1 tissue) and `Cluster` (int, number of the rigid cluster, -1 none;
+ * components as `Constraint`). With PropagationTimes also `PropagationTime` (float, components as `Constraint`: how far
+ * along links the last wave that came here had travelled from its probe, the sum of the D of these links [mm]; of 1
+ *   component it is that along the image's x axis; -1: no wave came) and `Wavefront` (int, likewise: the number of that
+ *   wave since rest, from 1 on; 0 none).
  *
- * Both have the input's field data and these field arrays: `ProbeReached` (3 per probe: the displacement it got, world
- * axes, [mm]), `ProbeForce` (3 per probe: the energy's gradient at the elements it holds, which is what the hand pulls
- * them with, world axes, no unit), `Energy` [mm], `MaxLinkExcess` (largest violation of (C), fraction of the
- * spacing), `RelaxationIterationsUsed`, `ActiveElements` (elements away from their rest place), `Milliseconds` (upload,
- * propagate, relax, resample, download; 0 for what this update did not have to do again) and `DeviceName`.
+ * Both have the input's field data and these field arrays: `ProbeReached` (3 per probe: the displacement it got since
+ * it grabbed, world axes, [mm]), `ProbeForce` (3 per probe: the energy's gradient at the elements it holds, which is
+ * what the hand pulls them with, world axes, no unit), `Energy` [mm] (with ElasticRecovery r below 1 only strain of
+ * more than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C), fraction of the spacing),
+ * `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `ActiveElements` (elements away from their rest place),
+ * `Milliseconds` (upload, propagate, relax, resample, download; 0 for what this update did not have to do again) and
+ * `DeviceName`.
  *
  * @section vtkChainMailDeformation-limitations Limitations
  *
  * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
  * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels. In parallel
- * every process computes the whole image.
+ * every process computes the whole image. A knife or a carving tool that moves between two updates works at the places
+ * where updates find it, not along its way. The state of MODE_INTERACTIVE is not part of a saved pipeline: a loaded one
+ * starts from rest.
  *
  * @sa vtkChainMailProbeSource
  */
@@ -89,14 +132,17 @@ public:
 
   ///@{
   /**
-   * Add, replace or remove the producers of probes (port 1) and cuts (port 2). Null removes them all.
+   * Add, replace or remove the producers of probes (port 1), cuts (port 2) and carves (port 3). Null removes them all.
    */
   void SetProbesConnection(vtkAlgorithmOutput* producer);
   void AddProbesConnection(vtkAlgorithmOutput* producer);
   void SetCutsConnection(vtkAlgorithmOutput* producer);
   void AddCutsConnection(vtkAlgorithmOutput* producer);
+  void SetCarvesConnection(vtkAlgorithmOutput* producer);
+  void AddCarvesConnection(vtkAlgorithmOutput* producer);
   void RemoveAllProbes() { this->SetProbesConnection(nullptr); }
   void RemoveAllCuts() { this->SetCutsConnection(nullptr); }
+  void RemoveAllCarves() { this->SetCarvesConnection(nullptr); }
   ///@}
 
   /**
@@ -188,9 +234,129 @@ public:
   vtkGetVector6Macro(AnchoredFaces, int);
   ///@}
 
+  enum Modes
+  {
+    MODE_FROM_REST = 0,
+    MODE_INTERACTIVE = 1
+  };
+
   ///@{
   /**
-   * Largest number of relaxation iterations, [0, VTK_INT_MAX]; 0 is propagation alone. Default: 40.
+   * MODE_FROM_REST (0): an update computes from rest, so that the output is a function of the inputs and properties
+   * alone. MODE_INTERACTIVE (1): an update goes on from the state that the last one left, see above. Default:
+   * MODE_FROM_REST.
+   */
+  vtkSetClampMacro(Mode, int, MODE_FROM_REST, MODE_INTERACTIVE);
+  vtkGetMacro(Mode, int);
+  void SetModeToFromRest() { this->SetMode(MODE_FROM_REST); }
+  void SetModeToInteractive() { this->SetMode(MODE_INTERACTIVE); }
+  ///@}
+
+  /**
+   * With MODE_INTERACTIVE: the next update finds tissue at rest, its links whole, what was carved back in place and all
+   * probes released. What is connected by then counts as seen and acts again only when it changes (a probe pulled
+   * elsewhere, a blade moved) or is connected anew; so that update's output is the input, bit for bit. With
+   * MODE_FROM_REST it does nothing.
+   */
+  void Reset();
+
+  /**
+   * Whether another update would change the output though no input or property did: with MODE_INTERACTIVE, after an
+   * update that ended before its waves had finished or before relaxation converged, and after Reset(). Where it is true
+   * the filter is Modified(), so that the next Update() does it. False after an update that failed or was stopped.
+   * ParaView's window asks this some times a second and updates the filter for as long as it is true.
+   */
+  bool GetNeedsUpdate();
+
+  enum PropagationMethods
+  {
+    PROPAGATION_ENVELOPE = 0,
+    PROPAGATION_TIMESTAMP = 1
+  };
+
+  ///@{
+  /**
+   * How a wave of displacement travels. PROPAGATION_ENVELOPE (0): every element into the bounds that moved neighbours
+   * set, until nothing changes; where nothing is violated the wave ends. PROPAGATION_TIMESTAMP (1), the published
+   * method: one link an iteration, the earliest arrival counts. One wave gives the same displacements either way, to
+   * float rounding. With MODE_INTERACTIVE a change finishes the waves that are under way. Default:
+   * PROPAGATION_ENVELOPE.
+   */
+  vtkSetClampMacro(PropagationMethod, int, PROPAGATION_ENVELOPE, PROPAGATION_TIMESTAMP);
+  vtkGetMacro(PropagationMethod, int);
+  void SetPropagationMethodToEnvelope() { this->SetPropagationMethod(PROPAGATION_ENVELOPE); }
+  void SetPropagationMethodToTimestamp() { this->SetPropagationMethod(PROPAGATION_TIMESTAMP); }
+  ///@}
+
+  ///@{
+  /**
+   * Largest number of propagation iterations of an update, [0, VTK_INT_MAX]; 0: until all waves have ended. With
+   * MODE_INTERACTIVE a wave that is under way goes on in the next update; with MODE_FROM_REST the output shows it where
+   * it stopped, and links at its front may be longer than (C) allows. Default: 0.
+   */
+  vtkSetClampMacro(PropagationIterations, int, 0, VTK_INT_MAX);
+  vtkGetMacro(PropagationIterations, int);
+  ///@}
+
+  enum ConflictPolicies
+  {
+    CONFLICT_LIMIT = 0,
+    CONFLICT_LATEST = 1
+  };
+
+  ///@{
+  /**
+   * What happens where probes pull tissue further apart than it can stretch; anchors hold in any case. CONFLICT_LIMIT
+   * (0): the later probe is shortened, along each axis, to what the earlier ones allow. CONFLICT_LATEST (1), as
+   * published: the later one gets all, and drags the tissue of the earlier ones along. Default: CONFLICT_LIMIT.
+   */
+  vtkSetClampMacro(ConflictPolicy, int, CONFLICT_LIMIT, CONFLICT_LATEST);
+  vtkGetMacro(ConflictPolicy, int);
+  void SetConflictPolicyToLimit() { this->SetConflictPolicy(CONFLICT_LIMIT); }
+  void SetConflictPolicyToLatest() { this->SetConflictPolicy(CONFLICT_LATEST); }
+  ///@}
+
+  ///@{
+  /**
+   * Whether output 1 has the arrays PropagationTime and Wavefront; without them updates are faster and need less
+   * memory. With MODE_INTERACTIVE a change applies to waves that start from then on. Default: on.
+   */
+  vtkSetMacro(PropagationTimes, bool);
+  vtkGetMacro(PropagationTimes, bool);
+  vtkBooleanMacro(PropagationTimes, bool);
+  ///@}
+
+  enum RelaxationMethods
+  {
+    RELAXATION_PROJECTED = 0,
+    RELAXATION_PAPER = 1
+  };
+
+  ///@{
+  /**
+   * How tissue settles. RELAXATION_PROJECTED (0): over-relaxation within (C), the energy never rises.
+   * RELAXATION_PAPER (1), the published method, for comparison: all elements at once to the weighted mean of their
+   * neighbours, whatever (C) says. It leaves links too long (`MaxLinkExcess`), locks rigid tissue, and may go on
+   * without end. Default: RELAXATION_PROJECTED.
+   */
+  vtkSetClampMacro(RelaxationMethod, int, RELAXATION_PROJECTED, RELAXATION_PAPER);
+  vtkGetMacro(RelaxationMethod, int);
+  void SetRelaxationMethodToProjected() { this->SetRelaxationMethod(RELAXATION_PROJECTED); }
+  void SetRelaxationMethodToPaper() { this->SetRelaxationMethod(RELAXATION_PAPER); }
+  ///@}
+
+  ///@{
+  /**
+   * How much of the strain goes back when tissue is released, r in [0, 1]: strain of a link up to (1 - r) of its limit
+   * D costs no energy and stays. 1: elastic, all goes back; 0: plastic, all stays. Default: 1.
+   */
+  vtkSetClampMacro(ElasticRecovery, double, 0.0, 1.0);
+  vtkGetMacro(ElasticRecovery, double);
+  ///@}
+
+  ///@{
+  /**
+   * Largest number of relaxation iterations of an update, [0, VTK_INT_MAX]; 0 is propagation alone. Default: 40.
    */
   vtkSetClampMacro(RelaxationIterations, int, 0, VTK_INT_MAX);
   vtkGetMacro(RelaxationIterations, int);
@@ -303,6 +469,13 @@ private:
   double TissueThreshold;
   bool AnchorRigid = false;
   int AnchoredFaces[6] = { 1, 1, 1, 1, 1, 1 };
+  int Mode = MODE_FROM_REST;
+  int PropagationMethod = PROPAGATION_ENVELOPE;
+  int PropagationIterations = 0;
+  int ConflictPolicy = CONFLICT_LIMIT;
+  bool PropagationTimes = true;
+  int RelaxationMethod = RELAXATION_PROJECTED;
+  double ElasticRecovery = 1.0;
   int RelaxationIterations = 40;
   double RelaxationTolerance = 1e-3;
   int Interpolation = INTERPOLATION_LINEAR;

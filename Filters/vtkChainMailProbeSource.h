@@ -24,7 +24,8 @@ public:
 
   ///@{
   /**
-   * Where tissue is grabbed, at rest [mm]. Default: 0 0 0.
+   * Where tissue is grabbed [mm]: what rests there or, with MODE_INTERACTIVE, what is there when the probe appears.
+   * Default: 0 0 0.
    */
   vtkSetVector3Macro(Position, double);
   vtkGetVector3Macro(Position, double);

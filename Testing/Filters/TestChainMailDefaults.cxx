@@ -79,12 +79,23 @@ int TestChainMailDefaults(int, char*[])
   };
   const char* presets[] = { "MATERIAL_FUNCTION", "MATERIAL_CT", "MATERIAL_MR" };
   const char* interpolations[] = { "INTERPOLATION_LINEAR", "INTERPOLATION_NEAREST" };
+  const char* modes[] = { "MODE_FROM_REST", "MODE_INTERACTIVE" };
+  const char* propagations[] = { "PROPAGATION_ENVELOPE", "PROPAGATION_TIMESTAMP" };
+  const char* conflicts[] = { "CONFLICT_LIMIT", "CONFLICT_LATEST" };
+  const char* relaxations[] = { "RELAXATION_PROJECTED", "RELAXATION_PAPER" };
   word("vtkGetMacro(MaterialPreset,", presets[filter->GetMaterialPreset()]);
   word("GetMaterialFunction()", filter->GetMaterialFunction() ? "a function" : "null");
   word("vtkGetCharFromStdStringMacro(ConstraintArray)", "\"" + std::string(filter->GetConstraintArray()) + "\"");
   number("TissueThreshold", filter->GetTissueThreshold());
   word("vtkGetMacro(AnchorRigid,", filter->GetAnchorRigid() ? "on" : "off");
   word("vtkGetVector6Macro(AnchoredFaces,", vector(filter->GetAnchoredFaces(), 6));
+  word("vtkGetMacro(Mode,", modes[filter->GetMode()]);
+  word("vtkGetMacro(PropagationMethod,", propagations[filter->GetPropagationMethod()]);
+  number("PropagationIterations", filter->GetPropagationIterations());
+  word("vtkGetMacro(ConflictPolicy,", conflicts[filter->GetConflictPolicy()]);
+  word("vtkGetMacro(PropagationTimes,", filter->GetPropagationTimes() ? "on" : "off");
+  word("vtkGetMacro(RelaxationMethod,", relaxations[filter->GetRelaxationMethod()]);
+  number("ElasticRecovery", filter->GetElasticRecovery());
   number("RelaxationIterations", filter->GetRelaxationIterations());
   number("RelaxationTolerance", filter->GetRelaxationTolerance());
   word("vtkGetMacro(Interpolation,", interpolations[filter->GetInterpolation()]);
@@ -95,6 +106,25 @@ int TestChainMailDefaults(int, char*[])
   word("vtkGetVector3Macro(BlockSize,", vector(filter->GetBlockSize(), 3));
 
   // Ranges.
+  filter->SetPropagationIterations(-1);
+  check.Equal(filter->GetPropagationIterations(), 0, "PropagationIterations from 0");
+  filter->SetElasticRecovery(-0.1);
+  check.Equal(filter->GetElasticRecovery(), 0.0, "ElasticRecovery from 0");
+  filter->SetElasticRecovery(1.1);
+  check.Equal(filter->GetElasticRecovery(), 1.0, "ElasticRecovery to 1");
+  filter->SetMode(7);
+  check.Equal(filter->GetMode(), 1, "Mode to 1");
+  filter->SetMode(-7);
+  check.Equal(filter->GetMode(), 0, "Mode from 0");
+  filter->SetPropagationMethod(7);
+  check.Equal(filter->GetPropagationMethod(), 1, "PropagationMethod to 1");
+  filter->SetPropagationMethodToEnvelope();
+  filter->SetConflictPolicy(7);
+  check.Equal(filter->GetConflictPolicy(), 1, "ConflictPolicy to 1");
+  filter->SetConflictPolicyToLimit();
+  filter->SetRelaxationMethod(7);
+  check.Equal(filter->GetRelaxationMethod(), 1, "RelaxationMethod to 1");
+  filter->SetRelaxationMethodToProjected();
   filter->SetRelaxationIterations(-1);
   check.Equal(filter->GetRelaxationIterations(), 0, "RelaxationIterations from 0");
   filter->SetRelaxationTolerance(-1.0);
@@ -118,6 +148,13 @@ int TestChainMailDefaults(int, char*[])
     { "TissueThreshold NaN", [&] { filter->SetTissueThreshold(std::nan("")); } },
     { "AnchorRigid", [&] { filter->AnchorRigidOn(); } },
     { "AnchoredFaces", [&] { filter->SetAnchoredFaces(0, 1, 0, 1, 1, 0); } },
+    { "Mode", [&] { filter->SetModeToInteractive(); } },
+    { "PropagationMethod", [&] { filter->SetPropagationMethodToTimestamp(); } },
+    { "PropagationIterations", [&] { filter->SetPropagationIterations(10); } },
+    { "ConflictPolicy", [&] { filter->SetConflictPolicyToLatest(); } },
+    { "PropagationTimes", [&] { filter->PropagationTimesOff(); } },
+    { "RelaxationMethod", [&] { filter->SetRelaxationMethodToPaper(); } },
+    { "ElasticRecovery", [&] { filter->SetElasticRecovery(0.8); } },
     { "RelaxationIterations", [&] { filter->SetRelaxationIterations(7); } },
     { "RelaxationTolerance", [&] { filter->SetRelaxationTolerance(0.5); } },
     { "Interpolation", [&] { filter->SetInterpolationToNearest(); } },
@@ -138,6 +175,17 @@ int TestChainMailDefaults(int, char*[])
     check.That(after > before, std::string(setter.first) + " modifies");
     check.That(filter->GetMTime() == after, std::string(setter.first) + " again does not");
   }
+  // Reset() always has something to do in Interactive mode and never in the other; before the first update nothing is
+  // left to do.
+  vtkMTimeType now = filter->GetMTime();
+  filter->Reset();
+  check.That(filter->GetMTime() > now, "Reset modifies");
+  check.That(!filter->GetNeedsUpdate(), "a filter that was never updated needs no other update");
+  vtkNew<vtkChainMailDeformation> fromRest;
+  now = fromRest->GetMTime();
+  fromRest->Reset();
+  check.That(fromRest->GetMTime() == now, "Reset from rest does nothing");
+
   const vtkMTimeType before = filter->GetMTime();
   function->AddPoint(1.0, 0.5);
   check.That(filter->GetMTime() > before, "editing the material function modifies the filter");
@@ -158,7 +206,9 @@ int TestChainMailDefaults(int, char*[])
   std::ostringstream text;
   filter->PrintSelf(text, vtkIndent());
   for (const char* line : { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions",
-         "TissueThreshold: nan", "AnchorRigid: On", "AnchoredFaces: 0 1 0 1 1 0", "RelaxationIterations: 7",
+         "TissueThreshold: nan", "AnchorRigid: On", "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive",
+         "PropagationMethod: Timestamp", "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: Off",
+         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "RelaxationIterations: 7",
          "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan",
          "OutputPadding: 3", "Device: some", "BlockSize: 8 4 2" })
   {
