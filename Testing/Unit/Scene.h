@@ -98,8 +98,9 @@ struct Scene
         bool face = false;
         for (int a = 0; a < 3; ++a)
         {
-          face = face || (this->anchors.faces[2 * a] && p[a] == 0);
-          face = face || (this->anchors.faces[2 * a + 1] && p[a] == this->grid.size[a] - 1);
+          const bool thick = this->grid.size[a] > 1;
+          face = face || (thick && this->anchors.faces[2 * a] && p[a] == 0);
+          face = face || (thick && this->anchors.faces[2 * a + 1] && p[a] == this->grid.size[a] - 1);
         }
         block.anchored[v] = block.tissue[v] && (face || (this->anchors.rigid && rigid));
       });
