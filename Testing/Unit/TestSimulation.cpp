@@ -1,10 +1,8 @@
-// Life of a simulation: settings, bad input and what it leaves behind, reset, progress, memory.
+// Life of a simulation: settings, bad input and what it leaves behind, reset, progress.
 
 #include "Blades.h"
-#include "ChildProcess.h"
 
 #include <cmath>
-#include <iostream>
 
 namespace
 {
@@ -230,47 +228,6 @@ TEST(Simulation, StatisticsOfAKnownState)
   EXPECT_NEAR(probes[0].force[0], 2.0 * 0.5 / 0.500001, 1e-4);
   EXPECT_EQ(probes[0].force[1], 0.0);
   EXPECT_EQ(probes[0].elements, 1u);
-}
-
-int littleMemory()
-{
-  // A gibibyte is not enough for a wave through half a billion rigid elements.
-  Scene scene({ 4, 4, 4 });
-  std::vector<std::uint8_t> tissue(std::size_t(1024) * 1024 * 200, 1);
-  Grid grid;
-  grid.size = { 1024, 1024, 200 };
-  ArrayView view;
-  view.data = tissue.data();
-  view.type = ArrayView::Type::UInt8;
-  Material material;
-  material.constraint = [](double) { return 0.0; };
-  Anchors anchors;
-  anchors.faces.fill(false);
-  Settings settings;
-  settings.device = "pthread";
-  Simulation simulation(std::make_shared<Model>(grid, view, material, anchors), settings);
-  Probe probe;
-  probe.position = { 500.0, 500.0, 100.0 };
-  probe.displacement = { 1.0, 0.0, 0.0 };
-  try
-  {
-    simulation.pull({ probe });
-    std::cout << "it fitted\n";
-  }
-  catch (const MemoryError& error)
-  {
-    std::cout << "message: " << error.what() << '\n';
-  }
-  return 0;
-}
-const ChildPart littleMemoryPart("littleMemory", littleMemory);
-
-TEST(Simulation, TooLittleMemorySaysHowMuchIsNeeded)
-{
-  const ChildResult child = runChild("POCL_MEMORY_LIMIT=1", "littleMemory");
-  EXPECT_EQ(child.status, 0) << child.output;
-  EXPECT_TRUE(contains(child.output, "message: ")) << child.output;
-  EXPECT_TRUE(contains(child.output, "needs") && contains(child.output, "MiB")) << child.output;
 }
 
 }

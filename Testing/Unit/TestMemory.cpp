@@ -1,0 +1,196 @@
+// Scenes that need more memory than the device has. PoCL, and kernels as C++ on the host, take a limit from their
+// environment, so the scenes run in children. The host's is 64 times smaller, as is all else then: it is slow.
+
+#include "ChildProcess.h"
+#include "Device.h"
+#include "Scene.h"
+
+#include <iostream>
+
+namespace
+{
+
+using namespace chainmail;
+
+/// A block of rigid tissue, so that a probe anywhere moves all of it. Reads one byte a voxel.
+class RigidBlock
+{
+public:
+  explicit RigidBlock(const Index3& size)
+  {
+    this->grid_.size = size;
+    this->tissue_.assign(this->grid_.voxels(), 1);
+  }
+
+  std::shared_ptr<const Model> model() const
+  {
+    ArrayView view;
+    view.data = this->tissue_.data();
+    view.type = ArrayView::Type::UInt8;
+    Material material;
+    material.constraint = [](double) { return 0.0; };
+    Anchors anchors;
+    anchors.faces.fill(false);
+    return std::make_shared<Model>(this->grid_, view, material, anchors);
+  }
+  Probe middle() const
+  {
+    Probe probe;
+    for (int a = 0; a < 3; ++a)
+    {
+      probe.position[a] = this->grid_.size[a] / 2;
+    }
+    probe.displacement = { 1.0, 0.0, 0.0 };
+    return probe;
+  }
+
+private:
+  Grid grid_;
+  std::vector<std::uint8_t> tissue_;
+};
+
+/// The device that the limit is for: the processor stands last.
+DeviceInfo device()
+{
+  return listDevices().back();
+}
+
+bool isSmall()
+{
+  return device().platform == "Host C++";
+}
+
+Index3 scaled(const Index3& size)
+{
+  const int divisor = isSmall() ? 4 : 1;
+  return { size[0] / divisor, size[1] / divisor, size[2] / divisor };
+}
+
+/// Bricks of a size with which no pool fills the device before it meets the limit of one buffer.
+Simulation simulate(const RigidBlock& block)
+{
+  Settings settings;
+  settings.device = device().name;
+  settings.brickSize = scaled({ 32, 32, 32 });
+  return Simulation(block.model(), settings);
+}
+
+void describeDevice()
+{
+  std::cout << "device: " << (device().globalMemory >> 20) << " MiB, " << (device().maxAllocation >> 20)
+            << " MiB in one piece\n";
+}
+
+/// Whether it fits; prints the message where it does not.
+bool pull(Simulation& simulation, const RigidBlock& block)
+{
+  try
+  {
+    simulation.pull({ block.middle() });
+    return true;
+  }
+  catch (const MemoryError& error)
+  {
+    std::cout << "message: " << error.what() << '\n';
+    return false;
+  }
+}
+
+/// Prints what became of a pull that has to fit.
+void pullAfter(const char* name, const Index3& size)
+{
+  const RigidBlock block(size);
+  Simulation simulation = simulate(block);
+  const std::vector<ProbeResult> probes = simulation.pull({ block.middle() });
+  const Statistics statistics = simulation.measure();
+  std::cout << name << ": " << statistics.displaced << " displaced, reached " << probes[0].reached[0] << ", "
+            << (statistics.deviceBytes >> 20) << " MiB held\n";
+}
+
+const Index3 quarter{ 256, 256, 160 }; // of the device's memory, and a little more
+
+int tooLargeInOnePiece()
+{
+  describeDevice();
+  {
+    const RigidBlock block(scaled({ 512, 512, 160 }));
+    Simulation simulation = simulate(block);
+    pull(simulation, block);
+    pullAfter("beside", { 12, 10, 8 });
+  }
+  pullAfter("after", scaled(quarter));
+  return 0;
+}
+const ChildPart onePart("tooLargeInOnePiece", tooLargeInOnePiece);
+
+int tooManyTogether()
+{
+  describeDevice();
+  const RigidBlock block(scaled(quarter));
+  {
+    std::vector<Simulation> simulations;
+    do
+    {
+      simulations.push_back(simulate(block));
+    } while (simulations.size() < 6 && pull(simulations.back(), block));
+    std::cout << "simulations: " << simulations.size() << '\n';
+    pullAfter("beside", { 12, 10, 8 });
+  }
+  pullAfter("after", scaled(quarter));
+  return 0;
+}
+const ChildPart manyPart("tooManyTogether", tooManyTogether);
+
+/// The number in `text` behind `before`, -1 if there is none.
+long numberBehind(const std::string& text, const std::string& before)
+{
+  const std::size_t at = text.find(before);
+  return at == std::string::npos ? -1 : std::strtol(text.c_str() + at + before.size(), nullptr, 10);
+}
+
+ChildResult runWithLittleMemory(const std::string& name)
+{
+  return runChild(isSmall() ? "HOST_OPENCL_MEMORY=16" : "POCL_MEMORY_LIMIT=1", name);
+}
+
+void expectClearMessage(const ChildResult& child)
+{
+  EXPECT_EQ(child.status, 0) << child.output;
+  const std::string all = isSmall() ? "16 MiB" : "1024 MiB";
+  ASSERT_TRUE(contains(child.output, "device: " + all)) << child.output;
+  EXPECT_TRUE(contains(child.output, "message: The device \"")) << child.output;
+  EXPECT_TRUE(contains(child.output, "has too little memory: ")) << child.output;
+  EXPECT_TRUE(contains(child.output, "of " + all + " in all")) << "what there is is not said: " << child.output;
+  EXPECT_TRUE(contains(child.output, "Crop the scan")) << "what to do is not said: " << child.output;
+  // What the failed one holds stays as long as it lives: a small one fits beside it, and after it one of any size.
+  EXPECT_TRUE(contains(child.output, "beside: 960 displaced, reached 1,")) << child.output;
+  EXPECT_TRUE(
+    contains(child.output, "after: " + std::string(isSmall() ? "163840" : "10485760") + " displaced, reached 1,"))
+    << child.output;
+}
+
+TEST(Memory, ABufferLargerThanTheDeviceTakesSaysHowMuchIsNeeded)
+{
+  const ChildResult child = runWithLittleMemory("tooLargeInOnePiece");
+  expectClearMessage(child);
+  const long piece = isSmall() ? 4 : 256;
+  EXPECT_EQ(numberBehind(child.output, "largest single buffer is "), piece) << child.output;
+  EXPECT_GT(numberBehind(child.output, " needs "), piece) << child.output;
+}
+
+TEST(Memory, BuffersThatTogetherDoNotFitSayHowMuchIsNeeded)
+{
+  if (!isSmall())
+  {
+    GTEST_SKIP() << "PoCL lends more memory in all than it says it has";
+  }
+  const ChildResult child = runWithLittleMemory("tooManyTogether");
+  expectClearMessage(child);
+  EXPECT_TRUE(contains(child.output, "CL_MEM_OBJECT_ALLOCATION_FAILURE")) << child.output;
+  const long needed = numberBehind(child.output, " needs ");
+  EXPECT_TRUE(needed > 0 && needed <= 4) << "each buffer should fit by itself: " << child.output;
+  const long simulations = numberBehind(child.output, "simulations: ");
+  EXPECT_TRUE(simulations == 3 || simulations == 4) << child.output;
+}
+
+}
