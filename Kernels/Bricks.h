@@ -33,6 +33,7 @@ public:
 
   const Model& model() const { return *this->model_; }
   Context& context() const { return *this->context_; }
+  const std::shared_ptr<Context>& sharedContext() const { return this->context_; }
   Index3 size() const { return this->size_; }
   int elementsPerBrick() const { return this->elements_; }
   /// -D options that every kernel of brick.clh needs; `vectors`: as wide as the device likes, else one by one.

@@ -229,6 +229,14 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
   }
 }
 
+Model::Model(const Grid& grid, int axes, RowReader rows)
+  : grid_(grid)
+  , axes_(axes)
+  , read_(std::move(rows))
+{
+  this->anchors_.faces.fill(false);
+}
+
 void Model::row(int i, int j, int k, int count, float* out) const
 {
   this->read_(this->grid_.at(i, j, k), count, out);

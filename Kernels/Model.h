@@ -94,6 +94,12 @@ public:
   /// positive, more than 2^28 voxels.
   Model(const Grid& grid, const ArrayView& scalars, const Material& material, const Anchors& anchors);
 
+  /// Reads the signed constraints (see row()) of `count` voxels from one on along x.
+  using RowReader = std::function<void(std::size_t first, int count, float* out)>;
+
+  /// Tissue that is given as row() gives it. `grid` must be one that the other constructor takes.
+  Model(const Grid& grid, int axes, RowReader rows);
+
   const Grid& grid() const { return this->grid_; }
 
   /// 1 where the constraint is the same on every axis, else 3.
@@ -111,15 +117,12 @@ public:
   void row(int i, int j, int k, int count, float* out) const;
 
 private:
-  /// Constraints without anchors; air is minus infinity.
-  using RowReader = std::function<void(std::size_t first, int count, float* out)>;
-
   Grid grid_;
   Anchors anchors_;
   int axes_ = 1;
   std::size_t elements_ = 0;
   std::size_t nonFinite_ = 0;
-  RowReader read_;
+  RowReader read_; ///< before anchors_ are applied
 };
 
 }

@@ -1,6 +1,7 @@
 #include "Simulation.h"
 
 #include "Carving.h"
+#include "CoarseToFine.h"
 #include "Cutting.h"
 #include "Error.h"
 #include "Measurement.h"
@@ -26,6 +27,7 @@ public:
     , holds_(this->bricks_)
     , waves_(this->bricks_, this->holds_)
     , relaxation_(this->bricks_)
+    , coarseToFine_(this->bricks_, this->holds_)
     , paperRelaxation_(this->bricks_)
     , resampling_(this->bricks_)
   {
@@ -54,6 +56,7 @@ public:
   Bricks bricks_;
   Holds holds_;
   Waves waves_;
+  bool startsCoarse_ = false;
 
 private:
   void checkpoint(double share);
@@ -75,9 +78,11 @@ private:
   }
 
   Relaxation relaxation_;
+  CoarseToFine coarseToFine_;
   PaperRelaxation paperRelaxation_;
   RelaxationMethod relaxationMethod_ = RelaxationMethod::Projected;
   Elasticity elasticity_;
+  bool beyondLimits_ = false; ///< links may be, since the published method relaxed
   Resampling resampling_;
   std::optional<RigidClusters> clusters_;
   int sweep_ = 0; ///< since the last wave, cut or carve
@@ -117,6 +122,7 @@ void Simulation::Impl::reset()
   this->holds_.clear();
   this->bricks_.clearDisplacements();
   this->sweep_ = 0;
+  this->beyondLimits_ = false;
 }
 
 void Simulation::Impl::mend()
@@ -124,6 +130,7 @@ void Simulation::Impl::mend()
   this->reset();
   this->bricks_.mend();
   this->clusters_.reset();
+  this->coarseToFine_.forget();
 }
 
 std::size_t Simulation::Impl::cut(const Surface& surface)
@@ -133,6 +140,7 @@ std::size_t Simulation::Impl::cut(const Surface& surface)
   if (removed > 0)
   {
     this->clusters_.reset();
+    this->coarseToFine_.forget();
     this->sweep_ = 0;
   }
   return removed;
@@ -147,6 +155,7 @@ std::size_t Simulation::Impl::carve(const Surface& surface)
   {
     this->holds_.forget(removed);
     this->clusters_.reset();
+    this->coarseToFine_.forget();
     this->sweep_ = 0;
   }
   return removed.size();
@@ -289,7 +298,17 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
       const auto checkpoint = [&](int done) { this->checkpoint(static_cast<double>(done) / iterations); };
       if (this->relaxationMethod_ == RelaxationMethod::Paper)
       {
+        this->beyondLimits_ = true;
         return this->paperRelaxation_.run(this->elasticity_, waves, iterations, tolerance, checkpoint);
+      }
+      if (this->beyondLimits_ && !waves)
+      {
+        this->waves_.repair([&] { this->checkpoint(0.0); });
+        this->beyondLimits_ = false;
+      }
+      if (this->startsCoarse_ && this->sweep_ == 0 && !waves)
+      {
+        this->coarseToFine_.run(this->elasticity_, tolerance, [&] { this->checkpoint(0.0); });
       }
       this->rigidClusters().begin(this->holds_.voxels());
       RelaxResult result = this->relaxation_.run(
@@ -478,6 +497,11 @@ void Simulation::setPropagationTimes(bool wanted)
 void Simulation::setRelaxation(RelaxationMethod method, double elasticRecovery)
 {
   translated([&] { this->impl_->setRelaxation(method, elasticRecovery); });
+}
+
+void Simulation::setCoarseToFine(bool wanted)
+{
+  this->impl_->startsCoarse_ = wanted;
 }
 
 void Simulation::reset()

@@ -18,8 +18,8 @@ struct Settings
     0 }; ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
 };
 
-/// A hand in the tissue: it grabs the elements that are within `radius` of `position`, or the nearest one, when it first
-/// appears, and moves them together.
+/// A hand in the tissue: it grabs the elements that are within `radius` of `position`, or the nearest one, when it
+/// first appears, and moves them together.
 struct Probe
 {
   Vector3 position{};     ///< [mm], see Grid
@@ -84,7 +84,7 @@ struct RelaxResult
 /// Figures of the whole state.
 struct Statistics
 {
-  double energy = 0.0;        ///< sum over links and axes of (u(i) - u(j))^2 / D(i,j) [mm]
+  double energy = 0.0;        ///< sum over links and axes of max(0, |u(i) - u(j)| - (1 - r) D(i,j))^2 / D(i,j) [mm]
   double maxLinkExcess = 0.0; ///< largest violation of a link's limit, as a fraction of the spacing; 0 if none
   std::size_t displaced = 0;  ///< elements away from their rest place
   std::size_t allocated = 0;  ///< element places held on the device
@@ -105,7 +105,7 @@ struct ResampledBox
 /// The state is the displacement of every element, in float32, as a fraction of the spacing, kept in bricks that are
 /// allocated when a deformation first reaches them. Between any two calls the state is feasible: every link obeys
 /// |u(i) - u(j)| <= D(i,j) on every axis, to float rounding. Exceptions: while a wave is under way, and after a
-/// relaxation by the published method.
+/// relaxation by the published method, until the next one by the projected.
 ///
 /// Errors are exceptions of Error.h. After InputError the state is as before the call, after Aborted it is at rest;
 /// after DeviceError only the destructor may be called.
@@ -129,13 +129,16 @@ public:
   /// How waves that start from now on travel; one that is under way is finished first. Default: Envelope, Limit.
   void setPropagation(PropagationMethod method, ConflictPolicy policy);
 
-  /// Whether propagationTimes() and wavefronts() are wanted; Timestamp always keeps them. Default: off. Applies to waves
-  /// that start from now on.
+  /// Whether propagationTimes() and wavefronts() are wanted; Timestamp always keeps them. Default: off. Applies to
+  /// waves that start from now on.
   void setPropagationTimes(bool wanted);
 
   /// How tissue settles from now on. `elasticRecovery`, r in [0, 1]: strain of a link up to (1 - r) of its limit costs
   /// no energy, so that much stays when tissue is released. Default: Projected, 1.
   void setRelaxation(RelaxationMethod method, double elasticRecovery);
+
+  /// Whether the first relaxation after a wave, cut or carve starts on coarser grids (Projected only). Default: off.
+  void setCoarseToFine(bool wanted);
 
   /// Everything back to its rest place, all probes released. Cuts and carves stay.
   void reset();
@@ -151,9 +154,9 @@ public:
   /// Exact as cut(). Returns their number. Throws InputError where the surface is not closed.
   std::size_t carve(const Surface& surface);
 
-  /// Holds exactly these probes from now on. A probe of the same position and radius as one that is held already is that
-  /// one, moved where its displacement changed; others grab the tissue that is at their place now, and probes that are
-  /// no longer in the list are released where they are. Moves nothing yet: propagate() does.
+  /// Holds exactly these probes from now on. A probe of the same position and radius as one that is held already is
+  /// that one, moved where its displacement changed; others grab the tissue that is at their place now, and probes that
+  /// are no longer in the list are released where they are. Moves nothing yet: propagate() does.
   void hold(const std::vector<Probe>& probes);
 
   /// Lets the waves of moved probes travel, in the order in which the probes were moved, for at most so many iterations

@@ -324,11 +324,16 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   }
   if (this->disturbed_ && !this->underWay())
   {
-    this->markHeld(this->holds_.all());
-    this->repair_.run(this->propagation_, checkpoint);
-    this->disturbed_ = false;
+    this->repair(checkpoint);
   }
   return done;
+}
+
+void Waves::repair(const Checkpoint& checkpoint)
+{
+  this->markHeld(this->holds_.all());
+  this->repair_.run(this->propagation_, checkpoint);
+  this->disturbed_ = false;
 }
 
 /// Finds out by an envelope wave how far the probe can go, and starts there.

@@ -36,6 +36,9 @@ public:
   const WavesUnderWay* relaxable();
   void relaxed() { this->disturbed_ = true; }
 
+  /// Makes a feasible state of one that a relaxation has left otherwise. No wave may be under way.
+  void repair(const Checkpoint& checkpoint);
+
   /// All waves ended, no times known.
   void clear();
 

@@ -1,0 +1,170 @@
+// Relaxation that starts on coarser grids: feasible, lower in energy than without, probes and anchors in place, rigid
+// tissue rigid, cuts cut; and far ahead of single sweeps.
+
+#include "Scene.h"
+
+#include <cmath>
+
+namespace
+{
+
+using namespace chainmail;
+
+// Float32 rounding of displacements of a few voxels; what a coarse grid puts wrong is off by 0.1 and more.
+constexpr double tolerance = 1e-5;
+
+std::vector<oracle::Vector3> relaxed(const Scene& scene, const std::vector<Probe>& probes, bool coarse, int sweeps,
+  double* energy, const Surface* blade = nullptr, const Index3& brick = { 0, 0, 0 })
+{
+  Simulation simulation = simulate(scene, brick);
+  simulation.setCoarseToFine(coarse);
+  if (blade)
+  {
+    simulation.cut(*blade);
+  }
+  simulation.pull(probes);
+  const double before = simulation.measure().energy;
+  simulation.relax(sweeps, 1e-6);
+  *energy = simulation.measure().energy;
+  EXPECT_LE(*energy, before * (1 + 1e-6));
+  EXPECT_LE(simulation.measure().maxLinkExcess, tolerance);
+  return state(simulation);
+}
+
+}
+
+TEST(CoarseToFine, AFewSweepsGetNearTheOptimum)
+{
+  Scene scene({ 48, 44, 40 }, 0.25f);
+  scene.anchors.faces[4] = true;
+  const std::vector<Probe> probes{ probeAt(scene, { 24, 22, 36 }, { 4.0, 2.0, 3.0 }, 3.0) };
+  double optimum = 0.0;
+  double coarse = 0.0;
+  double fine = 0.0;
+  relaxed(scene, probes, true, 600, &optimum);
+  relaxed(scene, probes, true, 10, &coarse);
+  relaxed(scene, probes, false, 10, &fine);
+  EXPECT_GE(coarse, optimum * (1 - 1e-6));
+  EXPECT_LT(coarse, 1.05 * optimum);
+  EXPECT_GT(fine, 1.5 * optimum); // else there was nothing to gain
+}
+
+TEST(CoarseToFine, StateStaysFeasibleAndHeldTissueStays)
+{
+  for (int seed = 0; seed < 4; ++seed)
+  {
+    const int axes = seed % 2 == 0 ? 1 : 3;
+    Scene scene = randomScene({ 33, 21, 26 }, axes, 1200 + seed, 0.1, 0.05);
+    // A bone of several coarse elements.
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        if (std::abs(i - 16) < 8 && std::abs(j - 10) < 3 && std::abs(k - 13) < 3)
+        {
+          scene.scalar[scene.grid.at(i, j, k)] = 1.0f;
+          scene.give(i, j, k, 0.0f);
+        }
+      });
+    scene.anchors.faces[0] = true;
+    scene.grid.spacing = { 0.7, 1.1, 2.0 };
+    const oracle::Block block = scene.block();
+    const std::vector<Probe> probes = compatibleProbes(scene, 3, 4.0, 1210 + seed);
+    double energy = 0.0;
+    const auto u = relaxed(scene, probes, true, 3, &energy);
+    EXPECT_LE(oracle::maxLinkExcess(block, u), tolerance);
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      if (block.anchored[v])
+      {
+        EXPECT_EQ(u[v], oracle::Vector3{});
+      }
+    }
+    const auto hand = hands(block, probes);
+    for (const oracle::Hand& h : hand)
+    {
+      for (const std::size_t v : h.elements)
+      {
+        for (int a = 0; a < 3; ++a)
+        {
+          EXPECT_NEAR(u[v][a], h.target[a], tolerance);
+        }
+      }
+    }
+    for (int a = 0; a < 3; ++a)
+    {
+      const std::vector<int> label = oracle::clusters(block, a);
+      std::vector<std::size_t> first;
+      for (std::size_t v = 0; v < block.count(); ++v)
+      {
+        if (label[v] >= 0)
+        {
+          if (static_cast<std::size_t>(label[v]) == first.size())
+          {
+            first.push_back(v);
+          }
+          EXPECT_EQ(u[v][a], u[first[label[v]]][a]);
+        }
+      }
+    }
+    double again = 0.0;
+    EXPECT_EQ(relaxed(scene, probes, true, 3, &again), u) << "the same bits again";
+  }
+}
+
+TEST(CoarseToFine, ACutStaysACut)
+{
+  // Two halves, one of which is held and one pulled: nothing crosses.
+  for (const double place : { 15.5, 16.5 }) // between two coarse elements, and through one
+  {
+    Scene scene({ 32, 24, 24 }, 0.3f);
+    scene.anchors.faces[0] = true;
+    Surface blade;
+    blade.points = { { place, -1, -1 }, { place, 30, -1 }, { place, 30, 30 }, { place, -1, 30 } };
+    blade.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
+    double energy = 0.0;
+    const auto u = relaxed(scene, { probeAt(scene, { 26, 12, 12 }, { 5.0, 3.0, 0.0 }) }, true, 200, &energy, &blade);
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        const oracle::Vector3& v = u[scene.grid.at(i, j, k)];
+        if (i < place)
+        {
+          EXPECT_LT(std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]), 0.02) << i;
+        }
+        else
+        {
+          // A cut through coarse elements leaves more for the finer grids to do.
+          EXPECT_NEAR(v[0], 5.0, place == 15.5 ? 0.05 : 0.5) << i;
+          EXPECT_NEAR(v[1], 3.0, place == 15.5 ? 0.05 : 0.5) << i;
+        }
+      });
+  }
+}
+
+TEST(CoarseToFine, CarvesAndReleasesAreFollowed)
+{
+  Scene scene({ 30, 30, 20 }, 0.3f);
+  scene.anchors.faces[0] = true;
+  Simulation simulation = simulate(scene);
+  simulation.setCoarseToFine(true);
+  const Probe probe = probeAt(scene, { 20, 15, 10 }, { 3.0, 0.0, 0.0 });
+  simulation.pull({ probe });
+  simulation.relax(5, 0.0);
+  Surface box;
+  for (int n = 0; n < 8; ++n)
+  {
+    box.points.push_back({ n & 1 ? 14.5 : 9.5, n & 2 ? 40.0 : -10.0, n & 4 ? 40.0 : -10.0 });
+  }
+  box.triangles = { { 0, 2, 1 }, { 1, 2, 3 }, { 4, 5, 6 }, { 5, 7, 6 }, { 0, 1, 4 }, { 1, 5, 4 }, { 2, 6, 3 },
+    { 3, 6, 7 }, { 0, 4, 2 }, { 2, 4, 6 }, { 1, 3, 5 }, { 3, 7, 5 } };
+  EXPECT_GT(simulation.carve(box), 0u);
+  simulation.relax(100, 0.0);
+  // Nothing connects the probe with the anchored face any more.
+  EXPECT_LT(simulation.measure().energy, 0.05);
+  simulation.pull({});
+  simulation.relax(20, 0.0);
+  simulation.mend();
+  EXPECT_EQ(simulation.measure().displaced, 0u);
+  simulation.relax(20, 0.0);
+  EXPECT_EQ(simulation.measure().displaced, 0u);
+}
