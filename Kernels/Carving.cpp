@@ -210,6 +210,15 @@ template <typename F> void Solid::forColumns(const ExactTriangle& triangle, F&& 
   }
 }
 
+/// Whether all corners are on one side of a place along an axis. Most triangles of a column are.
+bool beside(const ExactTriangle& triangle, const Fixed3& place, int axis)
+{
+  const std::int64_t at = place[axis];
+  const bool below = triangle.corner[0][axis] < at && triangle.corner[1][axis] < at && triangle.corner[2][axis] < at;
+  const bool above = triangle.corner[0][axis] > at && triangle.corner[1][axis] > at && triangle.corner[2][axis] > at;
+  return below || above;
+}
+
 bool Solid::contains(const Vector3& place) const
 {
   for (int a = 0; a < 3; ++a)
@@ -234,7 +243,7 @@ void Solid::row(const Fixed3& first, int count, char* inside) const
   for (std::uint32_t n = this->ends_[column]; n < this->ends_[column + 1]; ++n)
   {
     const ExactTriangle& triangle = this->triangles_[this->inColumn_[n]];
-    if (!triangle.meetsLine(first, { 1, 0, 0 }))
+    if (beside(triangle, first, 1) || beside(triangle, first, 2) || !triangle.meetsLine(first, { 1, 0, 0 }))
     {
       continue;
     }
