@@ -1,0 +1,293 @@
+"""The scenes of the paper on heterogeneous ChainMail (Rodriguez, Leon and Arroyo), as data.
+
+Each function returns a Scene: an image, who grabs it and where it is cut, and the filter's properties. make_gallery.py
+draws them, Testing/Python/TestPaper*.py measures them. Figure numbers are the paper's; where it shows a leg, a hand or
+a sheep's heart, there are the forearm phantom and the scans of a heart and a head here.
+
+A scene becomes a pipeline with `open_scene`, in any Python of ParaView that has the plugin (PV_PLUGIN_PATH).
+"""
+
+import os
+
+import numpy as np
+import paraview.simple as pv
+from make_forearm import make_forearm
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkImagingCore import vtkExtractVOI
+
+AIR, BONE = -300.0, 600.0  # [HU] tissue starts here, rigid bone starts here: as in the CT preset
+
+
+class Scene:
+    """image: vtkImageData with active scalars. probes: a dictionary of ChainMailProbe's properties for each. cuts: origin
+    and two corners of a ParaView Plane for each. material: (scalar, constraint) points, or None. properties: of
+    ChainMailDeformation."""
+
+    def __init__(self, image, probes, cuts=(), material=None, **properties):
+        self.image, self.probes, self.cuts = image, list(probes), list(cuts)
+        self.material, self.properties = material, properties
+
+
+def open_scene(scene):
+    """(source, deformation): the scene as a pipeline, not yet updated."""
+    source = pv.TrivialProducer()
+    source.GetClientSideObject().SetOutput(scene.image)
+    source.MarkModified(source)
+    source.UpdatePipeline()
+    deformation = pv.ChainMailDeformation(Input=source)
+    if scene.material:
+        deformation.MaterialFunction.Points = [number for point in scene.material for number in (*point, 0.5, 0.0)]
+    for name, value in scene.properties.items():
+        setattr(deformation, name, value)
+    deformation.Probes = [pv.ChainMailProbe(**probe) for probe in scene.probes]
+    deformation.Cuts = [pv.Plane(Origin=list(a), Point1=list(b), Point2=list(c)) for a, b, c in scene.cuts]
+    return source, deformation
+
+
+def grab(position, drag, radius=0.0):
+    """A probe that pulls what is within `radius` of a place by a vector."""
+    return dict(Position=list(map(float, position)), Target=[float(p + d) for p, d in zip(position, drag)], Radius=radius)
+
+
+def hold(position, radius=0.0):
+    """A probe that holds its tissue where it is."""
+    return dict(Position=list(map(float, position)), Target=list(map(float, position)), Radius=radius, Anchor=1)
+
+
+def make_image(values, name, spacing=(1.0, 1.0, 1.0), origin=(0.0, 0.0, 0.0)):
+    """An image from an array [z, y, x], which become its scalars."""
+    image = vtkImageData()
+    image.SetDimensions(values.shape[::-1])
+    image.SetSpacing(spacing)
+    image.SetOrigin(origin)
+    add_array(image, values, name)
+    image.GetPointData().SetActiveScalars(name)
+    return image
+
+
+def add_array(image, values, name):
+    array = numpy_to_vtk(np.ascontiguousarray(values).ravel(), deep=1)
+    array.SetName(name)
+    image.GetPointData().AddArray(array)
+
+
+def values_of(image, name):
+    """A point array of one component as numpy [z, y, x]."""
+    return vtk_to_numpy(image.GetPointData().GetArray(name)).reshape(image.GetDimensions()[::-1])
+
+
+def coordinates(image):
+    """Places of the voxels along x, y, z [mm]; broadcast as [z, y, x]. For images that are not turned."""
+    first, size = image.GetExtent()[::2], image.GetDimensions()
+    lines = [image.GetOrigin()[a] + (first[a] + np.arange(size[a])) * image.GetSpacing()[a] for a in range(3)]
+    return lines[0][None, None, :], lines[1][None, :, None], lines[2][:, None, None]
+
+
+def read_scan(folder, name):
+    from vtkmodules.vtkIOImage import vtkMetaImageReader
+    reader = vtkMetaImageReader()
+    reader.SetFileName(os.path.join(folder, name + ".mhd"))
+    reader.Update()
+    return reader.GetOutput()
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Figure 4
+
+
+def three_elements():
+    """Three elements in a row whose links may give by 1.5 and 3 mm; the first is moved by 8 mm."""
+    spacing = 16.0
+    image = make_image(np.array([1.0, 2.0, 4.0], np.float32).reshape(1, 1, 3) / spacing, "Fraction", (spacing,) * 3)
+    return Scene(image, [grab((0, 0, 0), (8, 0, 0))], ConstraintArray="Fraction", TissueThreshold=0.0, AnchoredFaces=[0] * 6,
+                 RelaxationIterations=0)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Figure 5
+
+RING_SIZE = 17  # voxels of the ring's side; two of air around it
+
+
+def heterogeneous_ring():
+    """A ring, elastic on top and rigid at the sides and the bottom. Its upper left corner is moved: along the bottom the
+    lower right one follows at once, whatever arrives later over the top."""
+    n = RING_SIZE + 4
+    tissue = np.zeros((1, n, n), np.float32)
+    tissue[0, 2:-2, 2:-2] = 1
+    tissue[0, 3:-3, 3:-3] = 0
+    fraction = np.zeros_like(tissue)
+    fraction[0, -3, 3:-3] = 0.25
+    image = make_image(tissue, "Tissue")
+    add_array(image, fraction, "Fraction")
+    return Scene(image, [grab((2, n - 3, 0), (2.5, 1.75, 0))], ConstraintArray="Fraction", TissueThreshold=0.5,
+                 RelaxationIterations=0)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Figures 6, 7 and 8: a slice
+
+SLICE_AT = 0.62  # of the way from the wrist to the elbow
+
+
+def forearm_slice():
+    """A slice of the forearm phantom, across both bones: the scalars "CT" [HU]."""
+    volume = make_forearm((176, 160, 32))
+    extract = vtkExtractVOI()
+    extract.SetInputData(volume)
+    k = int(SLICE_AT * 32)
+    extract.SetVOI(0, 175, 0, 159, k, k)
+    extract.Update()
+    return extract.GetOutput()
+
+
+def surface(image, x, side):
+    """y of the outermost tissue at x [mm], in a slice; side: 1 upper, -1 lower."""
+    xs, ys, _ = coordinates(image)
+    column = values_of(image, "CT")[0, :, np.abs(xs.ravel() - x).argmin()] >= AIR
+    found = ys.ravel()[column]
+    return float(found.max() if side > 0 else found.min())
+
+
+def held_disc(image, x, side, depth, radius):
+    """A disc that reaches `depth` into the limb from above or from below: its centre."""
+    z = float(coordinates(image)[2].ravel()[0])
+    return np.array([x, surface(image, x, side) + side * (radius - depth), z])
+
+
+PRESS, PRESS_RADIUS, PRESS_DEPTH = 9.0, 30.0, 4.0  # [mm]
+
+
+def compressed_slice(heterogeneous):
+    """Figure 6: the slice between a plate that holds it from below and one that presses it from above. Heterogeneous: the
+    CT preset, bones are rigid; homogeneous: muscle throughout."""
+    image = forearm_slice()
+    z = image.GetExtent()[4]
+    add_array(image, np.full(values_of(image, "CT").shape, 0.25, np.float32), "Muscle")
+    image.GetPointData().SetActiveScalars("CT")
+    below, above = (held_disc(image, 3.0, side, PRESS_DEPTH, PRESS_RADIUS) for side in (-1, 1))
+    assert z == image.GetExtent()[5]
+    return Scene(image, [hold(below, PRESS_RADIUS), grab(above, (0, -PRESS, 0), PRESS_RADIUS)], MaterialPreset=1,
+                 ConstraintArray="" if heterogeneous else "Muscle", RelaxationIterations=60)
+
+
+CUT_Y, CUT_END = -11.625, 12.0  # [mm], halfway between voxels
+
+
+def pulled_slice(cut):
+    """Figure 7: muscle on the palm's side pulled outwards, whole or with a cut below the bones that the pull has to go
+    around."""
+    image = forearm_slice()
+    z = float(coordinates(image)[2].ravel()[0])
+    blades = [((-60, CUT_Y, z - 5), (CUT_END, CUT_Y, z - 5), (-60, CUT_Y, z + 5))] if cut else []
+    return Scene(image, [grab((-12, -21, z), (-3, -9, 0), 4.0)], blades, MaterialPreset=1, RelaxationIterations=0)
+
+
+INCISION_X, INCISION_DEPTH = 6.0, 19.0  # [mm]
+
+
+def opened_slice(cut):
+    """Figure 8: both lips of an incision pulled at once. "Side" labels the tissue: 1 left of the incision, 2 right."""
+    image = forearm_slice()
+    xs, ys, zs = coordinates(image)
+    z = float(zs.ravel()[0])
+    ct = values_of(image, "CT")
+    add_array(image, np.where(ct >= AIR, np.where(xs < INCISION_X, 1, 2), 0).astype(np.uint8), "Side")
+    image.GetPointData().SetActiveScalars("CT")
+    top = surface(image, INCISION_X, 1)
+    probes = [grab((INCISION_X + side * 9, surface(image, INCISION_X + side * 9, 1) - 5, z), (side * 7, 3, 0), 4.0)
+              for side in (-1, 1)]
+    blades = [((INCISION_X, top - INCISION_DEPTH, z - 5), (INCISION_X, top + 10, z - 5),
+               (INCISION_X, top - INCISION_DEPTH, z + 5))] if cut else []
+    return Scene(image, probes, blades, material=SKIN, LabelArrays=["Side"], TissueThreshold=AIR, RelaxationIterations=60)
+
+
+# Skin and fat that a hook can draw wide open; bone stays rigid.
+SKIN = [(-300.0, 0.7), (-100.0, 0.7), (60.0, 0.45), (150.0, 0.3), (BONE, 0.0)]
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Figure 9
+
+
+def probed_heart(folder):
+    """A heart's left ventricle, grabbed at its lateral wall from inside the blood and pushed out towards the lung.
+
+    Contrast agent fills the chambers with 250 to 550 HU, which is spongy bone to a preset; here blood is the softest
+    tissue, myocardium gives by 0.35, and only metal and dense bone, from 1000 HU, are rigid. Air and lung, below -300
+    HU, are no tissue, so that the heart's outer wall is free where it lies on the lung; the six faces of the box hold
+    what touches them."""
+    image = read_scan(folder, "heart_cta")
+    material = [(-300.0, 0.35), (-100.0, 0.4), (50.0, 0.35), (150.0, 0.35), (250.0, 0.5), (600.0, 0.5), (1000.0, 0.0)]
+    return Scene(image, [grab(place_of(image, HEART_WALL), (-18.0, -4.0, 0.0), 12.0)], material=material, TissueThreshold=-300.0,
+                 RelaxationIterations=40)
+
+
+HEART_WALL = (25, 83, 62)  # index of the voxel in the blood at the lateral wall
+HEART_CHAMBER = (40, 84, 62)  # and in the middle of the chamber
+
+
+def place_of(image, index):
+    return np.array(image.GetOrigin()) + np.array(index) * np.array(image.GetSpacing())
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Figure 10
+
+THIN_RADIUS, THIN_WIDTH = 40.0, 2.0  # [mm] of the ring; voxels of 1 mm
+
+
+def thin_ring():
+    """A ring of tissue two voxels thin, dented on its left. The other side is the same tissue, and stays."""
+    n = 101
+    axis = np.arange(n) - n // 2
+    away = np.hypot(axis[None, :], axis[:, None])
+    tissue = (np.abs(away - THIN_RADIUS) <= 0.5 * THIN_WIDTH).astype(np.float32)[None]
+    image = make_image(tissue, "Tissue", origin=(-(n // 2), -(n // 2), 0))
+    return Scene(image, [grab((-THIN_RADIUS, 0, 0), (15, 0, 0), 2.0)], material=[(0.5, 0.3), (1.0, 0.3)], TissueThreshold=0.5,
+                 RelaxationIterations=10)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Figure 11
+
+
+def hook(place, across, out, side, away, apart, lift, radius):
+    """A hook beside an incision: grabs at `away` from it, on one side, and pulls by `apart` along `across`, away from the
+    incision, and by `lift` outwards."""
+    place, across, out = (np.asarray(v, float) for v in (place, across, out))
+    return grab(place + side * away * across, side * apart * across + lift * out, radius)
+
+
+def opened_limb(size=(176, 160, 208), cut=True):
+    """The forearm's skin, cut along the limb and drawn open by two hooks. As the paper's hand: constraints up to a half,
+    bones rigid, 80 % elastic recovery."""
+    image = make_forearm(size)
+    xs, ys, zs = coordinates(image)
+    x, z = 3.0, 18.0
+    i, k = np.abs(xs.ravel() - x).argmin(), np.abs(zs.ravel() - z).argmin()
+    top = float(ys.ravel()[values_of(image, "CT")[k, :, i] >= AIR].max())
+    place = (x, top - 4, z)
+    probes = [hook(place, (1, 0, 0), (0, 1, 0), side, 9, 13, 6, 6.0) for side in (-1, 1)]
+    blades = [((x, top - 20, z - 34), (x, top + 15, z - 34), (x, top - 20, z + 34))] if cut else []
+    material = [(-300.0, 0.5), (-100.0, 0.5), (60.0, 0.4), (150.0, 0.3), (BONE, 0.0)]
+    return Scene(image, probes, blades, material=material, TissueThreshold=AIR, BackgroundValue=-1024.0, ElasticRecovery=0.8,
+                 RelaxationIterations=60)
+
+
+CHEEK = (78, 38)  # y, z indices
+
+
+def opened_cheek(folder, cut=True):
+    """The cheek of a head, cut downwards and drawn open; skull, jaw and teeth are rigid. The scan has 8 bits:
+    HU is about 16 v - 1024, skin starts at 35, bone at 100."""
+    image = read_scan(folder, "head_vhf_ct")
+    y, z = CHEEK
+    line = values_of(image, "MetaImage")[z, y] >= 35
+    x = int(np.nonzero(line & np.roll(line, 6) & np.roll(line, 3))[0].max())
+    place = place_of(image, (x - 5, y, z))
+    probes = [hook(place, (0, 1, 0), (1, 0, 0), side, 10, 13, 3, 7.0) for side in (-1, 1)]
+    a, b, c = (place + np.array(v) for v in ((-14, 0, -22), (20, 0, -22), (-14, 0, 22)))
+    material = [(35.0, 0.5), (60.0, 0.5), (68.0, 0.4), (85.0, 0.2), (100.0, 0.0)]
+    return Scene(image, probes, [(a, b, c)] if cut else [], material=material, TissueThreshold=35.0, BackgroundValue=0.0,
+                 RelaxationIterations=60)
