@@ -25,6 +25,8 @@ public:
   {
   }
 
+  ~PaperRelaxation() { this->release(); }
+
   RelaxResult run(const Elasticity& elasticity, const WavesUnderWay* waves, int iterations, double tolerance,
     const std::function<void(int)>& checkpoint);
 

@@ -26,9 +26,8 @@ float stillResidual(double tolerance);
 
 /// Three-colour projected over-relaxation (relax.cl, clusters.cl): red elements, black elements, rigid clusters.
 ///
-/// Only active bricks are visited. The state must be feasible, for the energy not to rise and for the state to stay
-/// feasible; after a relaxation by the published method it need not be, and no promise is made but that all stays
-/// finite.
+/// Only active bricks are visited. The state must be feasible: then it stays so and the energy does not rise. Where it
+/// is not, as while waves are under way, elements whose boxes have no common point stay.
 class Relaxation
 {
 public:

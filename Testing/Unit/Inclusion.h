@@ -36,3 +36,32 @@ inline chainmail::Probe corner(const Scene& scene, const chainmail::Vector3& dis
   probe.radius = 0.0;
   return probe;
 }
+
+/// How far the element of corner() can go, per axis, as a fraction of the spacing.
+inline chainmail::Vector3 reachOfCorner(const Scene& scene)
+{
+  const oracle::Block block = scene.block();
+  oracle::Hand hand = hands(block, { corner(scene, {}) })[0];
+  hand.target = { 1e3, 1e3, 1e3 };
+  return oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), { hand }).reached[0];
+}
+
+/// A pull at the corner by these shares of what the tissue allows.
+inline chainmail::Probe pullBy(const Scene& scene, const chainmail::Vector3& shares)
+{
+  const chainmail::Vector3 reach = reachOfCorner(scene);
+  chainmail::Vector3 displacement;
+  for (int a = 0; a < 3; ++a)
+  {
+    displacement[a] = shares[a] * reach[a] * scene.grid.spacing[a];
+  }
+  return corner(scene, displacement);
+}
+
+/// inclusionScene() with tissue where corner() grabs.
+inline Scene cornerScene(int n, int axes, std::uint64_t seed)
+{
+  Scene scene = inclusionScene(n, axes, seed);
+  scene.scalar[scene.grid.at(n - 2, n - 3, n / 2)] = 1.0f;
+  return scene;
+}

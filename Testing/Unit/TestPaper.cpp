@@ -300,19 +300,34 @@ TEST(Paper, BoneIsLocked)
     }
   }
   const std::vector<Probe> probes{ probeAt(scene, { 10, 7, 4 }, { 0.0, 0.25, 0.0 }) };
-  double went[2];
   for (const bool projected : { false, true })
   {
     Simulation simulation = projected ? simulate(scene) : published(scene);
     simulation.pull(probes);
     simulation.relax(200, 0.0);
     const std::vector<oracle::Vector3> u = state(simulation);
-    const std::size_t inside = scene.grid.at(10, 4, 4);
-    went[projected] = u[inside][1];
-    EXPECT_EQ(u[scene.grid.at(5, 4, 4)][1] == u[inside][1], projected || went[0] == 0.0) << "in one piece";
+    double low = 1.0;
+    double high = -1.0;
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        if (scene.constraint[scene.grid.at(i, j, k)] == 0.0f)
+        {
+          low = std::min(low, u[scene.grid.at(i, j, k)][1]);
+          high = std::max(high, u[scene.grid.at(i, j, k)][1]);
+        }
+      });
+    if (projected)
+    {
+      EXPECT_GT(low, 0.05);
+      EXPECT_EQ(low, high) << "in one piece";
+    }
+    else
+    {
+      EXPECT_LT(high, 1e-4);
+      EXPECT_GT(high, low) << "no two elements at the same place: it bends, by little";
+    }
   }
-  EXPECT_GT(went[1], 1e-2);
-  EXPECT_LT(std::abs(went[0]), 0.01 * went[1]);
 }
 
 // Only what moved is visited, and the tissue around it: memory grows with the iterations, and a small pull in large
@@ -329,37 +344,52 @@ TEST(Paper, TissueFarAwayIsNotVisited)
   EXPECT_LT(statistics.allocated, scene.grid.voxels() / 8);
 }
 
-// After the published method the state is not feasible. The projected one must still end somewhere, near what there
-// was.
-TEST(Paper, ProjectedAfterwardsStaysFinite)
+// After the published method links are beyond their limits. The projected one repairs that first and goes on as ever.
+TEST(Paper, ProjectedAfterwardsIsFeasibleAgain)
 {
   for (const std::uint64_t seed : { 230, 231 })
   {
     Scene scene = inclusionScene(13, 1, seed);
     scene.scalar[scene.grid.at(11, 10, 6)] = 1.0f;
     const oracle::Block block = scene.block();
+    const std::vector<Probe> probes{ corner(scene, { 3.0, -2.5, 2.8 }) };
     Simulation simulation = published(scene);
-    simulation.pull({ corner(scene, { 3.0, -2.5, 2.8 }) });
+    simulation.pull(probes);
+    const std::vector<oracle::Vector3> pulled = state(simulation);
     simulation.relax(100, 0.0);
     ASSERT_GT(simulation.measure().maxLinkExcess, 0.05);
     const std::size_t bytes = simulation.measure().deviceBytes;
     simulation.setRelaxation(RelaxationMethod::Projected, 1.0);
     EXPECT_LT(simulation.measure().deviceBytes, bytes) << "the second copy of the state goes";
-    for (int call = 0; call < 20; ++call)
+
+    simulation.relax(1, 0.0);
+    std::vector<oracle::Vector3> now = state(simulation);
+    EXPECT_LE(oracle::maxLinkExcess(block, now), 1e-5);
+    double before = oracle::energy(block, now);
+    for (int call = 0; call < 10; ++call)
     {
-      simulation.relax(call < 10 ? 1 : 100, 0.0);
-      for (const oracle::Vector3& u : state(simulation))
+      simulation.relax(5, 0.0);
+      now = state(simulation);
+      ASSERT_LE(oracle::energy(block, now), before * (1.0 + 1e-6));
+      ASSERT_LE(oracle::maxLinkExcess(block, now), 1e-5);
+      before = oracle::energy(block, now);
+    }
+    simulation.relax(1500, 0.0);
+    const std::vector<char> held = heldIn(block, probes);
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      for (int a = 0; held[v] && a < 3; ++a)
       {
-        for (const double x : u)
-        {
-          ASSERT_LT(std::abs(x), 6.0) << "call " << call; // twice the pull; takes a NaN as well
-        }
+        ASSERT_EQ(state(simulation)[v][a], pulled[v][a]) << "in hand";
       }
     }
-    EXPECT_LT(simulation.measure().maxLinkExcess, 3.0);
-    // And back again, and released: all goes home.
+    const oracle::Optimum best = oracle::minimise(block, held, pulled);
+    EXPECT_LT(oracle::energy(block, state(simulation)), 1.001 * best.energy);
+
+    // And back again.
     simulation.setRelaxation(RelaxationMethod::Paper, 1.0);
-    simulation.relax(5, 0.0);
+    simulation.relax(50, 0.0);
+    EXPECT_GT(simulation.measure().maxLinkExcess, 0.05);
     simulation.reset();
     EXPECT_EQ(simulation.measure().displaced, 0u);
     EXPECT_TRUE(simulation.relax(5, 0.0).converged);

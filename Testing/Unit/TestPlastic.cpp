@@ -26,34 +26,6 @@ oracle::Block plasticBlock(const Scene& scene, double recovery)
   return block;
 }
 
-/// How far the element of corner() can go, per axis, as a fraction of the spacing.
-Vector3 reachOfCorner(const Scene& scene)
-{
-  const oracle::Block block = scene.block();
-  oracle::Hand hand = hands(block, { corner(scene, {}) })[0];
-  hand.target = { 1e3, 1e3, 1e3 };
-  return oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), { hand }).reached[0];
-}
-
-/// A pull at the corner by these shares of what the tissue allows.
-Probe pullBy(const Scene& scene, const Vector3& shares)
-{
-  const Vector3 reach = reachOfCorner(scene);
-  Vector3 displacement;
-  for (int a = 0; a < 3; ++a)
-  {
-    displacement[a] = shares[a] * reach[a] * scene.grid.spacing[a];
-  }
-  return corner(scene, displacement);
-}
-
-Scene cornerScene(int n, int axes, std::uint64_t seed)
-{
-  Scene scene = inclusionScene(n, axes, seed);
-  scene.scalar[scene.grid.at(n - 2, n - 3, n / 2)] = 1.0f;
-  return scene;
-}
-
 /// Engine and oracle on the same block after the same pull. The state of an optimum is not unique, its energy is.
 void expectOptimum(const Scene& scene, double recovery, const Vector3& shares, const char* what)
 {
