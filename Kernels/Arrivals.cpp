@@ -115,6 +115,7 @@ template <typename T> void Arrivals::read(const Field& field, T nothing, T* out)
     }
     this->bricks_.readSlot(field, slot, values);
     const Index3 first = this->bricks_.origin(this->bricks_.brick(slot));
+    const bool carved = this->bricks_.carvedBricks().count(this->bricks_.brick(slot)) > 0;
     for (int k = first[2]; k < std::min(first[2] + size[2], grid.size[2]); ++k)
     {
       for (int j = first[1]; j < std::min(first[1] + size[1], grid.size[1]); ++j)
@@ -124,7 +125,7 @@ template <typename T> void Arrivals::read(const Field& field, T nothing, T* out)
           const std::uint32_t local = this->bricks_.local(i, j, k);
           for (std::size_t a = 0; a < axes; ++a)
           {
-            if (fronts[a * count + local] != 0)
+            if (fronts[a * count + local] != 0 && !(carved && this->bricks_.carved(i, j, k)))
             {
               out[axes * grid.at(i, j, k) + a] = values[a * count + local];
             }

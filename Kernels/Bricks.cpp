@@ -469,9 +469,7 @@ void Bricks::removeElements(const std::vector<std::size_t>& voxels)
   this->uploadCuts();
   const std::size_t axes = this->model_->axes();
   this->setConstraints(addresses, std::vector<float>(axes * addresses.size(), -std::numeric_limits<float>::infinity()));
-  const std::vector<float> rest(3 * addresses.size(), 0.0f);
-  this->setDisplacements(addresses, rest);
-  this->set(this->before, 3, addresses, rest);
+  this->setDisplacements(addresses, std::vector<float>(3 * addresses.size(), 0.0f));
 }
 
 void Bricks::row(int i, int j, int k, int count, float* out) const

@@ -392,11 +392,17 @@ void Holds::forget(const std::vector<std::size_t>& voxels)
         kept.grabbed.insert(kept.grabbed.end(), hold->grabbed.begin() + 3 * n, hold->grabbed.begin() + 3 * n + 3);
       }
     }
-    if (kept.voxels.empty())
+    const bool placeCarved = std::any_of(voxels.begin(), voxels.end(),
+      [&](std::size_t voxel)
+      {
+        const Index3 at = this->bricks_.model().grid().indexOf(voxel);
+        return this->bricks_.address(at[0], at[1], at[2]) == hold->place;
+      });
+    if (placeCarved && kept.voxels.empty())
     {
       kept.placeGrabbed.fill(0.0f); // carved tissue is at 0
     }
-    else if (kept.voxels.size() < hold->voxels.size())
+    else if (placeCarved)
     {
       kept.place = kept.addresses.front();
       std::copy_n(kept.grabbed.begin(), 3, kept.placeGrabbed.begin());

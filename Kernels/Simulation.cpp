@@ -135,7 +135,8 @@ void Simulation::Impl::mend()
 
 std::size_t Simulation::Impl::cut(const Surface& surface)
 {
-  this->propagate(0); // a wave that is under way knows the links it has passed
+  fixedPoints(surface, this->model_->grid(), "cut"); // refuses before anything moves
+  this->propagate(0);                                // a wave that is under way knows the links it has passed
   const std::size_t removed = cutLinks(this->bricks_, surface);
   if (removed > 0)
   {

@@ -543,23 +543,43 @@ TEST(Carve, WhatIsLeftIsAsIfTheRestHadNeverBeen)
 
 TEST(Carve, TheWaveGoesAroundTheHole)
 {
-  Scene scene = randomScene({ 24, 20, 6 }, 1, 12, 0.0, 0.0);
-  const Surface wall = box({ 10.3, -5.0, -5.0 }, { 13.6, 16.4, 20.0 });
-  for (const Index3& brick : brickSizes())
+  for (const PropagationMethod method : { PropagationMethod::Envelope, PropagationMethod::Timestamp })
   {
-    Simulation simulation = simulate(scene, brick);
-    EXPECT_EQ(simulation.carve(wall), 3u * 17u * 6u);
-    const std::vector<Probe> probes{ probeAt(scene, { 6, 4, 3 }, { 8.0, -7.0, 9.0 }) };
-    simulation.pull(probes);
-    const oracle::Block block = without(scene, simulation).block();
-    const auto expected = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), hands(block, probes));
-    EXPECT_LT(largestDifference(block, state(simulation), expected.state), 1e-5);
-    const oracle::Block whole = scene.block();
-    const auto straight = oracle::propagate(whole, std::vector<oracle::Vector3>(whole.count()), hands(whole, probes));
-    const std::size_t behind = scene.grid.at(15, 4, 3);
-    EXPECT_GT(expected.state[behind][0], 0.1) << "the wave does not get around";
-    EXPECT_LT(expected.state[behind][0], straight.state[behind][0] - 1.0) << "the wave needs no way around";
-    expectConsistent(scene, simulation);
+    Scene scene = randomScene({ 24, 20, 6 }, 1, 12, 0.0, 0.0);
+    const Surface wall = box({ 10.3, -5.0, -5.0 }, { 13.6, 16.4, 20.0 });
+    for (const Index3& brick : brickSizes())
+    {
+      Simulation simulation = simulate(scene, brick);
+      simulation.setPropagation(method, ConflictPolicy::Limit);
+      simulation.setPropagationTimes(true);
+      EXPECT_EQ(simulation.carve(wall), 3u * 17u * 6u);
+      const std::vector<Probe> probes{ probeAt(scene, { 6, 4, 3 }, { 8.0, -7.0, 9.0 }) };
+      simulation.pull(probes);
+      const oracle::Block block = without(scene, simulation).block();
+      const auto expected = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), hands(block, probes));
+      EXPECT_LT(largestDifference(block, state(simulation), expected.state), 1e-5);
+      const oracle::Block whole = scene.block();
+      const auto straight = oracle::propagate(whole, std::vector<oracle::Vector3>(whole.count()), hands(whole, probes));
+      const std::size_t behind = scene.grid.at(15, 4, 3);
+      EXPECT_GT(expected.state[behind][0], 0.1) << "the wave does not get around";
+      EXPECT_LT(expected.state[behind][0], straight.state[behind][0] - 1.0) << "the wave needs no way around";
+      expectConsistent(scene, simulation);
+
+      // Also once it has come: a hole has no time.
+      const auto timeAt = [&](const Index3& at)
+      {
+        std::vector<float> times(scene.grid.voxels());
+        std::vector<int> fronts(scene.grid.voxels());
+        simulation.propagationTimes(times.data());
+        simulation.wavefronts(fronts.data());
+        EXPECT_EQ(fronts[scene.grid.at(at[0], at[1], at[2])] > 0, times[scene.grid.at(at[0], at[1], at[2])] >= 0.0f);
+        return times[scene.grid.at(at[0], at[1], at[2])];
+      };
+      EXPECT_EQ(timeAt({ 12, 4, 3 }), -1.0f);
+      EXPECT_GT(timeAt({ 9, 4, 3 }), 0.0f);
+      EXPECT_GT(simulation.carve(box({ -1.0, -5.0, -5.0 }, { 30.0, 40.0, 40.0 })), 1000u);
+      EXPECT_EQ(timeAt({ 9, 4, 3 }), -1.0f);
+    }
   }
 }
 
@@ -679,6 +699,63 @@ TEST(Carve, AProbeLetsGoOfWhatIsCarved)
   simulation.reset();
   EXPECT_EQ(simulation.measure().displaced, 0u);
   expectConsistent(scene, simulation);
+}
+
+TEST(Carve, AProbeWithoutTissueOfItsOwn)
+{
+  Scene scene({ 20, 16, 14 }, 0.3f);
+  Simulation simulation = simulate(scene);
+  std::vector<Probe> probes{ probeAt(scene, { 6, 8, 7 }, { 2.0, 0.0, 0.0 }) };
+  simulation.pull(probes);
+  probes.push_back(probeAt(scene, { 8, 8, 7 }, {})); // where the first one has taken its element
+  auto results = simulation.pull(probes);
+  ASSERT_EQ(results[1].elements, 0u);
+  const Vector3 reached = results[1].reached;
+
+  // Elsewhere, and then both.
+  EXPECT_GT(simulation.carve(sphere({ 15.2, 8.1, 7.3 }, 2.1, 9, 12)), 0u);
+  results = simulation.probes();
+  EXPECT_EQ(results[0].reached, (Vector3{ 2.0, 0.0, 0.0 }));
+  EXPECT_EQ(results[1].reached, reached);
+  EXPECT_GT(simulation.carve(sphere({ 8.2, 8.1, 7.3 }, 2.1, 9, 12)), 0u);
+  results = simulation.probes();
+  for (const ProbeResult& result : results)
+  {
+    EXPECT_EQ(result.elements, 0u);
+    EXPECT_EQ(result.reached, (Vector3{}));
+  }
+}
+
+// A carve waits for the wave; one that is refused, and likewise a cut, lets it travel on.
+TEST(Carve, WhileAWaveIsUnderWay)
+{
+  for (const PropagationMethod method : { PropagationMethod::Envelope, PropagationMethod::Timestamp })
+  {
+    Scene scene = randomScene({ 26, 18, 16 }, 1, 71, 0.05);
+    const std::vector<Probe> probes = compatibleProbes(scene, 2, 4.0, 72);
+    const Surface ball = sphere({ 13.2, 9.1, 8.3 }, 4.2, 9, 12);
+    Simulation whole = simulate(scene, { 4, 2, 2 }), simulation = simulate(scene, { 4, 2, 2 });
+    whole.setPropagation(method, ConflictPolicy::Limit);
+    whole.pull(probes);
+    whole.carve(ball);
+
+    simulation.setPropagation(method, ConflictPolicy::Limit);
+    simulation.hold(probes);
+    ASSERT_FALSE(simulation.propagate(1).finished);
+    const std::vector<float> before = displacements(simulation);
+    Surface broken = ball;
+    broken.triangles.pop_back();
+    messageOf<InputError>([&] { simulation.carve(broken); });
+    broken.triangles.push_back({ 0, 1, 999999 });
+    messageOf<InputError>([&] { simulation.cut(broken); });
+    EXPECT_TRUE(sameBits(displacements(simulation), before));
+
+    simulation.carve(ball);
+    EXPECT_TRUE(simulation.propagate(0).finished);
+    EXPECT_EQ(elements(simulation), elements(whole));
+    EXPECT_TRUE(sameBits(displacements(simulation), displacements(whole)));
+    expectConsistent(scene, simulation);
+  }
 }
 
 TEST(Carve, CutsAndCarvesTogether)
