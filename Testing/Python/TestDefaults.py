@@ -7,7 +7,8 @@ from paraview.simple import *
 
 FIXED = {"MaterialPreset": 0, "AnchorRigid": 0, "AnchoredFaces": (1,) * 6, "RelaxationIterations": 40,
          "RelaxationTolerance": 1e-3, "Interpolation": 0, "OutputPadding": 0, "Device": "", "BlockSize": (0, 0, 0),
-         "ConstraintArray": ""}
+         "ConstraintArray": "", "Mode": 0, "PropagationMethod": 0, "PropagationIterations": 0, "ConflictPolicy": 0,
+         "PropagationTimes": True, "RelaxationMethod": 0, "ElasticRecovery": 1.0}
 
 
 def nodes(function):
@@ -71,6 +72,9 @@ require(fitted.TissueThreshold == -300 and fitted.BackgroundValue == -1000,
 given = ChainMailDeformation(Input=produce(image), TissueThreshold=12.5, Device="")
 require(given.TissueThreshold == 12.5 and given.BackgroundValue == -1000, "a given threshold became %g",
         given.TissueThreshold)
+given = ChainMailDeformation(Input=produce(image), TissueThreshold=0, BackgroundValue=0)
+require(given.TissueThreshold == 0 and given.BackgroundValue == 0, "a given 0 became %g and %g", given.TissueThreshold,
+        given.BackgroundValue)
 
 # With another array the defaults can be fitted anew, as the panel's reset button does.
 values = make_image(rng.uniform(0, 100, (6, 7, 8)), "other").GetPointData().GetArray("other")
