@@ -68,7 +68,8 @@ kernel void arrive(global const int* list, int rounds, uint pitch, global const 
               moved |= LOAD(displacement + a * pitch + s.self) != LOAD(before + a * pitch + s.self);
             }
             STORE(select(time, select(-next, next, moved), earlier), arrival + axis * pitch + s.self);
-            touched |= movedFaces(&s, earlier);
+            // Who did not move has nothing to pass on; beyond there may be no brick yet.
+            touched |= movedFaces(&s, earlier & moved);
           }
         }
         if (touched)

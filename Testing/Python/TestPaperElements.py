@@ -52,6 +52,24 @@ for probes in (scene.probes, scene.probes + [second], [second] + scene.probes):
             require(result.time[corner] == 0.0, "%s: the corner is reached after %g", what, result.time[corner])
 print("figure 5: the corner follows the rigid branch in every order of probes, block size and method")
 
+# A block of links of 0.25 mm: of a pull by 0.25 n mm the wave moves what is fewer than n links away and comes to what is n
+# links away, whatever block that is in; no wave comes to the rest.
+n = 24
+links = np.indices((n, n, n)).sum(axis=0).ravel()
+image = scenes.make_image(np.full((n, n, n), 0.25, np.float32), "Fraction")
+for reach in range(1, 26):
+    scene = scenes.Scene(image, [scenes.grab((0, 0, 0), (0.25 * reach, 0, 0))], ConstraintArray="Fraction", TissueThreshold=0.0,
+                         AnchoredFaces=[0] * 6, RelaxationIterations=0, BlockSize=[4, 2, 2])
+    result = run(scene)
+    for method, number in METHODS.items():
+        result.again(PropagationMethod=number)
+        require((result.displacement[:, 0] == np.maximum(0.25 * (reach - links), 0)).all(), "block, %d links, %s: displacements",
+                reach, method)
+        wrong = result.time != np.where(links <= reach, 0.25 * links, -1)
+        require(not wrong.any(), "block, %d links, %s: the times of %d elements are wrong, those of %d links up", reach, method,
+                wrong.sum(), links[wrong].min() if wrong.any() else 0)
+print("in a block, waves end where they end")
+
 # Figure 10.
 scene = scenes.thin_ring()
 x = np.broadcast_to(scenes.coordinates(scene.image)[0], scenes.values_of(scene.image, "Tissue").shape).ravel()
