@@ -4,32 +4,28 @@
 # the scene must give. That an error is noticed is tested as well, by a second run with the probe in the air.
 set -u
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
+. "$here/window.sh"
 
-[ -n "${DISPLAY:-}" ] || { echo "SKIPPED: there is no X display; Testing/run-all.sh starts one"; exit 125; }
 output=$CHAINMAIL_OUTPUT/Gui
 rm -rf "$output" && mkdir -p "$output" || fail "cannot write to $output"
 "$CHAINMAIL_PVPYTHON" "$here/../../Data/make_forearm.py" "$output/scan.vti" --size 64 56 72 || fail "no phantom"
 
-# play NAME X: runs the events with the probe at x = X; the result is the status, and $output/NAME/log.txt.
-play() {
-  mkdir -p "$output/$1" && mkdir -m 700 "$output/$1/home"
+# pull NAME X: runs the events with the probe at x = X.
+pull() {
+  mkdir -p "$output/$1"
   sed -e "s|@PLUGIN@|$CHAINMAIL_PLUGIN|; s|@SCAN@|$output/scan.vti|; s|@OUTPUT@|$output/$1|; s|@X@|$2|" \
     "$here/PullTissue.xml.in" >"$output/$1/events.xml"
-  # Nothing of the user's settings, and no plugin but the one that the events load.
-  env -u PV_PLUGIN_PATH HOME="$output/$1/home" XDG_RUNTIME_DIR="$output/$1/home" timeout 300 \
-    "$CHAINMAIL_PARAVIEW" --dr --test-directory="$output/$1" --test-script="$output/$1/events.xml" --exit \
-    >"$output/$1/log.txt" 2>&1
+  # No plugin but the one that the events load.
+  (unset PV_PLUGIN_PATH && play "$output/$1")
 }
-errors() { grep -E 'ERR\||ERROR:|error:' "$output/$1/log.txt"; }
 
-play good 1
+pull good 1
 status=$?
 [ $status -eq 0 ] || fail "ParaView ended with status $status: $(tail -n 30 "$output/good/log.txt")"
-if errors good >/dev/null; then fail "ParaView reports: $(errors good)"; fi
+if errors "$output/good" >/dev/null; then fail "ParaView reports: $(errors "$output/good")"; fi
 "$CHAINMAIL_PVPYTHON" "$here/checkPullTissue.py" "$output/scan.vti" "$output/good" || fail "see above"
 
-play bad 61
-errors bad | grep -q . || fail "a probe in the air went unnoticed: $(tail -n 30 "$output/bad/log.txt")"
+pull bad 61
+errors "$output/bad" | grep -q . || fail "a probe in the air went unnoticed: $(tail -n 30 "$output/bad/log.txt")"
 grep -q 'holds no tissue' "$output/bad/log.txt" || fail "the message about a probe in the air is not in the log"
 echo "the window works, and its errors are noticed"

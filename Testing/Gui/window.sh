@@ -1,0 +1,16 @@
+# What the tests of ParaView's window share; they source this file.
+
+fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
+
+[ -n "${DISPLAY:-}" ] || { echo "SKIPPED: there is no X display; Testing/run-all.sh starts one"; exit 125; }
+
+# play FOLDER [options of ParaView]: plays FOLDER/events.xml, with nothing of the user's settings. The result is the
+# status, and FOLDER/log.txt.
+play() {
+  mkdir -p -m 700 "$1/home"
+  HOME="$1/home" XDG_RUNTIME_DIR="$1/home" timeout 600 \
+    "$CHAINMAIL_PARAVIEW" --dr "${@:2}" --test-directory="$1" --test-script="$1/events.xml" --exit >"$1/log.txt" 2>&1
+}
+
+# The errors that ParaView reported in a FOLDER; fails where there are none.
+errors() { grep -E 'ERR\||ERROR:|error:' "$1/log.txt"; }
