@@ -333,7 +333,7 @@ void TestScan(Checks& check, const std::string& file, const std::string& name)
     const int blocks[3][3] = { { 4, 4, 4 }, { 16, 8, 4 }, { 64, 2, 16 } };
     for (const auto& block : blocks)
     {
-      if (!thorough && (number == 1 || block != blocks[1]))
+      if (!thorough && (number == 1 || &block != &blocks[1]))
       {
         continue;
       }
