@@ -73,6 +73,13 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
   to->SetTissueThreshold(from->GetTissueThreshold());
   to->SetAnchorRigid(from->GetAnchorRigid());
   to->SetAnchoredFaces(from->GetAnchoredFaces());
+  to->SetMode(from->GetMode());
+  to->SetPropagationMethod(from->GetPropagationMethod());
+  to->SetPropagationIterations(from->GetPropagationIterations());
+  to->SetConflictPolicy(from->GetConflictPolicy());
+  to->SetPropagationTimes(from->GetPropagationTimes());
+  to->SetRelaxationMethod(from->GetRelaxationMethod());
+  to->SetElasticRecovery(from->GetElasticRecovery());
   to->SetRelaxationIterations(from->GetRelaxationIterations());
   to->SetRelaxationTolerance(from->GetRelaxationTolerance());
   to->SetInterpolation(from->GetInterpolation());
@@ -115,7 +122,8 @@ int TestChainMailUpdates(int, char*[])
           where + ": " + expected->GetArrayName(a) + " is that of a new filter");
       }
     }
-    for (const char* field : { "Energy", "MaxLinkExcess", "RelaxationIterationsUsed", "ActiveElements" })
+    for (const char* field : { "Energy", "MaxLinkExcess", "PropagationIterationsUsed", "RelaxationIterationsUsed",
+           "ActiveElements" })
     {
       check.Equal(Field(filter->GetOutput(), field), Field(fresh->GetOutput(), field), where + ": " + field);
     }
@@ -168,6 +176,39 @@ int TestChainMailUpdates(int, char*[])
   scene.Image->SetOrigin(0.0, 0.0, 0.0);
   scene.Image->Modified();
   update("image touched, arrays not", resampled);
+
+  filter->PropagationTimesOff();
+  update("PropagationTimes off", resampled);
+  filter->PropagationTimesOn();
+  update("PropagationTimes on", resampled);
+
+  // How tissue is deformed.
+  filter->SetPropagationMethodToTimestamp();
+  update("PropagationMethod", relaxed);
+  filter->SetPropagationIterations(2);
+  update("PropagationIterations", relaxed);
+  filter->SetPropagationMethodToEnvelope();
+  update("PropagationMethod back, with a wave under way", relaxed);
+  filter->SetPropagationIterations(0);
+  update("PropagationIterations back", relaxed);
+  filter->SetConflictPolicyToLatest();
+  update("ConflictPolicy", relaxed);
+  filter->SetConflictPolicyToLimit();
+  update("ConflictPolicy back", relaxed);
+  filter->SetElasticRecovery(0.6);
+  update("ElasticRecovery", relaxed);
+  filter->SetRelaxationMethodToPaper();
+  update("RelaxationMethod", relaxed);
+  filter->SetRelaxationMethodToProjected();
+  update("RelaxationMethod back", relaxed);
+  filter->SetElasticRecovery(1.0);
+  update("ElasticRecovery back", relaxed);
+  filter->PropagationTimesOff();
+  filter->SetPropagationMethodToTimestamp();
+  update("times are not kept", relaxed);
+  filter->PropagationTimesOn();
+  filter->SetPropagationMethodToEnvelope();
+  update("times are kept again", relaxed);
 
   // Relaxation, probes, cuts.
   filter->SetRelaxationIterations(30);

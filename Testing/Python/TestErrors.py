@@ -118,6 +118,12 @@ expect_error(deformation, reports, "Cuts input 0", "finite")
 deformation.Cuts = []
 recovers("cut through a point that is not finite")
 
+# Carves: a surface that is not closed has no inside.
+deformation.Carves = [Sphere(Center=CENTRE, Radius=2), Plane(Origin=[6, 0, 0], Point1=[6, 9, 0], Point2=[6, 0, 9])]
+expect_error(deformation, reports, "Carves input 1", "not closed")
+deformation.Carves = []
+recovers("carving with an open surface")
+
 # Images. (The material is the good one: its array has the same name.)
 empty = vtkImageData()
 nameless = vtkImageData()
