@@ -27,13 +27,18 @@ void Timestamps::clear()
   }
 }
 
-void Timestamps::start(const Hold& source, int front)
+void Timestamps::keep()
 {
   this->arrivals_.keep();
   for (Field* field : { &this->stamp_, &this->nextTime_, &this->nextFront_ })
   {
     this->bricks_.keep(*field);
   }
+}
+
+void Timestamps::start(const Hold& source, int front)
+{
+  this->keep();
   this->arrivals_.start(source, front);
   this->bricks_.set(
     this->stamp_, source.addresses, std::vector<cl_int>(this->stamp_.runs * source.addresses.size(), this->iteration_));
@@ -56,10 +61,16 @@ int Timestamps::run(int iterations, const Checkpoint& checkpoint)
     this->advance();
     ++done;
   }
+  return done;
+}
+
+const WavesUnderWay& Timestamps::underWay()
+{
+  this->keep();
   this->underWay_.front = &this->arrivals_.front().buffer;
   this->underWay_.stamp = &this->stamp_.buffer;
   this->underWay_.iteration = this->iteration_;
-  return done;
+  return this->underWay_;
 }
 
 void Timestamps::advance()

@@ -28,12 +28,13 @@ public:
 
   bool finished() const { return this->active_.empty(); }
 
-  /// For a relaxation before they are finished.
-  const WavesUnderWay& underWay() const { return this->underWay_; }
+  /// For a relaxation before all waves are finished, be it that the next one waits to be started.
+  const WavesUnderWay& underWay();
 
   void clear();
 
 private:
+  void keep();
   void advance();
 
   Bricks& bricks_;

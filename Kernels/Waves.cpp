@@ -59,6 +59,7 @@ void Waves::clear()
   this->inTurn_ = 0;
   this->wave_.reset();
   this->disturbed_ = false;
+  this->latest_.reset();
   this->front_ = 0;
   this->timestamps_.clear();
   this->arrivals_.clear();
@@ -277,14 +278,23 @@ bool Waves::settled()
     if (tooHigh && tooLow)
     {
       wave.stays[a] = true;
+      continue;
     }
-    else if (tooHigh || tooLow)
+    const int way = tooHigh ? -1 : tooLow ? 1 : 0;
+    const bool little = (tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a]) <= 4.0 * wave.tolerance;
+    if (little && way * wave.lastWay[a] < 0)
+    {
+      // To and fro: all that is left between those that hold against the probe is rounding.
+      wave.stays[a] = true;
+    }
+    else if (way != 0)
     {
       // The conflict of a long wave is known less exactly, so a large step stops short of it.
       const double excess = tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a];
-      const double step = excess - (excess > 0.1 * std::fabs(wave.to[a]) ? wave.tolerance : 0.0);
+      const double step = excess - (!little && excess > 0.1 * std::fabs(wave.to[a]) ? wave.tolerance : 0.0);
       wave.to[a] = static_cast<float>(wave.to[a] + (tooHigh ? -step : step));
       wave.to[a] = std::fabs(wave.to[a]) <= wave.tolerance ? 0.0f : wave.to[a];
+      wave.lastWay[a] = little ? way : 0;
     }
   }
   if (wave.attempts == mostAttempts)
@@ -324,14 +334,16 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   }
   if (this->disturbed_ && !this->underWay())
   {
-    this->repair(checkpoint);
+    // The latest probe may have taken others along so far that they are not compatible with each other any more.
+    const bool all = this->policy_ == ConflictPolicy::Limit;
+    this->repair(all ? this->holds_.all() : std::vector<Holds::Pointer>{ this->latest_ }, checkpoint);
   }
   return done;
 }
 
-void Waves::repair(const Checkpoint& checkpoint)
+void Waves::repair(const std::vector<Holds::Pointer>& held, const Checkpoint& checkpoint)
 {
-  this->markHeld(this->holds_.all());
+  this->markHeld(held);
   this->repair_.run(this->propagation_, checkpoint);
   this->disturbed_ = false;
 }
@@ -348,7 +360,13 @@ void Waves::startTimestamps(const Holds::Pointer& hold, const Checkpoint& checkp
   this->bricks_.restoreBefore();
   this->wave_.reset();
   this->place(*hold, values);
+  this->latest_ = hold;
   this->timestamps_.start(*hold, ++this->front_);
+  // The earliest arrival binds only where all elements of the probe are displaced alike.
+  for (std::size_t n = 3; n < values.size(); ++n)
+  {
+    this->disturbed_ = this->disturbed_ || values[n] != values[n % 3];
+  }
 }
 
 const WavesUnderWay* Waves::relaxable()

@@ -37,7 +37,7 @@ public:
   void relaxed() { this->disturbed_ = true; }
 
   /// Makes a feasible state of one that a relaxation has left otherwise. No wave may be under way.
-  void repair(const Checkpoint& checkpoint);
+  void repair(const Checkpoint& checkpoint) { this->repair(this->holds_.all(), checkpoint); }
 
   /// All waves ended, no times known.
   void clear();
@@ -53,6 +53,7 @@ private:
     std::vector<std::vector<float>> before; ///< displacements of their elements
     std::array<float, 3> to{};              ///< of a single one, since it grabbed
     std::array<bool, 3> stays{};            ///< axes that a single one cannot move along
+    std::array<int, 3> lastWay{};           ///< signs of its last small corrections
     float tolerance = 0.0f;
     double enough = 0.0; ///< conflict that ends an attempt early
     int attempts = 0;
@@ -64,6 +65,7 @@ private:
   void begin(std::vector<Holds::Pointer> holds);
   void attempt();
   bool settled();
+  void repair(const std::vector<Holds::Pointer>& held, const Checkpoint& checkpoint);
   void startTimestamps(const Holds::Pointer& hold, const Checkpoint& checkpoint);
   void markHeld(const std::vector<Holds::Pointer>& movers);
   void place(const Hold& hold, const std::vector<float>& values);
@@ -79,8 +81,9 @@ private:
   std::size_t inTurn_ = 0; ///< so many of the queue go one by one
   std::vector<Holds::Pointer> released_;
   std::optional<Wave> wave_;
-  bool disturbed_ = false;
-  int front_ = 0; ///< number of the last wave
+  bool disturbed_ = false; ///< links may be beyond their limits when the waves have come to their end
+  Holds::Pointer latest_;  ///< probe of the last wave of timestamps
+  int front_ = 0;          ///< number of the last wave
 
   Propagation propagation_;
   Arrivals arrivals_;
