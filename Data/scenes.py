@@ -252,11 +252,11 @@ def thin_ring():
 # Figure 11
 
 
-def hook(place, across, out, side, away, apart, lift, radius):
-    """A hook beside an incision: grabs at `away` from it, on one side, and pulls by `apart` along `across`, away from the
+def hooks(place, across, out, away, apart, lift, radius):
+    """A hook on either side of an incision: grabs at `away` from it and pulls by `apart` along `across`, away from the
     incision, and by `lift` outwards."""
     place, across, out = (np.asarray(v, float) for v in (place, across, out))
-    return grab(place + side * away * across, side * apart * across + lift * out, radius)
+    return [grab(place + side * away * across, side * apart * across + lift * out, radius) for side in (-1, 1)]
 
 
 def opened_limb(size=(176, 160, 208), cut=True):
@@ -264,18 +264,16 @@ def opened_limb(size=(176, 160, 208), cut=True):
     bones rigid, 80 % elastic recovery."""
     image = make_forearm(size)
     xs, ys, zs = coordinates(image)
-    x, z = 3.0, 18.0
+    x, z = 12.0, 30.0
     i, k = np.abs(xs.ravel() - x).argmin(), np.abs(zs.ravel() - z).argmin()
     top = float(ys.ravel()[values_of(image, "CT")[k, :, i] >= AIR].max())
-    place = (x, top - 4, z)
-    probes = [hook(place, (1, 0, 0), (0, 1, 0), side, 9, 13, 6, 6.0) for side in (-1, 1)]
     blades = [((x, top - 20, z - 34), (x, top + 15, z - 34), (x, top - 20, z + 34))] if cut else []
-    material = [(-300.0, 0.5), (-100.0, 0.5), (60.0, 0.4), (150.0, 0.3), (BONE, 0.0)]
-    return Scene(image, probes, blades, material=material, TissueThreshold=AIR, BackgroundValue=-1024.0, ElasticRecovery=0.8,
-                 RelaxationIterations=60)
+    material = [(AIR, 0.5), (-100.0, 0.5), (60.0, 0.4), (150.0, 0.3), (BONE, 0.0)]
+    return Scene(image, hooks((x, top - 4, z), (1, 0, 0), (0, 1, 0), 9, 8, 4, 6.0), blades, material=material,
+                 TissueThreshold=AIR, BackgroundValue=-1024.0, ElasticRecovery=0.8, RelaxationIterations=60)
 
 
-CHEEK = (78, 38)  # y, z indices
+CHEEK = (74, 38)  # y, z indices; the blade is right behind this y
 
 
 def opened_cheek(folder, cut=True):
@@ -285,9 +283,8 @@ def opened_cheek(folder, cut=True):
     y, z = CHEEK
     line = values_of(image, "MetaImage")[z, y] >= 35
     x = int(np.nonzero(line & np.roll(line, 6) & np.roll(line, 3))[0].max())
-    place = place_of(image, (x - 5, y, z))
-    probes = [hook(place, (0, 1, 0), (1, 0, 0), side, 10, 13, 3, 7.0) for side in (-1, 1)]
-    a, b, c = (place + np.array(v) for v in ((-14, 0, -22), (20, 0, -22), (-14, 0, 22)))
+    place = place_of(image, (x - 3, y + 0.5, z))  # between two layers of voxels
+    a, b, c = (place + np.array(v) for v in ((-16, 0, -22), (18, 0, -22), (-16, 0, 22)))
     material = [(35.0, 0.5), (60.0, 0.5), (68.0, 0.4), (85.0, 0.2), (100.0, 0.0)]
-    return Scene(image, probes, [(a, b, c)] if cut else [], material=material, TissueThreshold=35.0, BackgroundValue=0.0,
-                 RelaxationIterations=60)
+    return Scene(image, hooks(place, (0, 1, 0), (1, 0, 0), 11, 8, 3, 5.0), [(a, b, c)] if cut else [], material=material,
+                 TissueThreshold=35.0, BackgroundValue=0.0, RelaxationIterations=60)
