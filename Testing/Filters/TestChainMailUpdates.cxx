@@ -122,8 +122,8 @@ int TestChainMailUpdates(int, char*[])
           where + ": " + expected->GetArrayName(a) + " is that of a new filter");
       }
     }
-    for (const char* field : { "Energy", "MaxLinkExcess", "PropagationIterationsUsed", "RelaxationIterationsUsed",
-           "ActiveElements" })
+    for (const char* field :
+      { "Energy", "MaxLinkExcess", "PropagationIterationsUsed", "RelaxationIterationsUsed", "ActiveElements" })
     {
       check.Equal(Field(filter->GetOutput(), field), Field(fresh->GetOutput(), field), where + ": " + field);
     }
