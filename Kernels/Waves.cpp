@@ -15,16 +15,6 @@ float rounding(float displacement)
   return 2e-6f * std::max(1.0f, std::fabs(displacement));
 }
 
-float largestOf(const std::vector<float>& values)
-{
-  float largest = 0.0f;
-  for (const float value : values)
-  {
-    largest = std::max(largest, std::fabs(value));
-  }
-  return largest;
-}
-
 /// A probe that still does not fit after so many attempts stays where it is.
 constexpr int mostAttempts = 50;
 
@@ -229,16 +219,23 @@ void Waves::attempt()
 {
   Wave& wave = *this->wave_;
   std::vector<int> bricks;
-  float furthest = 0.0f;
+  std::array<float, 3> furthest{};
   for (std::size_t n = 0; n < wave.holds.size(); ++n)
   {
     const std::vector<float> values = this->target(n);
     this->place(*wave.holds[n], values);
-    furthest = std::max(furthest, largestOf(values));
+    for (std::size_t m = 0; m < values.size(); ++m)
+    {
+      furthest[m % 3] = std::max(furthest[m % 3], std::fabs(values[m]));
+    }
     bricks.insert(bricks.end(), wave.holds[n]->bricks.begin(), wave.holds[n]->bricks.end());
   }
-  wave.tolerance = rounding(furthest);
-  wave.enough = wave.tolerance;
+  wave.enough = 0.0;
+  for (int a = 0; a < 3; ++a)
+  {
+    wave.tolerance[a] = rounding(furthest[a]);
+    wave.enough = std::max<double>(wave.enough, wave.tolerance[a]);
+  }
   if (wave.holds.size() == 1)
   {
     // A wave that is much too long would run through all tissue: it ends where it meets a large conflict.
@@ -259,7 +256,12 @@ bool Waves::settled()
 {
   Wave& wave = *this->wave_;
   const Propagation::Conflict& conflict = this->propagation_.conflict();
-  if (conflict.largest() <= wave.tolerance)
+  bool compatible = true;
+  for (int a = 0; a < 3; ++a)
+  {
+    compatible = compatible && std::max(conflict.tooHigh[a], conflict.tooLow[a]) <= wave.tolerance[a];
+  }
+  if (compatible)
   {
     return true;
   }
@@ -273,15 +275,15 @@ bool Waves::settled()
   }
   for (int a = 0; a < 3; ++a)
   {
-    const bool tooHigh = conflict.tooHigh[a] > wave.tolerance;
-    const bool tooLow = conflict.tooLow[a] > wave.tolerance;
+    const bool tooHigh = conflict.tooHigh[a] > wave.tolerance[a];
+    const bool tooLow = conflict.tooLow[a] > wave.tolerance[a];
     if (tooHigh && tooLow)
     {
       wave.stays[a] = true;
       continue;
     }
     const int way = tooHigh ? -1 : tooLow ? 1 : 0;
-    const bool little = (tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a]) <= 4.0 * wave.tolerance;
+    const bool little = (tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a]) <= 4.0 * wave.tolerance[a];
     if (little && way * wave.lastWay[a] < 0)
     {
       // To and fro: all that is left between those that hold against the probe is rounding.
@@ -291,9 +293,9 @@ bool Waves::settled()
     {
       // The conflict of a long wave is known less exactly, so a large step stops short of it.
       const double excess = tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a];
-      const double step = excess - (!little && excess > 0.1 * std::fabs(wave.to[a]) ? wave.tolerance : 0.0);
+      const double step = excess - (!little && excess > 0.1 * std::fabs(wave.to[a]) ? wave.tolerance[a] : 0.0);
       wave.to[a] = static_cast<float>(wave.to[a] + (tooHigh ? -step : step));
-      wave.to[a] = std::fabs(wave.to[a]) <= wave.tolerance ? 0.0f : wave.to[a];
+      wave.to[a] = std::fabs(wave.to[a]) <= wave.tolerance[a] ? 0.0f : wave.to[a];
       wave.lastWay[a] = little ? way : 0;
     }
   }

@@ -54,8 +54,8 @@ private:
     std::array<float, 3> to{};              ///< of a single one, since it grabbed
     std::array<bool, 3> stays{};            ///< axes that a single one cannot move along
     std::array<int, 3> lastWay{};           ///< signs of its last small corrections
-    float tolerance = 0.0f;
-    double enough = 0.0; ///< conflict that ends an attempt early
+    std::array<float, 3> tolerance{};       ///< conflict on an axis that is no more than rounding
+    double enough = 0.0;                    ///< conflict that ends an attempt early
     int attempts = 0;
   };
 
