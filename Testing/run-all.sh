@@ -8,4 +8,4 @@ configure_and_build -DBUILD_TESTING=ON -DCHAINMAIL_WARNINGS_AS_ERRORS="${CI:+ON}
 describe_machine
 start_display
 say "Running the tests"
-ctest --test-dir "$build" --output-on-failure --no-tests=error "$@"
+ctest --test-dir "$build" --output-on-failure --no-tests=error --parallel "${CTEST_PARALLEL_LEVEL:-$(nproc)}" "$@"
