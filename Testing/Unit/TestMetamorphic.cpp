@@ -182,6 +182,74 @@ TEST(Metamorphic, PropagationAndCutsMoveExactly)
   }
 }
 
+/// The largest difference of arrival times, in fractions of the spacing, and how many are known in one only.
+std::pair<double, std::size_t> differenceOfTimes(
+  const Scene& scene, const Motion& motion, const Scene& image, const Simulation& simulation, const Simulation& moved)
+{
+  const int axes = scene.components;
+  std::vector<float> t(scene.grid.voxels() * axes), s(image.grid.voxels() * axes);
+  simulation.propagationTimes(t.data());
+  moved.propagationTimes(s.data());
+  std::pair<double, std::size_t> result{};
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      const Index3 q = motion.index({ i, j, k });
+      for (int a = 0; a < axes; ++a)
+      {
+        const float here = t[scene.grid.at(i, j, k) * axes + (axes == 3 ? motion.axis[a] : 0)];
+        const float there = s[image.grid.at(q[0], q[1], q[2]) * axes + a];
+        result.second += (here < 0.0f) != (there < 0.0f);
+        result.first = std::max(result.first, std::abs(static_cast<double>(here) - there));
+      }
+    });
+  return result;
+}
+
+// A wave of timestamps takes the earliest arrival; in tissue without rigid elements no two come at the same time, of
+// which a mirror might choose the other.
+TEST(Metamorphic, TimestampsAndCarvesMove)
+{
+  for (const int axes : { 1, 3 })
+  {
+    Scene scene = randomScene({ 16, 13, 12 }, axes, 940 + axes, 0.1, 0.0);
+    scene.grid.spacing = { 0.7, 1.3, 2.9 };
+    const std::vector<Probe> first = compatibleProbes(scene, 2, 2.5, 941);
+    std::vector<Probe> second; // far from what is carved
+    for (std::uint64_t seed = 943; second.empty() || second[0].position[0] < 8.0; ++seed)
+    {
+      second = compatibleProbes(scene, 1, 2.0, seed);
+    }
+    const Surface carved = sphere({ 4.713, 6.117, 15.39 }, 5.173, 9, 13);
+    const auto life = [&](const Scene& tissue, const Motion* motion)
+    {
+      Simulation simulation = simulate(tissue, { 4, 8, 2 });
+      simulation.setPropagation(PropagationMethod::Timestamp, ConflictPolicy::Limit);
+      simulation.hold(motion ? (*motion)(first) : first);
+      simulation.propagate(3);
+      simulation.propagate();
+      EXPECT_GT(simulation.carve(motion ? (*motion)(carved) : carved), 30u);
+      simulation.pull(motion ? (*motion)(second) : second);
+      return simulation;
+    };
+    const Simulation simulation = life(scene, nullptr);
+    const Outcome expected = outcome(simulation);
+    ASSERT_GT(expected.figures.displaced, 100u);
+    for (Motion& motion : together({ mirrorsAndPermutations(), translations(), scalings() }))
+    {
+      SCOPED_TRACE(motion.name + ", " + std::to_string(axes) + " axes");
+      const Scene image = motion(scene);
+      const Simulation other = life(image, &motion);
+      const Outcome moved = outcome(other);
+      expectMovedTopology(scene, motion, image, expected, moved);
+      EXPECT_EQ(difference(scene, motion, image, expected.u, moved.u), 0.0);
+      const auto times = differenceOfTimes(scene, motion, image, simulation, other);
+      EXPECT_EQ(times.first, 0.0);
+      EXPECT_EQ(times.second, 0u);
+    }
+  }
+}
+
 // Anchored faces move with the scene; where probes ask for more than the tissue gives, how much they get is found by
 // trial from float32 waves, so it is exact only to the rounding of what was asked.
 TEST(Metamorphic, AnchorsAndConflictsMove)
