@@ -1,10 +1,10 @@
 # Builds the engine with the OpenCL of this folder (CL/opencl.hpp) in place of the system's. Its kernels are compiled
-# when a program asks for them, by the compiler and with the optimisation and sanitizers of the engine itself.
+# when a program asks for them, by the compiler and with the sanitizers of the engine itself, and with the options that
+# the environment variable HOST_OPENCL_FLAGS holds, -O1 without it.
 
-set(CHAINMAIL_HOST_KERNEL_FLAGS "-O1" CACHE STRING "More options for the kernels: --coverage, -Og, ...")
 set(folder "${PROJECT_BINARY_DIR}/HostKernels")
 file(MAKE_DIRECTORY "${folder}")
-set(flags "-g ${CHAINMAIL_HOST_KERNEL_FLAGS}")
+set(flags "-g")
 if (CHAINMAIL_SANITIZE)
   string(APPEND flags " -fsanitize=${CHAINMAIL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer")
 endif ()

@@ -226,7 +226,8 @@ void Program::build(const std::vector<Device>&, const char* options)
   {
     flags += word.compare(0, 2, "-D") == 0 ? word + ' ' : "";
   }
-  const std::string compiler = std::string(HOST_OPENCL_COMPILER " " HOST_OPENCL_FLAGS) +
+  const char* more = std::getenv("HOST_OPENCL_FLAGS");
+  const std::string compiler = std::string(HOST_OPENCL_COMPILER " " HOST_OPENCL_FLAGS " ") + (more ? more : "-O1") +
                                " -std=c++17 -shared -fPIC -fvisibility=hidden -ffp-contract=off -fno-exceptions"
                                " -Wno-unknown-pragmas -include " HOST_OPENCL_LANGUAGE " ";
   const std::string text = translated(this->built_->source);
@@ -286,6 +287,10 @@ Kernel::Kernel(const Program& program, const char* name)
   if (!this->state_->entry)
   {
     throw Error(CL_INVALID_KERNEL_NAME, "clCreateKernel");
+  }
+  if (const char* trace = std::getenv("HOST_OPENCL_TRACE")) // a file that lists the kernels which are used
+  {
+    std::ofstream(trace, std::ios::app) << name << '\n';
   }
 }
 
