@@ -13,6 +13,7 @@
 
 #include "vtkCellArray.h"
 #include "vtkCellData.h"
+#include "vtkLogger.h"
 #include "vtkMatrix3x3.h"
 #include "vtkOutputWindow.h"
 #include "vtkSphereSource.h"
@@ -326,6 +327,9 @@ struct Good
   void Apply(vtkChainMailDeformation* filter) const
   {
     filter->SetInputData(this->Image);
+    filter->RemoveAllProbes();
+    filter->RemoveAllCuts();
+    filter->RemoveAllCarves();
     filter->SetInputDataObject(1, this->Probes);
     filter->SetInputDataObject(2, this->Cuts);
     filter->SetInputDataObject(3, this->Carves->GetOutput());
@@ -650,6 +654,7 @@ int main(int argc, char* argv[])
   const long scenes = argc > 3 ? std::atol(argv[3]) : std::numeric_limits<long>::max();
   vtkNew<Silence> silence;
   vtkOutputWindow::SetInstance(silence);
+  vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
 
   const auto start = std::chrono::steady_clock::now();
   long played = 0;
