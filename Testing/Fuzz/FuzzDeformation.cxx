@@ -590,12 +590,18 @@ private:
   {
     vtkImageData* volume = filter->GetOutput();
     vtkImageData* model = filter->GetModelOutput();
-    if (failed || stopped)
+    const bool empty =
+      volume->GetPointData()->GetNumberOfArrays() == 0 && model->GetPointData()->GetNumberOfArrays() == 0;
+    if (failed)
     {
-      Require(volume->GetPointData()->GetNumberOfArrays() == 0 && model->GetPointData()->GetNumberOfArrays() == 0,
-        "an update that failed or was stopped has outputs");
+      Require(empty, "an update that failed has outputs");
       return;
     }
+    if (stopped && empty)
+    {
+      return;
+    }
+    // A wish to stop that comes after the last question whether to is too late: then the outputs are complete.
     Require(model->GetNumberOfPoints() == image->GetNumberOfPoints(), "the model is not on the image's grid");
     vtkPointData* in = image->GetPointData();
     vtkPointData* out = volume->GetPointData();
