@@ -1695,6 +1695,9 @@ int vtkChainMailDeformation::RequestData(
 {
   vtkImageData* deformed = vtkImageData::GetData(outputVector, 0);
   vtkImageData* model = vtkImageData::GetData(outputVector, 1);
+  // vtkImageData keeps the scalars of the last update to be written to again; they may be of an array that is gone.
+  deformed->GetPointData()->Initialize();
+  model->GetPointData()->Initialize();
 
   // The one place where the engine's exceptions become VTK's errors.
   try
