@@ -53,7 +53,7 @@ public:
   using DeviceError::DeviceError;
 };
 
-/// A progress callback asked to stop. The simulation is at rest again and can be used.
+/// A progress callback asked to stop. The simulation can be used further; Simulation tells in which state it is.
 class Aborted : public Error
 {
 public:

@@ -107,8 +107,8 @@ struct ResampledBox
 /// |u(i) - u(j)| <= D(i,j) on every axis, to float rounding. Exceptions: while a wave is under way, and after a
 /// relaxation by the published method, until the next one by the projected.
 ///
-/// Errors are exceptions of Error.h. After InputError the state is as before the call, after Aborted it is at rest;
-/// after DeviceError only the destructor may be called.
+/// Errors are exceptions of Error.h. After InputError the state is as before the call. After Aborted it is at rest, but
+/// for resample(), which changes no state. After DeviceError only the destructor may be called.
 class Simulation
 {
 public:

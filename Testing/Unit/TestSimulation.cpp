@@ -208,6 +208,52 @@ TEST(Simulation, AbortLeavesItAtRestAndUsable)
   }
 }
 
+// Resampling only looks: stopped at any time, it leaves the state, its hands and a wave that is under way as they were.
+TEST(Simulation, AbortedResamplingLosesNothing)
+{
+  Scene scene({ 40, 30, 30 }, 0.1f);
+  const std::vector<Probe> probes{ probeAt(scene, { 20, 15, 15 }, { 3.0, 2.0, 1.0 }) };
+  const auto offsets = [](const Simulation& simulation)
+  {
+    std::vector<float> all;
+    simulation.resample({ 1, 1, 1 },
+      [&](const ResampledBox& box)
+      {
+        const std::size_t voxels = static_cast<std::size_t>(box.size[0]) * box.size[1] * box.size[2];
+        all.insert(all.end(), box.offset, box.offset + 3 * voxels);
+      });
+    return all;
+  };
+  Simulation simulation = simulate(scene, { 8, 4, 4 }), undisturbed = simulate(scene, { 8, 4, 4 });
+  for (Simulation* one : { &simulation, &undisturbed })
+  {
+    one->hold(probes);
+    EXPECT_FALSE(one->propagate(2).finished);
+  }
+  const std::vector<float> before = displacements(simulation);
+  int questions = 0;
+  simulation.setProgress([&](double) { return ++questions > 0; });
+  const std::vector<float> whole = offsets(simulation);
+  ASSERT_GT(questions, 2);
+  for (int last = 1; last <= questions; ++last)
+  {
+    int left = last;
+    simulation.setProgress([&](double) { return --left > 0; });
+    EXPECT_THROW(offsets(simulation), Aborted);
+  }
+  simulation.setProgress({});
+  EXPECT_TRUE(sameBits(displacements(simulation), before));
+  EXPECT_TRUE(sameBits(offsets(simulation), whole));
+  for (Simulation* one : { &simulation, &undisturbed })
+  {
+    EXPECT_TRUE(one->propagate().finished);
+    one->relax(5, 0.0);
+  }
+  EXPECT_TRUE(sameBits(displacements(simulation), displacements(undisturbed)));
+  EXPECT_EQ(simulation.probes()[0].reached, undisturbed.probes()[0].reached);
+  EXPECT_GT(simulation.measure().displaced, 1000u);
+}
+
 // Energy, held bytes and places grow with what a scene touches.
 TEST(Simulation, StatisticsOfAKnownState)
 {
