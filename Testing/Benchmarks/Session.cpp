@@ -1,0 +1,252 @@
+#include "Session.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <sstream>
+
+namespace bench
+{
+
+namespace
+{
+
+constexpr int skipStatus = 125; // as Testing/CMakeLists.txt tells ctest
+
+std::string optionOf(int argc, char** argv, const std::string& name, const std::string& otherwise)
+{
+  const std::string prefix = "--" + name + "=";
+  for (int n = 1; n < argc; ++n)
+  {
+    const std::string argument = argv[n];
+    if (argument.compare(0, prefix.size(), prefix) == 0)
+    {
+      return argument.substr(prefix.size());
+    }
+  }
+  return otherwise;
+}
+
+bool hasOption(int argc, char** argv, const std::string& name)
+{
+  return std::any_of(argv + 1, argv + argc, [&](const char* argument) { return argument == "--" + name; });
+}
+
+std::string environment(const char* name)
+{
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+
+/// A string of JSON. Control characters do not come up in names.
+std::string quoted(const std::string& text)
+{
+  std::string result = "\"";
+  for (const char c : text)
+  {
+    if (c == '"' || c == '\\')
+    {
+      result += '\\';
+    }
+    result += c;
+  }
+  return result + '"';
+}
+
+std::string number(double value)
+{
+  if (!std::isfinite(value))
+  {
+    throw std::runtime_error("a figure to be reported is not finite");
+  }
+  std::ostringstream text;
+  text.precision(9);
+  text << value;
+  return text.str();
+}
+
+std::string now()
+{
+  const std::time_t seconds = std::time(nullptr);
+  char text[32];
+  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&seconds));
+  return text;
+}
+
+}
+
+double median(std::vector<double> values)
+{
+  if (values.empty())
+  {
+    throw std::logic_error("the median of nothing");
+  }
+  const std::size_t middle = values.size() / 2;
+  std::sort(values.begin(), values.end());
+  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+Session::Session(int argc, char** argv, std::string id, std::string title)
+  : id_(std::move(id))
+  , title_(std::move(title))
+  , small_(hasOption(argc, argv, "small"))
+  , repeats_(std::max(1, std::stoi(optionOf(argc, argv, "repeats", this->small_ ? "2" : "5"))))
+  , device_(optionOf(argc, argv, "device", environment("CHAINMAIL_TEST_DEVICE")))
+  , json_(optionOf(argc, argv, "json", ""))
+  , machine_(this->device_, this->small_)
+{
+  std::cout << this->id_ << ": " << this->title_ << "\n"
+            << this->machine_.device() << " (" << this->machine_.platform() << "), " << processor() << ", load "
+            << load() << "\n";
+}
+
+chainmail::Simulation Session::simulate(std::shared_ptr<const chainmail::Model> model, const chainmail::Index3& brick)
+{
+  chainmail::Settings settings;
+  settings.device = this->device_;
+  settings.brickSize = brick;
+  return chainmail::Simulation(std::move(model), settings);
+}
+
+std::vector<std::vector<double>> Session::time(const std::vector<Task>& tasks) const
+{
+  std::vector<std::vector<double>> milliseconds(tasks.size());
+  for (int round = -1; round < this->repeats_; ++round)
+  {
+    for (std::size_t n = 0; n < tasks.size(); ++n)
+    {
+      if (tasks[n].prepare)
+      {
+        tasks[n].prepare();
+      }
+      const auto begin = std::chrono::steady_clock::now();
+      tasks[n].run();
+      const auto end = std::chrono::steady_clock::now();
+      if (tasks[n].check)
+      {
+        tasks[n].check();
+      }
+      if (round >= 0)
+      {
+        milliseconds[n].push_back(std::chrono::duration<double, std::milli>(end - begin).count());
+      }
+    }
+  }
+  return milliseconds;
+}
+
+void Session::report(const Result& result)
+{
+  const Entry entry{ result, this->machine_.measure(), load() };
+  std::cout << "  " << result.scene << ", " << result.method << ": ";
+  if (!result.milliseconds.empty())
+  {
+    const auto [low, high] = std::minmax_element(result.milliseconds.begin(), result.milliseconds.end());
+    std::cout << median(result.milliseconds) << " ms (" << *low << " to " << *high << ")";
+  }
+  for (const auto& [name, value] : result.figures)
+  {
+    std::cout << "; " << name << " " << value;
+  }
+  std::cout << "; triad " << entry.bandwidth.deviceTriad << " GB/s, copy " << entry.bandwidth.deviceCopy << " GB/s"
+            << std::endl;
+  this->entries_.push_back(entry);
+}
+
+void Session::write() const
+{
+  if (this->json_.empty())
+  {
+    return;
+  }
+  std::ostringstream text;
+  text << "{\"benchmark\": " << quoted(this->id_) << ", \"title\": " << quoted(this->title_)
+       << ", \"device\": " << quoted(this->machine_.device()) << ", \"platform\": " << quoted(this->machine_.platform())
+       << ", \"computeUnits\": " << this->machine_.computeUnits()
+       << ", \"gpu\": " << (this->machine_.gpu() ? "true" : "false") << ", \"processor\": " << quoted(processor())
+       << ", \"date\": " << quoted(now()) << ", \"small\": " << (this->small_ ? "true" : "false") << ", \"results\": [";
+  const char* separator = "\n";
+  for (const Entry& entry : this->entries_)
+  {
+    text << separator << "  {\"scene\": " << quoted(entry.result.scene)
+         << ", \"method\": " << quoted(entry.result.method) << ", \"milliseconds\": [";
+    separator = "";
+    for (const double value : entry.result.milliseconds)
+    {
+      text << separator << number(value);
+      separator = ", ";
+    }
+    text << "], \"figures\": {";
+    separator = "";
+    for (const auto& [name, value] : entry.result.figures)
+    {
+      text << separator << quoted(name) << ": " << number(value);
+      separator = ", ";
+    }
+    text << "}, \"triad\": " << number(entry.bandwidth.deviceTriad)
+         << ", \"copy\": " << number(entry.bandwidth.deviceCopy)
+         << ", \"hostTriad\": " << number(entry.bandwidth.hostTriad)
+         << ", \"hostCopy\": " << number(entry.bandwidth.hostCopy) << ", \"load\": " << number(entry.load) << "}";
+    separator = ",\n";
+  }
+  text << "\n]}\n";
+  std::ofstream file(this->json_);
+  file << text.str();
+  if (!file.flush())
+  {
+    throw std::runtime_error("could not write " + this->json_);
+  }
+}
+
+void requireSound(const chainmail::Simulation& simulation)
+{
+  std::vector<float> u(3 * simulation.model().grid().voxels());
+  simulation.displacements(u.data());
+  double largest = 0.0; // fraction of the spacing
+  for (std::size_t n = 0; n < u.size(); ++n)
+  {
+    if (!std::isfinite(u[n]))
+    {
+      throw std::runtime_error("a displacement is not finite");
+    }
+    largest = std::max(largest, std::fabs(u[n]) / simulation.model().grid().spacing[n % 3]);
+  }
+  const chainmail::Statistics statistics = simulation.measure();
+  // Links hold to 1e-5 for displacements up to about 100 voxels, and to a few units of the last place beyond.
+  const double rounding = std::max(1e-5, std::numeric_limits<float>::epsilon() * largest);
+  if (!std::isfinite(statistics.energy) || !(statistics.maxLinkExcess <= rounding))
+  {
+    throw std::runtime_error("a link is longer than its limit by " + std::to_string(statistics.maxLinkExcess) +
+                             " of the spacing, where rounding allows " + std::to_string(rounding));
+  }
+}
+
+int run(
+  int argc, char** argv, const std::string& id, const std::string& title, const std::function<void(Session&)>& body)
+{
+  try
+  {
+    Session session(argc, argv, id, title);
+    body(session);
+    session.write();
+    return EXIT_SUCCESS;
+  }
+  catch (const Skip& skip)
+  {
+    std::cout << "skipped: " << skip.what() << std::endl;
+    return skipStatus;
+  }
+  catch (const std::exception& error)
+  {
+    std::cerr << "nothing is reported: " << error.what() << std::endl;
+    return EXIT_FAILURE;
+  }
+}
+
+}

@@ -1,0 +1,89 @@
+#pragma once
+
+#include "Machine.h"
+#include "Simulation.h"
+
+#include <functional>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+/// What the benchmarks share: options, timing, the check of what was computed, and the record of the results.
+namespace bench
+{
+
+/// Something that is missing here: the benchmark ends with the status of a skipped test.
+struct Skip : std::runtime_error
+{
+  using std::runtime_error::runtime_error;
+};
+
+/// Something to be timed. The clock runs in `run` alone, which must have finished on the device when it returns.
+struct Task
+{
+  std::function<void()> prepare; ///< may be empty
+  std::function<void()> run;
+  std::function<void()> check; ///< throws where what `run` left must not be reported; may be empty
+};
+
+/// What was measured.
+struct Result
+{
+  std::string scene;
+  std::string method;
+  std::vector<double> milliseconds;      ///< one value a repetition; empty where only `figures` count
+  std::map<std::string, double> figures; ///< whatever else was counted, by a name that has its unit
+};
+
+double median(std::vector<double> values);
+
+/// One run of one benchmark.
+class Session
+{
+public:
+  /// Options: --small, --repeats=N, --device=NAME, --json=FILE. `id` is that of the table of targets.
+  Session(int argc, char** argv, std::string id, std::string title);
+
+  bool small() const { return this->small_; } ///< seconds are what it may take: shows that it runs, not how fast
+  const std::string& device() const { return this->device_; }
+  chainmail::Simulation simulate(std::shared_ptr<const chainmail::Model> model, const chainmail::Index3& brick = {});
+  Machine& machine() { return this->machine_; }
+
+  /// Milliseconds of each task, all in turn and that many times, so that whatever else the machine does meets all of
+  /// them alike. A round before the first is not counted: kernels are compiled and memory is touched.
+  std::vector<std::vector<double>> time(const std::vector<Task>& tasks) const;
+  std::vector<double> time(const Task& task) const { return this->time(std::vector<Task>{ task })[0]; }
+
+  /// Prints and records a result, beside what the machine's memory could do at that moment.
+  void report(const Result& result);
+
+  void write() const;
+
+private:
+  struct Entry
+  {
+    Result result;
+    Bandwidth bandwidth;
+    double load = 0.0;
+  };
+
+  std::string id_;
+  std::string title_;
+  bool small_ = false;
+  int repeats_ = 5;
+  std::string device_;
+  std::string json_;
+  Machine machine_;
+  std::vector<Entry> entries_;
+};
+
+/// Throws unless the state is one that may be reported: every displacement finite, every link within its limit but for
+/// the rounding of float32.
+void requireSound(const chainmail::Simulation& simulation);
+
+/// A benchmark's main: runs `body` and turns exceptions into an exit status, 125 for Skip, as ctest is told.
+int run(
+  int argc, char** argv, const std::string& id, const std::string& title, const std::function<void(Session&)>& body);
+
+}
