@@ -1674,6 +1674,13 @@ int vtkChainMailDeformation::RequestInformation(
     extent[2 * a + 1] += padding;
   }
   outputVector->GetInformationObject(0)->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
+
+  // An update that failed leaves what was asked of it, which the executive would combine with what is asked of this
+  // image: extents that it may not have.
+  for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
+  {
+    outputVector->GetInformationObject(port)->Remove(vtkStreamingDemandDrivenPipeline::COMBINED_UPDATE_EXTENT());
+  }
   return 1;
 }
 

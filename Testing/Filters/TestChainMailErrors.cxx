@@ -286,6 +286,33 @@ int TestChainMailErrors(int, char*[])
     }
   }
 
+  // What a failed update of another image asked for is not asked of the next one.
+  {
+    vtkNew<vtkChainMailDeformation> moved;
+    EventLog movedLog(moved);
+    std::string complaints;
+    vtkNew<vtkCallbackCommand> listen;
+    listen->SetClientData(&complaints);
+    listen->SetCallback([](vtkObject*, unsigned long, void* all, void* text)
+      { *static_cast<std::string*>(all) += static_cast<const char*>(text); });
+    Apply(good, moved);
+    vtkNew<vtkImageData> elsewhere;
+    elsewhere->SetExtent(-30, -20, 40, 50, 7, 19);
+    moved->SetInputData(elsewhere);
+    moved->Update();
+    check.Contains(movedLog.TakeErrors(), "no active point scalars", "an image without scalars");
+    moved->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, listen);
+    Apply(good, moved);
+    for (const char* where : { "first update", "second update", "update of the model at rest" })
+    {
+      moved->Update(std::strcmp(where, "update of the model at rest") == 0 ? 1 : 0);
+      check.Equal(complaints, std::string(), std::string("after it, ") + where);
+      check.That(SameBits(moved->GetOutput()->GetPointData()->GetScalars(),
+                   reference->GetOutput()->GetPointData()->GetScalars()),
+        std::string("after it, ") + where + ": as if it had not been");
+    }
+  }
+
   // Not errors: data that has nothing to say.
   {
     vtkNew<vtkPolyData> nothing;
