@@ -74,12 +74,12 @@ int main(int argc, char** argv)
   return bench::run(argc, argv, "B8", "propagation of one probe, against serial queues",
     [](bench::Session& session)
     {
-      const std::vector<int> sizes = session.small() ? std::vector<int>{ 24 } : std::vector<int>{ 128, 256 };
-      for (const int n : sizes)
+      for (const int n : session.sizes({ 128, 256 }))
       {
         // Half a block's width of links: 2.8 M elements of 256^3.
         compare(session, bench::Block({ n, n, n }), true, 0.5 * n);
-        compare(session, bench::heterogeneousBlock({ n, n, n }), false, 0.5 * n);
+        // Stiff patches pass a pull on much further.
+        compare(session, bench::heterogeneousBlock({ n, n, n }), false, 0.2 * n);
       }
     });
 }

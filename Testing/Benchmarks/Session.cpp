@@ -96,6 +96,7 @@ Session::Session(int argc, char** argv, std::string id, std::string title)
   : id_(std::move(id))
   , title_(std::move(title))
   , small_(hasOption(argc, argv, "small"))
+  , size_(std::stoi(optionOf(argc, argv, "size", "0")))
   , repeats_(std::max(1, std::stoi(optionOf(argc, argv, "repeats", this->small_ ? "2" : "5"))))
   , device_(optionOf(argc, argv, "device", environment("CHAINMAIL_TEST_DEVICE")))
   , json_(optionOf(argc, argv, "json", ""))
@@ -104,6 +105,12 @@ Session::Session(int argc, char** argv, std::string id, std::string title)
   std::cout << this->id_ << ": " << this->title_ << "\n"
             << this->machine_.device() << " (" << this->machine_.platform() << "), " << processor() << ", load "
             << load() << "\n";
+}
+
+std::vector<int> Session::sizes(const std::vector<int>& all) const
+{
+  constexpr int smallSize = 24;
+  return this->size_ > 0 ? std::vector<int>{ this->size_ } : this->small_ ? std::vector<int>{ smallSize } : all;
 }
 
 chainmail::Simulation Session::simulate(std::shared_ptr<const chainmail::Model> model, const chainmail::Index3& brick)

@@ -42,10 +42,12 @@ double median(std::vector<double> values);
 class Session
 {
 public:
-  /// Options: --small, --repeats=N, --device=NAME, --json=FILE. `id` is that of the table of targets.
+  /// Options: --small, --size=N, --repeats=N, --device=NAME, --json=FILE. `id` is that of the table of targets.
   Session(int argc, char** argv, std::string id, std::string title);
 
   bool small() const { return this->small_; } ///< seconds are what it may take: shows that it runs, not how fast
+  /// Sizes of blocks to measure: these, or the one that --size asks for, or a small one.
+  std::vector<int> sizes(const std::vector<int>& all) const;
   const std::string& device() const { return this->device_; }
   chainmail::Simulation simulate(std::shared_ptr<const chainmail::Model> model, const chainmail::Index3& brick = {});
   Machine& machine() { return this->machine_; }
@@ -71,6 +73,7 @@ private:
   std::string id_;
   std::string title_;
   bool small_ = false;
+  int size_ = 0;
   int repeats_ = 5;
   std::string device_;
   std::string json_;
