@@ -810,16 +810,16 @@ std::vector<InputSurface> vtkChainMailDeformation::vtkInternals::ReadSurfaces(
       continue;
     }
     const std::string where = port + std::string(" input ") + std::to_string(input);
-    vtkNew<vtkPolyData> polygons;
-    polygons->SetPoints(surface->GetPoints());
-    polygons->SetPolys(surface->GetPolys());
-    polygons->SetStrips(surface->GetStrips());
 
-    // Checked before the triangulation, which may move nothing but could drop what it cannot make sense of.
+    // Checked before the triangulation, which may move nothing but could drop what it cannot make sense of, and reads
+    // three corners of every strip.
+    vtkNew<vtkCellArray> polys;
+    vtkNew<vtkCellArray> strips;
     vtkNew<vtkIdList> cell;
-    for (vtkCellArray* cells : { polygons->GetPolys(), polygons->GetStrips() })
+    for (const auto& [from, to] :
+      { std::make_pair(surface->GetPolys(), polys.Get()), std::make_pair(surface->GetStrips(), strips.Get()) })
     {
-      const auto iterator = vtk::TakeSmartPointer(cells->NewIterator());
+      const auto iterator = vtk::TakeSmartPointer(from->NewIterator());
       for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
       {
         iterator->GetCurrentCell(cell);
@@ -833,9 +833,17 @@ std::vector<InputSurface> vtkChainMailDeformation::vtkInternals::ReadSurfaces(
                              ": the position has to be finite.");
           }
         }
+        if (cell->GetNumberOfIds() >= 3)
+        {
+          to->InsertNextCell(cell);
+        }
       }
     }
 
+    vtkNew<vtkPolyData> polygons;
+    polygons->SetPoints(surface->GetPoints());
+    polygons->SetPolys(polys);
+    polygons->SetStrips(strips);
     vtkNew<vtkTriangleFilter> triangulate;
     triangulate->SetInputData(polygons);
     triangulate->PassVertsOff();

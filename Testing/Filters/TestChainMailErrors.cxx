@@ -327,12 +327,31 @@ int TestChainMailErrors(int, char*[])
     filter->AddInputDataObject(1, nothing);
     filter->AddInputDataObject(2, nothing);
     filter->AddInputDataObject(2, points);
+    // Cells with too few corners for a triangle.
+    for (const bool strips : { false, true })
+    {
+      for (int corners = 0; corners < 3; ++corners)
+      {
+        vtkNew<vtkCellArray> cells;
+        cells->InsertNextCell(corners);
+        for (int c = 0; c < corners; ++c)
+        {
+          cells->InsertCellPoint(c);
+        }
+        vtkNew<vtkPolyData> degenerate;
+        degenerate->SetPoints(good.Cuts->GetPoints());
+        strips ? degenerate->SetStrips(cells) : degenerate->SetPolys(cells);
+        filter->AddInputDataObject(2, degenerate);
+        filter->AddInputDataObject(3, degenerate);
+      }
+    }
     filter->Update();
-    check.Equal(log.TakeErrors(), std::string(), "empty probes and cuts, and cuts without polygons");
+    check.Equal(log.TakeErrors(), std::string(), "empty probes and cuts, and cuts without polygons or corners");
     check.That(
       SameBits(filter->GetOutput()->GetPointData()->GetScalars(), reference->GetOutput()->GetPointData()->GetScalars()),
       "they change nothing");
     check.Equal(filter->GetOutput()->GetFieldData()->GetArray("ProbeReached")->GetNumberOfTuples(), 2, "two probes");
+    filter->RemoveAllCarves();
 
     auto anchors = MakeProbes({ { { { 8.0, 2.0, 2.0 } }, {}, 1.0, true } });
     anchors->GetPointData()->RemoveArray("Displacement");
