@@ -442,7 +442,7 @@ private:
   void ReadMaterial(Scene& scene);
   void ReadProbes(vtkInformationVector* inputs, Scene& scene);
   static std::vector<InputSurface> ReadSurfaces(vtkInformationVector* inputs, const char* port, const Scene& scene);
-  void CheckLabelArrays(vtkPointData* arrays);
+  void CheckPointArrays(vtkImageData* image);
 
   // Computing.
   void Build(const Scene& scene);
@@ -571,7 +571,7 @@ void vtkChainMailDeformation::vtkInternals::Update(
   this->ReadProbes(inputs[PROBES], scene);
   scene.Cuts = ReadSurfaces(inputs[CUTS], "Cuts", scene);
   scene.Carves = ReadSurfaces(inputs[CARVES], "Carves", scene);
-  this->CheckLabelArrays(image->GetPointData());
+  this->CheckPointArrays(image);
 
   if (this->Done == Stage::Nothing || !(this->Tissue == scene.Tissue))
   {
@@ -878,8 +878,19 @@ std::vector<InputSurface> vtkChainMailDeformation::vtkInternals::ReadSurfaces(
 }
 
 //------------------------------------------------------------------------------
-void vtkChainMailDeformation::vtkInternals::CheckLabelArrays(vtkPointData* arrays)
+void vtkChainMailDeformation::vtkInternals::CheckPointArrays(vtkImageData* image)
 {
+  vtkPointData* arrays = image->GetPointData();
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    vtkAbstractArray* array = arrays->GetAbstractArray(a);
+    if (array->GetNumberOfTuples() != image->GetNumberOfPoints())
+    {
+      throw InputError("The point array \"" + std::string(array->GetName() ? array->GetName() : "") + "\" has " +
+                       std::to_string(array->GetNumberOfTuples()) + " tuples, but the input image has " +
+                       std::to_string(image->GetNumberOfPoints()) + " voxels. Remove it, or give it a value for each.");
+    }
+  }
   for (const std::string& name : this->Self->LabelArrays)
   {
     if (!arrays->HasArray(name.c_str()))

@@ -140,6 +140,14 @@ int TestChainMailErrors(int, char*[])
         f->SetConstraintArray("Fractions");
       },
       true },
+    { "array of another length", { "\"Short\"", "7 tuples", "640 voxels" },
+      [](Scene& s, vtkChainMailDeformation*)
+      {
+        vtkNew<vtkFloatArray> few;
+        few->SetName("Short");
+        few->SetNumberOfTuples(7);
+        s.Image->GetPointData()->AddArray(few);
+      } },
     { "unknown label array", { "LabelArrays", "\"Organs\"", "Scan, Fractions, Words" },
       [](Scene&, vtkChainMailDeformation* f) { f->AddLabelArray("Organs"); } },
     { "material of 1", { "MaterialFunction is 1 for a scalar of 70", "less than 1", "move that node" },
