@@ -592,7 +592,7 @@ private:
     vtkImageData* model = filter->GetModelOutput();
     const bool empty =
       volume->GetPointData()->GetNumberOfArrays() == 0 && model->GetPointData()->GetNumberOfArrays() == 0;
-    if (failed)
+    if (failed || image->GetNumberOfPoints() == 0) // which the pipeline does not ask about a second time
     {
       Require(empty, "an update that failed has outputs");
       return;
