@@ -62,12 +62,13 @@ public:
   }
 };
 
-/// Tissue of every kind: patches of a tenth of the block that are stiff or soft, with noise in them.
-inline Block heterogeneousBlock(const chainmail::Index3& size, std::uint64_t seed = 1)
+/// Tissue of every kind: patches that are stiff or soft, with noise in them; a tenth of the block each, or so many
+/// voxels.
+inline Block heterogeneousBlock(const chainmail::Index3& size, std::uint64_t seed = 1, int patchSize = 0)
 {
   Block block(size);
   Random random(seed);
-  const int patch = std::max(2, size[0] / 10);
+  const int patch = patchSize > 0 ? patchSize : std::max(2, size[0] / 10);
   for (std::size_t v = 0; v < block.material.size(); ++v)
   {
     const chainmail::Index3 p = block.grid.indexOf(v);

@@ -121,6 +121,22 @@ chainmail::Simulation Session::simulate(std::shared_ptr<const chainmail::Model> 
   return chainmail::Simulation(std::move(model), settings);
 }
 
+double Session::once(const Task& task) const
+{
+  if (task.prepare)
+  {
+    task.prepare();
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  task.run();
+  const auto end = std::chrono::steady_clock::now();
+  if (task.check)
+  {
+    task.check();
+  }
+  return std::chrono::duration<double, std::milli>(end - begin).count();
+}
+
 std::vector<std::vector<double>> Session::time(const std::vector<Task>& tasks) const
 {
   std::vector<std::vector<double>> milliseconds(tasks.size());
@@ -128,20 +144,10 @@ std::vector<std::vector<double>> Session::time(const std::vector<Task>& tasks) c
   {
     for (std::size_t n = 0; n < tasks.size(); ++n)
     {
-      if (tasks[n].prepare)
-      {
-        tasks[n].prepare();
-      }
-      const auto begin = std::chrono::steady_clock::now();
-      tasks[n].run();
-      const auto end = std::chrono::steady_clock::now();
-      if (tasks[n].check)
-      {
-        tasks[n].check();
-      }
+      const double elapsed = this->once(tasks[n]);
       if (round >= 0)
       {
-        milliseconds[n].push_back(std::chrono::duration<double, std::milli>(end - begin).count());
+        milliseconds[n].push_back(elapsed);
       }
     }
   }

@@ -57,6 +57,9 @@ public:
   std::vector<std::vector<double>> time(const std::vector<Task>& tasks) const;
   std::vector<double> time(const Task& task) const { return this->time(std::vector<Task>{ task })[0]; }
 
+  /// Milliseconds of the first time, for what is only looked over.
+  double once(const Task& task) const;
+
   /// Prints and records a result, beside what the machine's memory could do at that moment.
   void report(const Result& result);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <thread>
 
 namespace baseline
 {
@@ -92,53 +93,64 @@ double OverRelaxation::relaxed(const Box& box, double u, double omega) const
 
 void OverRelaxation::sweep(double omega)
 {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
+  // Axes know nothing of each other.
+  std::vector<std::thread> threads;
   for (int axis = 0; axis < 3; ++axis)
   {
-    std::vector<double>& u = this->u_[axis];
-    for (int colour = 0; colour < 2; ++colour)
+    threads.emplace_back([this, axis, omega] { this->sweepAxis(axis, omega); });
+  }
+  for (std::thread& thread : threads)
+  {
+    thread.join();
+  }
+}
+
+void OverRelaxation::sweepAxis(int axis, double omega)
+{
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  std::vector<double>& u = this->u_[axis];
+  for (int colour = 0; colour < 2; ++colour)
+  {
+    for (int k = 0; k < this->size_[2]; ++k)
     {
-      for (int k = 0; k < this->size_[2]; ++k)
+      for (int j = 0; j < this->size_[1]; ++j)
       {
-        for (int j = 0; j < this->size_[1]; ++j)
+        const std::size_t row =
+          static_cast<std::size_t>(this->size_[0]) * (j + static_cast<std::size_t>(this->size_[1]) * k);
+        for (int i = (colour + j + k) % 2; i < this->size_[0]; i += 2)
         {
-          const std::size_t row =
-            static_cast<std::size_t>(this->size_[0]) * (j + static_cast<std::size_t>(this->size_[1]) * k);
-          for (int i = (colour + j + k) % 2; i < this->size_[0]; i += 2)
+          const std::size_t v = row + i;
+          if (this->held_[v] || this->constraint_[v] == 0.0)
           {
-            const std::size_t v = row + i;
-            if (this->held_[v] || this->constraint_[v] == 0.0)
-            {
-              continue;
-            }
-            Box box{ 0.0, 0.0, -infinity, infinity };
-            this->eachNeighbour(v, [&](std::size_t n) { this->add(box, axis, v, n); });
-            u[v] = this->relaxed(box, u[v], omega);
+            continue;
           }
+          Box box{ 0.0, 0.0, -infinity, infinity };
+          this->eachNeighbour(v, [&](std::size_t n) { this->add(box, axis, v, n); });
+          u[v] = this->relaxed(box, u[v], omega);
         }
       }
     }
-    for (const std::vector<std::size_t>& body : this->bodies_)
+  }
+  for (const std::vector<std::size_t>& body : this->bodies_)
+  {
+    Box box{ 0.0, 0.0, -infinity, infinity };
+    bool held = false;
+    for (const std::size_t v : body)
     {
-      Box box{ 0.0, 0.0, -infinity, infinity };
-      bool held = false;
-      for (const std::size_t v : body)
-      {
-        held = held || this->held_[v];
-        this->eachNeighbour(v,
-          [&](std::size_t n)
+      held = held || this->held_[v];
+      this->eachNeighbour(v,
+        [&](std::size_t n)
+        {
+          if (this->constraint_[n] != 0.0)
           {
-            if (this->constraint_[n] != 0.0)
-            {
-              this->add(box, axis, v, n);
-            }
-          });
-      }
-      const double to = held ? u[body[0]] : this->relaxed(box, u[body[0]], omega);
-      for (const std::size_t v : body)
-      {
-        u[v] = to;
-      }
+            this->add(box, axis, v, n);
+          }
+        });
+    }
+    const double to = held ? u[body[0]] : this->relaxed(box, u[body[0]], omega);
+    for (const std::size_t v : body)
+    {
+      u[v] = to;
     }
   }
 }

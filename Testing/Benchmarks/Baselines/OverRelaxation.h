@@ -9,7 +9,7 @@ namespace baseline
 
 /// Over-relaxation on one grid with a fixed factor, as it is found in textbooks: elements in two colours, each to the
 /// weighted mean of its neighbours over-relaxed by omega, and then into the limits of its links; rigid bodies (links
-/// without give) as one unknown each, last. Counts sweeps; plain C++ on one core, in double precision.
+/// without give) as one unknown each, last. Counts sweeps; plain C++, in double precision.
 class OverRelaxation
 {
 public:
@@ -30,6 +30,7 @@ private:
     double low;
     double high;
   };
+  void sweepAxis(int axis, double omega);
   void add(Box& box, int axis, std::size_t i, std::size_t j) const;
   double relaxed(const Box& box, double u, double omega) const;
   template <typename Visit> void eachNeighbour(std::size_t i, Visit&& visit) const;
