@@ -217,6 +217,11 @@ void Session::write() const
   }
 }
 
+double roundingOf(double largestDisplacement)
+{
+  return std::max(1e-5, std::numeric_limits<float>::epsilon() * largestDisplacement);
+}
+
 void requireSound(const chainmail::Simulation& simulation)
 {
   std::vector<float> u(3 * simulation.model().grid().voxels());
@@ -231,8 +236,7 @@ void requireSound(const chainmail::Simulation& simulation)
     largest = std::max(largest, std::fabs(u[n]) / simulation.model().grid().spacing[n % 3]);
   }
   const chainmail::Statistics statistics = simulation.measure();
-  // Links hold to 1e-5 for displacements up to about 100 voxels, and to a few units of the last place beyond.
-  const double rounding = std::max(1e-5, std::numeric_limits<float>::epsilon() * largest);
+  const double rounding = roundingOf(largest);
   if (!std::isfinite(statistics.energy) || !(statistics.maxLinkExcess <= rounding))
   {
     throw std::runtime_error("a link is longer than its limit by " + std::to_string(statistics.maxLinkExcess) +

@@ -84,6 +84,10 @@ private:
   std::vector<Entry> entries_;
 };
 
+/// How far a link may be beyond its limit [fraction of the spacing] where displacements are as large as this
+/// [spacings]: to 1e-5 up to about 100 voxels, and a few units of the last place of float32 beyond.
+double roundingOf(double largestDisplacement);
+
 /// Throws unless the state is one that may be reported: every displacement finite, every link within its limit but for
 /// the rounding of float32.
 void requireSound(const chainmail::Simulation& simulation);

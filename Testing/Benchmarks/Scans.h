@@ -1,0 +1,115 @@
+#pragma once
+
+#include "../Filters/FilterTest.h"
+#include "Session.h"
+
+#include "vtkMetaImageReader.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+
+namespace bench
+{
+
+/// A small run takes the smallest of the scans.
+inline std::string scanName(const Session& session, const std::string& name)
+{
+  return session.small() ? "abdomen_ct" : name;
+}
+
+/// A scan from the folder CHAINMAIL_VOLUMES; where it is not there the benchmark is skipped.
+inline vtkSmartPointer<vtkImageData> readScan(const std::string& name)
+{
+  const char* folder = std::getenv("CHAINMAIL_VOLUMES");
+  const std::string path = std::string(folder ? folder : ".") + "/" + name + ".mhd";
+  if (!std::ifstream(path).good())
+  {
+    throw Skip("the scan " + name + " is not there; name its folder in CHAINMAIL_VOLUMES");
+  }
+  vtkNew<vtkMetaImageReader> reader;
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  return reader->GetOutput();
+}
+
+/// Soft tissue of constraints from 15 to 35 % and no bone, as in the paper's heart: from fat and skin to the hardest
+/// there is.
+inline vtkSmartPointer<vtkPiecewiseFunction> softMaterial(double threshold, double top)
+{
+  auto function = vtkSmartPointer<vtkPiecewiseFunction>::New();
+  function->AddPoint(threshold, 0.35);
+  function->AddPoint(top, 0.15);
+  return function;
+}
+
+/// A hand in a scan in Interactive mode.
+class Drag
+{
+public:
+  Drag(const Session& session, vtkImageData* scan, double threshold, double top)
+  {
+    this->filter_->SetInputData(scan);
+    this->filter_->SetDevice(session.device().c_str());
+    this->filter_->SetModeToInteractive();
+    this->filter_->SetTissueThreshold(threshold);
+    this->filter_->SetMaterialFunction(softMaterial(threshold, top));
+    for (int a = 0; a < 3; ++a)
+    {
+      this->middle_[a] = 0.5 * (scan->GetBounds()[2 * a] + scan->GetBounds()[2 * a + 1]);
+    }
+  }
+
+  vtkChainMailDeformation* filter() { return this->filter_; }
+
+  /// Where the hand grabs, as a share of the scan's box from its middle on.
+  void grabAt(const FilterTest::Vector& share, double radius)
+  {
+    double bounds[6];
+    vtkImageData::SafeDownCast(this->filter_->GetInput())->GetBounds(bounds);
+    for (int a = 0; a < 3; ++a)
+    {
+      this->place_[a] = this->middle_[a] + share[a] * (bounds[2 * a + 1] - bounds[2 * a]);
+    }
+    this->radius_ = radius;
+  }
+
+  /// The hand goes so far [mm], and the filter follows. Throws where the outcome must not be reported.
+  void to(double far)
+  {
+    this->far_ = far;
+    FilterTest::Probe probe;
+    probe.Position = this->place_;
+    probe.Displacement = { far, 0.5 * far, -0.25 * far };
+    probe.Radius = this->radius_;
+    this->filter_->SetInputDataObject(1, FilterTest::MakeProbes({ probe }));
+    this->filter_->Update();
+  }
+
+  double field(const char* name, int component = 0)
+  {
+    return FilterTest::Field(this->filter_->GetOutput(), name, component);
+  }
+
+  /// `underWay`: a wave may be, and while it is links are longer than their limits.
+  void requireSound(bool underWay)
+  {
+    double spacing[3];
+    vtkImageData::SafeDownCast(this->filter_->GetInput())->GetSpacing(spacing);
+    const double voxels = std::fabs(this->far_) / *std::min_element(spacing, spacing + 3);
+    const double excess = this->field("MaxLinkExcess");
+    if (!std::isfinite(this->field("Energy")) || !(underWay || excess <= roundingOf(voxels)))
+    {
+      throw std::runtime_error("the filter's state must not be reported: link excess " + std::to_string(excess));
+    }
+  }
+
+private:
+  vtkNew<vtkChainMailDeformation> filter_;
+  FilterTest::Vector middle_{};
+  FilterTest::Vector place_{};
+  double radius_ = 0.0;
+  double far_ = 0.0;
+};
+
+}

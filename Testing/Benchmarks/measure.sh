@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# Runs every benchmark of a build and leaves a JSON file of each: bash Testing/Benchmarks/measure.sh BUILD RESULTS [options
+# of the programs, e.g. --small --repeats=3 --device=NAME]. Ends with 1 where one refused to report, having run the others.
+set -u
+build=$1
+results=$2
+shift 2
+
+export CHAINMAIL_VOLUMES=${CHAINMAIL_VOLUMES:-$(cd "$(dirname "${BASH_SOURCE[0]}")/../../.." && pwd)/shared/volumes}
+mkdir -p "$results"
+failed=()
+for program in "$build"/Testing/Benchmarks/ChainMailBench*; do
+  [ -f "$program" ] && [ -x "$program" ] || continue
+  name=${program##*/ChainMailBench}
+  rm -f "$results/$name.json"
+  "$program" --json="$results/$name.json" "$@"
+  status=$?
+  [ $status -eq 0 ] || [ $status -eq 125 ] || failed+=("$name")
+done
+if [ ${#failed[@]} -gt 0 ]; then
+  printf 'ERROR: no results of %s\n' "${failed[*]}" >&2
+  exit 1
+fi
