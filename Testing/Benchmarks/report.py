@@ -1,0 +1,393 @@
+"""Turns what the benchmarks measured into a table, a page and plots:
+
+    python3 Testing/Benchmarks/report.py RESULTS PAGES PICTURES
+
+RESULTS: the folder that measure.sh left, or the one file of run-on-gpu.sh. PAGES: folder for Results.json (all numbers) and
+Results.md, where what stands between the markers is replaced. Where PAGES is this script's own folder, the table in the
+project's README.md is replaced, too. PICTURES: folder for speed-figure12.png and speed-table1.png.
+"""
+
+import glob
+import json
+import os
+import re
+import statistics
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+class Run:
+    """All results, by benchmark."""
+
+    def __init__(self, documents):
+        self.documents = {document["benchmark"]: document for document in documents}
+        first = documents[0]
+        self.gpu = first["gpu"]
+        self.small = first["small"]
+        self.machine = f"{first['device']} ({first['platform']}), host {first['processor']}"
+        self.dates = sorted({document["date"][:10] for document in documents})
+
+    def find(self, benchmark, scene="", method=""):
+        """Results whose scene and method match these expressions."""
+        results = self.documents.get(benchmark, {}).get("results", [])
+        return [r for r in results if re.search(scene, r["scene"]) and re.search(method, r["method"])]
+
+    def one(self, benchmark, scene="", method=""):
+        found = self.find(benchmark, scene, method)
+        if not found:
+            raise Missing(f"{benchmark}: {scene} {method}")
+        return found[0]
+
+    def loads(self):
+        loads = [r["load"] for document in self.documents.values() for r in document["results"]]
+        return min(loads), max(loads)
+
+
+class Missing(Exception):
+    """What a row needs was not measured."""
+
+
+def number(value):
+    """Three digits are more than a shared machine deserves."""
+    if value == 0:
+        return "0"
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def milliseconds(result):
+    values = result["milliseconds"]
+    return f"{number(statistics.median(values))} ms ({number(min(values))} to {number(max(values))})"
+
+
+def median(result):
+    return statistics.median(result["milliseconds"])
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The targets. Each row: what is asked for, what was measured, and whether every part of it holds.
+
+
+def paper_block(run):
+    scene = "homogeneous$"
+    engine = run.one("B1", scene, "^engine")
+    sp_results = run.find("B1", scene, "SP-ChainMail")
+    sp = min(sp_results, key=median)
+    paper = run.one("B1", scene, "the paper's method, no blocks")
+    faster_than_sp = median(sp) / median(engine)
+    faster_than_paper = median(paper) / median(engine)
+    held = faster_than_sp >= 10 and faster_than_paper >= 20 and (run.gpu or median(engine) <= 458)
+    return (
+        f"{milliseconds(engine)}; SP-ChainMail at its best ({sp['method'].split(', ')[1]}) {milliseconds(sp)}: "
+        f"{number(faster_than_sp)} times; the paper's method without blocks {milliseconds(paper)}: "
+        f"{number(faster_than_paper)} times; the paper's GPU took 458 ms",
+        held,
+    )
+
+
+def scan(run):
+    parts = []
+    held = True
+    for share in ("5", "30"):
+        result = run.one("B2", f", {share} %")
+        figures = result["figures"]
+        held = held and figures["times the dense rate"] <= 1.5
+        parts.append(
+            f"{share} %: {number(figures['times the dense rate'])} times the dense rate; update {milliseconds(result)}, of it "
+            f"deformation {number(figures['propagate [ms]'] + figures['relax [ms]'])}, resampling "
+            f"{number(figures['resample [ms]'])}, copies {number(figures['upload [ms]'] + figures['download [ms]'])} ms"
+        )
+    return "; ".join(parts), held
+
+
+def memory(run):
+    figures = run.one("B3", method="engine")["figures"]
+    reached = figures["device bytes per element reached"]
+    rest = figures["bytes per voxel not reached"]
+    return (
+        f"{number(reached)} bytes on the device per element reached "
+        f"({number(figures['bytes of the process per element reached'])} in the process, host and device), "
+        f"{number(rest)} per voxel not reached",
+        reached <= 32 and rest <= 3,
+    )
+
+
+def model_size(run):
+    parts = []
+    held = True
+    for method, name in (("iterations$", "10 + 10 iterations"), ("coarse to fine", "with coarse to fine")):
+        results = run.find("B4", method=method)
+        if len(results) < 2:
+            raise Missing("B4")
+        grows = results[-1]["figures"]["times the smallest model"]
+        held = held and grows < 1.2
+        parts.append(
+            f"{name}: {number(median(results[0]))} ms in {results[0]['scene']}, {number(median(results[-1]))} ms in "
+            f"{results[-1]['scene']}: {number(grows)} times"
+        )
+    return "; ".join(parts), held
+
+
+def sweep(run):
+    figure, least = ("share of copy / 25 B", 0.6) if run.gpu else ("share of triad / 25 B", 0.5)
+    results = run.find("B5")
+    if not results:
+        raise Missing("B5")
+    text = "; ".join(
+        f"{r['scene']}: {100 * r['figures'][figure]:.0f} % ({number(r['figures']['updates [M/s]'])} M updates/s)"
+        for r in results
+    )
+    return text, all(r["figures"][figure] >= least for r in results)
+
+
+def drag(run):
+    result = run.one("B6", method="filter")
+    ratio = result["figures"]["times the engine"]
+    engine = run.one("B6", method="engine")
+    return f"{milliseconds(result)}, engine alone {milliseconds(engine)}: {number(ratio)} times", ratio <= 3
+
+
+def start(run):
+    first = run.one("B7", method="not compiled")
+    later = run.one("B7", method="in the cache")
+    return (
+        f"{milliseconds(later)}; the first start, which compiles, {number(median(first) / 1000)} s",
+        median(later) < 300,
+    )
+
+
+def propagation(run):
+    least = 10 if run.gpu else 1
+    results = run.find("B8", method="engine")
+    if not results:
+        raise Missing("B8")
+    parts = []
+    for result in results:
+        queue = run.one("B8", f"^{re.escape(result['scene'])}$", "serial")
+        parts.append(
+            f"{result['scene']}: {milliseconds(result)}, queue {milliseconds(queue)}: "
+            f"{number(result['figures']['times the serial queue'])} times as fast"
+        )
+    return "; ".join(parts), all(r["figures"]["times the serial queue"] >= least for r in results)
+
+
+def coarse_to_fine(run):
+    results = run.find("B9", "two bones", "coarse to fine$")
+    results = [r for r in results if r["method"] == "coarse to fine"]
+    if not results:
+        raise Missing("B9")
+    held = True
+    parts = []
+    for result in results:
+        work = result["figures"]["work in fine sweeps"]
+        held = held and work <= 25
+        text = f"{result['scene'].split(',')[0]}: {milliseconds(result)}, {number(work)} fine sweeps"
+        same = f"^{re.escape(result['scene'])}$"
+        for method, name in (
+            ("finest grid alone", "the engine's single grid"),
+            ("best fixed factor", "the best fixed factor (sweeps counted)"),
+        ):
+            for other in run.find("B9", same, method):
+                times = other["figures"]["times coarse to fine"]
+                text += f", {name} {number(times)} times as long"
+                rest = other["figures"].get("rests at energy over optimum", 1.0)
+                if rest > 1.01:
+                    text += f" and stuck {100 * (rest - 1):.1f} % above the optimum"
+                if result["scene"].startswith("128"):
+                    held = held and times >= 8
+        parts.append(text)
+    for result in run.find("B9", "gentle", "published"):
+        parts.append(
+            f"a gentle pull in {result['scene'].split(',')[0]}: the published scheme takes "
+            f"{number(result['figures']['times coarse to fine'])} times as long"
+        )
+    return "; ".join(parts), held
+
+
+TARGETS = [
+    ("B1", "126^3 elements, homogeneous, all affected, from rest to within 1 % of the optimum: 10 times as fast as SP-ChainMail "
+     "at its best block size, 20 times as fast as the paper's method without blocks (both at the paper's iterations); on two "
+     "cores no slower than the paper's GPU", paper_block),
+    ("B2", "chest CT (12.1 M voxels), 5 and 30 % displaced, 10 + 10 iterations: an element-update at most 1.5 times that of a "
+     "dense sweep", scan),
+    ("B3", "at most 32 bytes per element reached, 3 per voxel not reached", memory),
+    ("B4", "the same pull in 2 to 128 M voxels: a frame takes less than 1.2 times as long in the largest", model_size),
+    ("B5", "dense sweeps: half of triad / 25 B on a processor, 60 % of copy / 25 B on a GPU", sweep),
+    ("B6", "a drag on the head CT (8.9 M voxels): at most 3 times the engine's own time", drag),
+    ("B7", "the second start of a process adds less than 300 ms", start),
+    ("B8", "propagation alone: as fast as the serial queue, 10 times as fast on a GPU", propagation),
+    ("B9", "to within 1 % of the optimum in at most 25 fine sweeps' time; 8 times as fast as the best single grid at 128^3",
+     coarse_to_fine),
+]  # fmt: skip
+
+
+def targets_table(run):
+    lines = ["| | target | measured: median (lowest to highest) | held |", "|---|---|---|---|"]
+    for name, target, measure in TARGETS:
+        try:
+            measured, held = measure(run)
+            verdict = "" if run.small else "yes" if held else "**no**"
+            lines.append(f"| {name} | {target} | {measured} | {verdict} |")
+        except Missing:
+            lines.append(f"| {name} | {target} | not measured | |")
+    return "\n".join(lines)
+
+
+def machine_text(run):
+    low, high = run.loads()
+    bandwidth = [r for r in run.find("Machine")]
+    text = f"{run.machine}; {' to '.join(dict.fromkeys((run.dates[0], run.dates[-1])))}; load {low:.1f} to {high:.1f}"
+    if bandwidth:
+        best = {
+            name: max(r["figures"][name] for r in bandwidth)
+            for name in ("OpenCL triad [GB/s]", "OpenCL copy [GB/s]", "C++ triad [GB/s]", "C++ copy [GB/s]")
+        }
+        text += "; " + ", ".join(f"{name.split(' [')[0]} {value:.0f} GB/s" for name, value in best.items())
+    return text + "."
+
+
+def all_results(run):
+    lines = []
+    for name, document in run.documents.items():
+        lines += [f"### {name}: {document['title']}", "", "| scene | method | time | figures | triad, copy [GB/s] | load |",
+                  "|---|---|---|---|---|---|"]  # fmt: skip
+        for r in document["results"]:
+            figures = ", ".join(f"{key} {number(value)}" for key, value in r["figures"].items())
+            time = milliseconds(r) if r["milliseconds"] else ""
+            lines.append(
+                f"| {r['scene']} | {r['method']} | {time} | {figures} | {number(r['triad'])}, {number(r['copy'])} "
+                f"| {r['load']:.1f} |"
+            )
+        lines.append("")
+    return "\n".join(lines)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Plots
+
+
+def block_volume(method):
+    x, y, z = re.search(r"(?:blocks|bricks) (\d+) x (\d+) x (\d+)", method).groups()
+    return int(x) * int(y) * int(z)
+
+
+def figure12(run, path):
+    figure, axes = plt.subplots(figsize=(7.2, 4.6))
+    series = (("SP-ChainMail", "SP-ChainMail, one launch a block", "tab:red"),
+              ("the paper's method", "the paper's method, one launch over a list", "tab:blue"),
+              ("engine", "this engine, to within 1 % of the optimum", "tab:green"))  # fmt: skip
+    drawn = False
+    for method, label, colour in series:
+        points = sorted((block_volume(r["method"]), median(r)) for r in run.find("B1", "figure 12", f"^{method}"))
+        if points:
+            drawn = True
+            axes.plot(*zip(*points), marker="o", color=colour, label=label)
+        for whole in run.find("B1", "homogeneous$", f"^{method}, no blocks"):
+            axes.axhline(median(whole), color=colour, linestyle="--", linewidth=1, label=f"{method}, no blocks")
+    if not drawn:
+        plt.close(figure)
+        return False
+    axes.axhline(458, color="grey", linestyle=":", linewidth=1, label="the paper's best, on its GPU")
+    axes.set_xscale("log", base=2)
+    axes.set_yscale("log")
+    axes.set_xlabel("elements of a block or brick")
+    axes.set_ylabel("propagation and relaxation [ms]")
+    axes.set_title(f"Figure 12: {run.one('B1', 'figure 12')['scene'].split(',')[0]} elements, all affected", fontsize=11)
+    axes.legend(fontsize=8)
+    axes.grid(alpha=0.3, which="both")
+    figure.text(0.01, 0.005, run.machine, fontsize=6, color="grey")
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+    return True
+
+
+def table1(run, path):
+    results = run.find("Table 1")
+    if not results:
+        return False
+    figure, axes = plt.subplots(figsize=(7.2, 0.6 + 0.5 * len(results)))
+    places = range(len(results), 0, -1)
+    colours = ["tab:red" if "mass-spring" in r["method"] else "tab:green" for r in results]
+    labels = [f"{r['method'].split(',')[0]}: {r['scene']}" for r in results]
+    axes.barh(places, [median(r) for r in results], color=colours,
+              xerr=[[median(r) - min(r["milliseconds"]) for r in results], [max(r["milliseconds"]) - median(r) for r in results]])  # fmt: skip
+    for place, r in zip(places, results):
+        moved = r["figures"].get("shifted", r["figures"].get("displaced"))
+        axes.text(median(r), place + 0.12, f"  {number(median(r))} ms, {moved:,.0f} displaced", fontsize=7, va="bottom")
+    axes.set_yticks(list(places), labels, fontsize=7)
+    axes.set_xscale("log")
+    axes.set_xlim(right=12 * max(median(r) for r in results))
+    axes.set_xlabel("a frame of 20 steps or iterations [ms]")
+    axes.set_title("Table 1: mass-spring and ChainMail", fontsize=11)
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+    return True
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+
+def replace_between(path, name, text):
+    """Puts text between a page's markers; a page that is not there is begun."""
+    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    page = f"{begin}\n{end}\n"
+    if os.path.exists(path):
+        with open(path, encoding="utf-8") as file:
+            page = file.read()
+    if begin not in page or end not in page:
+        sys.exit(f"{path} lacks the markers {begin} and {end}")
+    before, after = page.split(begin)[0], page.split(end)[1]
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(f"{before}{begin}\n\n{text}\n\n{end}{after}")
+
+
+def read(path):
+    if os.path.isdir(path):
+        documents = []
+        for name in sorted(glob.glob(os.path.join(path, "*.json"))):
+            with open(name, encoding="utf-8") as file:
+                content = json.load(file)
+            if isinstance(content, dict):
+                documents.append(content)
+    else:
+        with open(path, encoding="utf-8") as file:
+            documents = json.load(file)
+    if not documents:
+        sys.exit(f"{path} holds no results")
+    # Runs of one benchmark at several sizes belong together.
+    merged = {}
+    for document in documents:
+        if document["benchmark"] in merged:
+            merged[document["benchmark"]]["results"] += document["results"]
+        else:
+            merged[document["benchmark"]] = document
+    return sorted(merged.values(), key=lambda document: document["benchmark"])
+
+
+def main():
+    results, pages, pictures = sys.argv[1:4]
+    documents = read(results)
+    run = Run(documents)
+    with open(os.path.join(pages, "Results.json"), "w", encoding="utf-8") as file:
+        json.dump(documents, file, indent=1)
+        file.write("\n")
+    table = targets_table(run)
+    small = "At small sizes, which only show that everything runs. " if run.small else ""
+    summary = f"{small}Measured on {machine_text(run)}\n\n{table}"
+    figure12(run, os.path.join(pictures, "speed-figure12.png"))
+    table1(run, os.path.join(pictures, "speed-table1.png"))
+    replace_between(os.path.join(pages, "Results.md"), "results", f"{summary}\n\n## All results\n\n{all_results(run)}")
+    if os.path.samefile(pages, HERE):
+        replace_between(os.path.join(HERE, "..", "..", "README.md"), "speed", summary)
+    print(table)
+
+
+if __name__ == "__main__":
+    main()
