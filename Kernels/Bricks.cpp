@@ -83,11 +83,15 @@ Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> mo
 
 int Bricks::width(bool vectors) const
 {
-  return vectors && !this->context_->info().gpu ? std::min(16, this->size_[0] / 2) : 1;
+  return vectors && !this->context_->info().gpu ? std::min(8, this->size_[0] / 2) : 1;
 }
 
 std::size_t Bricks::workItems(bool vectors) const
 {
+  if (vectors && !this->context_->info().gpu)
+  {
+    return 1; // wide enough by its vectors; alone, an item has all registers and needs no atomics or barriers
+  }
   // Local memory of measure.cl and the limit of every device that matters: 256.
   return std::min(256, this->elements_ / 2 / this->width(vectors));
 }
@@ -162,7 +166,7 @@ void Bricks::grow(int slots)
   const int bricks = this->counts_[0] * this->counts_[1] * this->counts_[2] + 1;
   const int wanted = std::min(std::max({ slots, before + std::min(before, 2048), 64 }), std::max(bricks, slots));
   const std::size_t oldPitch = this->pitch();
-  const std::size_t pitch = static_cast<std::size_t>(wanted) * this->elements_;
+  const std::size_t pitch = static_cast<std::size_t>(wanted) * this->elements_ + skew;
   const int axes = this->model_->axes();
   if (pitch * 3 > std::numeric_limits<std::uint32_t>::max())
   {
@@ -173,10 +177,10 @@ void Bricks::grow(int slots)
   const auto enlarged = [&](const cl::Buffer& old, std::size_t runs, std::size_t bytes, const char* purpose)
   {
     cl::Buffer buffer = this->context_->allocate(runs * pitch * bytes, purpose);
-    for (std::size_t run = 0; oldPitch > 0 && run < runs; ++run)
+    for (std::size_t run = 0; before > 0 && run < runs; ++run)
     {
       this->context_->queue().enqueueCopyBuffer(
-        old, buffer, run * oldPitch * bytes, run * pitch * bytes, oldPitch * bytes);
+        old, buffer, run * oldPitch * bytes, run * pitch * bytes, (oldPitch - skew) * bytes);
     }
     this->context_->queue().finish();
     return buffer;

@@ -157,7 +157,7 @@ public:
   cl::Buffer cut;          ///< uchar [address], as CutBits, only where anyCut()
   /// `cut`, or any buffer for kernels that were built without cuts and do not look at it.
   const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }
-  cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_; }
+  cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_ + skew; }
 
   /// Sets the arguments `table, place, strideY, strideZ` of brick.clh, or without `place`.
   void bindTable(cl::Kernel& kernel, int& argument, bool withPlace = true) const;
@@ -185,6 +185,10 @@ private:
   int elements_;
   int strideY_;
   int strideZ_;
+  /// Elements between the runs of a field. Without, the axes of an element would be a power of two apart and compete
+  /// for the same lines of a CPU's cache; and kernels may read a little past the last slot.
+  static constexpr int skew = 272;
+
   int capacity_ = 0;
   std::vector<int> table_;
   std::vector<int> place_;

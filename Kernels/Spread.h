@@ -3,7 +3,7 @@
 #include "Bricks.h"
 
 #include <functional>
-#include <set>
+#include <map>
 #include <vector>
 
 namespace chainmail
@@ -15,9 +15,9 @@ using Checkpoint = std::function<void()>;
 /// Something that spreads from brick to brick until nothing changes any more, by a kernel that updates bricks in place.
 /// Bricks of one parity (of the brick grid) never touch, so one launch may update all of them.
 ///
-/// The kernel's first arguments are the list of slots, the number of rounds within a brick that surely suffices, the
-/// pitch and brick.clh's table; its last is `result`, some ints for each brick of which the first are the faces that
-/// changed elements touch (movedFaces in brick.clh), 128 more where the rounds did not suffice.
+/// The kernel's first arguments are the list of slots, each with what changed before, the number of rounds within a
+/// brick that surely suffices, the pitch and brick.clh's table; its last is `result`, some ints for each brick of which
+/// the first are the faces that changed elements touch, as spread.clh says.
 class Spread
 {
 public:
@@ -44,15 +44,17 @@ public:
 
 private:
   int parityOf(int brick) const;
+  void notify(int brick, int parity, int faces);
 
   Bricks& bricks_;
   const char* file_;
   const char* name_;
   std::size_t results_;
-  std::set<int> pending_[2];
+  std::map<int, int> pending_[2]; ///< by parity: brick, and what changed before (spread.clh)
+  std::vector<cl_int2> list_;
   std::vector<int> slots_;
   std::vector<cl_int> values_;
-  Scratch list_{ "the list of active bricks" };
+  Scratch listBuffer_{ "the list of active bricks" };
   Scratch result_{ "the list of active bricks" };
 };
 

@@ -1,5 +1,5 @@
-// The third colour of a relaxation sweep: rigid clusters, each one unknown. The links that leave a cluster are listed in
-// an order that no brick size changes, in chunks of fixed length, so sums come out the same for every layout.
+// The third colour of a relaxation sweep: rigid clusters, each one unknown. The links that leave a cluster are listed
+// in an order that no brick size changes, in chunks of fixed length, so sums come out the same for every layout.
 //
 // The host guarantees: all members of a cluster are at the same place, none is held, its links' other ends are not
 // rigid, and their bricks are in memory.
@@ -21,7 +21,7 @@ kernel void clusterGather(global const int4* chunks, global const uint* links, g
     global const float* u = displacement + axis * pitch;
     global const float* c = constraint + min(axis, AXES - 1) * pitch;
     const float ui = places[chunk.x * 3 + axis];
-    Neighbours sum = { 0.0f, 0.0f, -INFINITY, INFINITY };
+    Neighbours sum = noNeighbours();
     for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
     {
       const float limit = linkLimit(0.0f, c[links[n]]);
@@ -48,7 +48,7 @@ kernel void clusterMove(global const int4* clusters, float omega, float still, g
     {
       continue;
     }
-    Neighbours n = { 0.0f, 0.0f, -INFINITY, INFINITY };
+    Neighbours n = noNeighbours();
     for (int chunk = cluster.x; chunk < cluster.x + cluster.y; ++chunk)
     {
       const float4 part = vload4(chunk * 3 + axis, partial);

@@ -40,16 +40,17 @@ kernel void relaxAll(global const int* list, float still, float slack, uint pitc
         {
           const real c = LOAD(constraint + axis * pitch + s.self);
           loadConstraints(constraint + axis * pitch, cut, &s, limit);
+          relaxes = !signbit(c) & IS_STILL(axis, &s);
           for (int d = 0; d < 6; ++d)
           {
             limit[d] = linkLimit(c, limit[d]);
             weight[d] = linkWeight(limit[d]);
+            relaxes &= IS_OF_SAME_FRONT(axis, &s, d, s.odd, limit[d]);
           }
-          relaxes = !signbit(c) & MAY_RELAX(axis, &s, limit);
         }
         const real u = LOAD(displacement + axis * pitch + s.self);
         loadNeighbours(displacement + axis * pitch, &s, us);
-        Neighbours n = { (real)(0.0f), (real)(0.0f), (real)(-INFINITY), (real)(INFINITY) };
+        Neighbours n = noNeighbours();
         for (int d = 0; d < 6; ++d)
         {
           neighboursAdd(&n, u, us[d], limit[d], weight[d], slack);

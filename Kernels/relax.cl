@@ -11,6 +11,63 @@
 #include "element.clh"
 #include "waves.clh"
 
+// One piece of work, `odd` (Site.odd) as a constant; returns the largest move. What is summed up neighbour by
+// neighbour, for all axes at once, stays in registers.
+RULE float relaxPiece(const int odd, const Site* s, float omega, float still, float slack, uint pitch,
+  global float* displacement, global const float* constraint, global const uchar* cut, int* faces WAVES_ARGUMENTS)
+{
+  real c[AXES], u[3];
+  mask relaxes[AXES];
+  Neighbours sums[3];
+  UNROLL
+  for (int axis = 0; axis < AXES; ++axis)
+  {
+    c[axis] = LOAD(constraint + axis * pitch + s->self);
+    relaxes[axis] = (c[axis] > 0.0f) & IS_STILL(axis, s);
+  }
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    u[axis] = LOAD(displacement + axis * pitch + s->self);
+    sums[axis] = noNeighbours();
+  }
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    real limit, weight;
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      if (axis < AXES)
+      {
+        limit = linkLimit(c[axis], neighbourConstraint(constraint + axis * pitch, cut, s, d, odd));
+        weight = linkWeight(limit);
+        relaxes[axis] &= IS_OF_SAME_FRONT(axis, s, d, odd, limit);
+      }
+      neighboursAdd(&sums[axis], u[axis], neighbour(displacement + axis * pitch, s, d, odd), limit, weight, slack);
+    }
+  }
+  real next[3];
+  real move = (real)(0.0f);
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    next[axis] = select(u[axis], relaxedPlace(sums[axis], u[axis], omega, still), relaxes[min(axis, AXES - 1)]);
+    move = max(move, fabs(next[axis] - u[axis]));
+  }
+  const float largest = largestOf(move);
+  if (largest > 0.0f)
+  {
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      STORE(next[axis], displacement + axis * pitch + s->self);
+    }
+    *faces |= movedFaces(s, move > 0.0f);
+  }
+  return largest;
+}
+
 kernel void relax(global const int* list, int colour, float omega, float still, float slack, uint pitch,
   global const int* table, global const int* place, int strideY, int strideZ, global float* displacement,
   global const float* constraint, global const uchar* cut, global int2* result WAVES_ARGUMENTS)
@@ -25,47 +82,20 @@ kernel void relax(global const int* list, int colour, float omega, float still, 
     largest = 0;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
+  int touched = 0;
+  float move = 0.0f;
   for (int work = lid; work < VECTORS; work += get_local_size(0))
   {
     const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
-    int touched = 0;
-    float move = 0.0f;
-    real c, limit[6], weight[6], us[6];
-    mask relaxes;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      if (axis < AXES)
-      {
-        c = LOAD(constraint + axis * pitch + s.self);
-        loadConstraints(constraint + axis * pitch, cut, &s, limit);
-        for (int d = 0; d < 6; ++d)
-        {
-          limit[d] = linkLimit(c, limit[d]);
-          weight[d] = linkWeight(limit[d]);
-        }
-        relaxes = (c > 0.0f) & MAY_RELAX(axis, &s, limit);
-      }
-      const real u = LOAD(displacement + axis * pitch + s.self);
-      loadNeighbours(displacement + axis * pitch, &s, us);
-      Neighbours n = { (real)(0.0f), (real)(0.0f), (real)(-INFINITY), (real)(INFINITY) };
-      for (int d = 0; d < 6; ++d)
-      {
-        neighboursAdd(&n, u, us[d], limit[d], weight[d], slack);
-      }
-      const real next = select(u, relaxedPlace(n, u, omega, still), relaxes);
-      const mask moved = next != u;
-      if (SOME(moved))
-      {
-        STORE(next, displacement + axis * pitch + s.self);
-        touched |= movedFaces(&s, moved);
-        move = max(move, largestOf(fabs(next - u)));
-      }
-    }
-    if (touched)
-    {
-      atomic_or(&faces, touched);
-      atomic_max(&largest, as_int(move));
-    }
+#define PIECE(odd)                                                                                                     \
+  relaxPiece(odd, &s, omega, still, slack, pitch, displacement, constraint, cut, &touched WAVES_PASSED_ON)
+    move = max(move, s.odd ? PIECE(1) : PIECE(0));
+#undef PIECE
+  }
+  if (touched)
+  {
+    atomic_or(&faces, touched);
+    atomic_max(&largest, as_int(move));
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lid == 0)
