@@ -12,7 +12,8 @@ namespace
 {
 
 /// Sweeps that move nothing further than this have come to rest, be it at the optimum or because chains of links at
-/// their limits block each other: then the groups of such links get a turn, at most once in so many sweeps.
+/// their limits block each other: then the groups of such links get a turn, at most once in so many sweeps, half as
+/// often after each turn in which there was none to move, and before a relaxation counts as converged.
 constexpr float restingMove = 1e-3f;
 constexpr int sweepsPerGroupTurn = 8;
 
@@ -107,7 +108,10 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
   this->active_.begin();
   const float still = stillResidual(tolerance);
 
-  int sweepsSinceGroups = sweepsPerGroupTurn;
+  if (firstSweep == 0)
+  {
+    this->groupPeriod_ = this->sweepsSinceGroups_ = sweepsPerGroupTurn;
+  }
   RelaxResult result;
   while (result.iterations < iterations && !result.converged)
   {
@@ -130,12 +134,14 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       largest = std::max(largest, clusters.relax(omega, still, elasticity, moved));
       this->note(moved);
 
-      ++sweepsSinceGroups;
-      if (largest <= std::max(restingMove, static_cast<float>(tolerance)) && sweepsSinceGroups >= sweepsPerGroupTurn)
+      ++this->sweepsSinceGroups_;
+      if (largest <= tolerance || (largest <= restingMove && this->sweepsSinceGroups_ >= this->groupPeriod_))
       {
-        sweepsSinceGroups = 0;
+        this->sweepsSinceGroups_ = 0;
         moved.clear();
-        largest = std::max(largest, moveTightGroups(this->bricks_, elasticity, still, moved));
+        const float ofGroups = moveTightGroups(this->bricks_, elasticity, still, moved);
+        this->groupPeriod_ = ofGroups > 0.0f ? sweepsPerGroupTurn : 2 * this->groupPeriod_;
+        largest = std::max(largest, ofGroups);
         this->note(moved);
         clusters.refresh();
       }

@@ -47,6 +47,8 @@ private:
 
   Bricks& bricks_;
   ActiveBricks active_;
+  int groupPeriod_ = 0; ///< sweeps between turns of tight groups
+  int sweepsSinceGroups_ = 0;
   Scratch list_{ "the list of active bricks" };
   Scratch result_{ "the list of active bricks" };
 };
