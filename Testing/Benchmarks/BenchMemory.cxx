@@ -69,6 +69,7 @@ int main(int argc, char** argv)
       session.report({ name, "engine", {},
         { { "elements", double(model->elements()) }, { "elements reached", reached },
           { "element places held", double(statistics.allocated) },
+          { "device bytes per place held", double(statistics.deviceBytes) / double(statistics.allocated) },
           { "bytes per voxel not reached", (atRest - before) / double(grid.voxels()) },
           { "device bytes per element reached", double(statistics.deviceBytes) / reached },
           { "bytes of the process per element reached", (deformed - atRest) / reached } } });

@@ -37,7 +37,7 @@ void frames(bench::Session& session, const std::string& name, vtkImageData* scan
   bench::Task frame;
   frame.prepare = [&]
   {
-    filter->Reset();
+    drag.rest();
     filter->SetPropagationIterations(0);
     drag.to(0.97 * far);
     drag.requireSound(false);

@@ -74,7 +74,15 @@ public:
     this->radius_ = radius;
   }
 
-  /// The hand goes so far [mm], and the filter follows. Throws where the outcome must not be reported.
+  /// The hand lets go, and all is as it was.
+  void rest()
+  {
+    this->filter_->SetInputDataObject(1, FilterTest::MakeProbes({}));
+    this->filter_->Reset();
+    this->filter_->Update();
+  }
+
+  /// The hand goes so far [mm], and the filter follows.
   void to(double far)
   {
     this->far_ = far;

@@ -161,13 +161,13 @@ void Session::report(const Result& result)
   if (!result.milliseconds.empty())
   {
     const auto [low, high] = std::minmax_element(result.milliseconds.begin(), result.milliseconds.end());
-    std::cout << median(result.milliseconds) << " ms (" << *low << " to " << *high << ")";
+    std::cout << median(result.milliseconds) << " ms (" << *low << " to " << *high << "); ";
   }
   for (const auto& [name, value] : result.figures)
   {
-    std::cout << "; " << name << " " << value;
+    std::cout << name << " " << value << "; ";
   }
-  std::cout << "; triad " << entry.bandwidth.deviceTriad << " GB/s, copy " << entry.bandwidth.deviceCopy << " GB/s"
+  std::cout << "triad " << entry.bandwidth.deviceTriad << " GB/s, copy " << entry.bandwidth.deviceCopy << " GB/s"
             << std::endl;
   this->entries_.push_back(entry);
 }

@@ -111,7 +111,8 @@ def memory(run):
     rest = figures["bytes per voxel not reached"]
     return (
         f"{number(reached)} bytes on the device per element reached "
-        f"({number(figures['bytes of the process per element reached'])} in the process, host and device), "
+        f"({number(figures['bytes of the process per element reached'])} in the process, host and device; "
+        f"{number(figures['device bytes per place held'])} per place held), "
         f"{number(rest)} per voxel not reached",
         reached <= 32 and rest <= 3,
     )
