@@ -59,12 +59,9 @@ std::string quoted(const std::string& text)
   return result + '"';
 }
 
+/// A finite number.
 std::string number(double value)
 {
-  if (!std::isfinite(value))
-  {
-    throw std::runtime_error("a figure to be reported is not finite");
-  }
   std::ostringstream text;
   text.precision(9);
   text << value;
@@ -156,6 +153,15 @@ std::vector<std::vector<double>> Session::time(const std::vector<Task>& tasks) c
 
 void Session::report(const Result& result)
 {
+  std::vector<double> values = result.milliseconds;
+  for (const auto& [name, value] : result.figures)
+  {
+    values.push_back(value);
+  }
+  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
+  {
+    throw std::runtime_error("a figure to be reported is not finite");
+  }
   const Entry entry{ result, this->machine_.measure(), load() };
   std::cout << "  " << result.scene << ", " << result.method << ": ";
   if (!result.milliseconds.empty())
