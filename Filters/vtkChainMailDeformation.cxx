@@ -336,6 +336,7 @@ struct Method
   int PropagationIterations = 0;
   int Conflict = 0;
   int Relaxation = 0;
+  bool CoarseToFine = false;
   int RelaxationIterations = 0;
   double Tolerance = 0.0;
   double ElasticRecovery = 1.0;
@@ -344,8 +345,8 @@ struct Method
   {
     const auto all = [](const Method& m)
     {
-      return std::tie(m.Propagation, m.PropagationIterations, m.Conflict, m.Relaxation, m.RelaxationIterations,
-        m.Tolerance, m.ElasticRecovery);
+      return std::tie(m.Propagation, m.PropagationIterations, m.Conflict, m.Relaxation, m.CoarseToFine,
+        m.RelaxationIterations, m.Tolerance, m.ElasticRecovery);
     };
     return all(*this) == all(other);
   }
@@ -964,9 +965,23 @@ Method vtkChainMailDeformation::vtkInternals::GetMethod() const
   method.PropagationIterations = this->Self->PropagationIterations;
   method.Conflict = this->Self->ConflictPolicy;
   method.Relaxation = this->Self->RelaxationMethod;
-  method.RelaxationIterations = this->Self->RelaxationIterations;
-  method.Tolerance = this->Self->RelaxationTolerance;
   method.ElasticRecovery = this->Self->ElasticRecovery;
+  switch (this->Self->RelaxationPreset)
+  {
+  case RELAXATION_INTERACTIVE:
+    std::tie(method.CoarseToFine, method.RelaxationIterations, method.Tolerance) = std::make_tuple(false, 10, 1e-3);
+    break;
+  case RELAXATION_BALANCED:
+    std::tie(method.CoarseToFine, method.RelaxationIterations, method.Tolerance) = std::make_tuple(false, 40, 1e-3);
+    break;
+  case RELAXATION_ACCURATE:
+    std::tie(method.CoarseToFine, method.RelaxationIterations, method.Tolerance) = std::make_tuple(true, 1000, 1e-5);
+    break;
+  default:
+    method.CoarseToFine = this->Self->CoarseToFine;
+    method.RelaxationIterations = this->Self->RelaxationIterations;
+    method.Tolerance = this->Self->RelaxationTolerance;
+  }
   return method;
 }
 
@@ -1026,6 +1041,7 @@ void vtkChainMailDeformation::vtkInternals::Pull(const Scene& scene, const std::
   this->Simulation->setRelaxation(
     method.Relaxation == RELAXATION_PAPER ? chainmail::RelaxationMethod::Paper : chainmail::RelaxationMethod::Projected,
     method.ElasticRecovery);
+  this->Simulation->setCoarseToFine(method.CoarseToFine);
   this->Simulation->setPropagationTimes(this->Self->PropagationTimes);
   this->MethodUsed = method;
   this->TimesKept = this->Self->PropagationTimes;
@@ -1788,6 +1804,9 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "PropagationIterations: " << this->PropagationIterations << "\n";
   os << indent << "ConflictPolicy: " << (this->ConflictPolicy == CONFLICT_LIMIT ? "Limit" : "Latest") << "\n";
   os << indent << "PropagationTimes: " << (this->PropagationTimes ? "On" : "Off") << "\n";
+  const char* const settings[] = { "Custom", "Interactive", "Balanced", "Accurate" };
+  os << indent << "RelaxationPreset: " << settings[this->RelaxationPreset] << "\n";
+  os << indent << "CoarseToFine: " << (this->CoarseToFine ? "On" : "Off") << "\n";
   os << indent << "RelaxationMethod: " << (this->RelaxationMethod == RELAXATION_PROJECTED ? "Projected" : "Paper")
      << "\n";
   os << indent << "ElasticRecovery: " << this->ElasticRecovery << "\n";

@@ -345,6 +345,41 @@ public:
   void SetRelaxationMethodToPaper() { this->SetRelaxationMethod(RELAXATION_PAPER); }
   ///@}
 
+  enum RelaxationPresets
+  {
+    RELAXATION_CUSTOM = 0,
+    RELAXATION_INTERACTIVE = 1,
+    RELAXATION_BALANCED = 2,
+    RELAXATION_ACCURATE = 3
+  };
+
+  ///@{
+  /**
+   * How long tissue settles in an update. RELAXATION_CUSTOM (0): as CoarseToFine, RelaxationIterations and
+   * RelaxationTolerance say. The others stand for values of these three and leave the properties themselves alone;
+   * Data/Choosing.md of the project has their cost and error. RELAXATION_INTERACTIVE (1), for dragging: off, 10, 1e-3.
+   * RELAXATION_BALANCED (2), for a picture: off, 40, 1e-3, the defaults. RELAXATION_ACCURATE (3), for a measurement: on, 1000, 1e-5.
+   * Default: RELAXATION_CUSTOM.
+   */
+  vtkSetClampMacro(RelaxationPreset, int, RELAXATION_CUSTOM, RELAXATION_ACCURATE);
+  vtkGetMacro(RelaxationPreset, int);
+  void SetRelaxationPresetToCustom() { this->SetRelaxationPreset(RELAXATION_CUSTOM); }
+  void SetRelaxationPresetToInteractive() { this->SetRelaxationPreset(RELAXATION_INTERACTIVE); }
+  void SetRelaxationPresetToBalanced() { this->SetRelaxationPreset(RELAXATION_BALANCED); }
+  void SetRelaxationPresetToAccurate() { this->SetRelaxationPreset(RELAXATION_ACCURATE); }
+  ///@}
+
+  ///@{
+  /**
+   * Whether RELAXATION_PROJECTED starts on coarser grids after a pull, cut or carve: a few iterations then get to where
+   * hundreds on the fine grid alone do, for the price of some tens. Tissue then settles as far as it is free to, also far
+   * from the probes. Default: off.
+   */
+  vtkSetMacro(CoarseToFine, bool);
+  vtkGetMacro(CoarseToFine, bool);
+  vtkBooleanMacro(CoarseToFine, bool);
+  ///@}
+
   ///@{
   /**
    * How much of the strain goes back when tissue is released, r in [0, 1]: strain of a link up to (1 - r) of its limit
@@ -475,6 +510,8 @@ private:
   int ConflictPolicy = CONFLICT_LIMIT;
   bool PropagationTimes = true;
   int RelaxationMethod = RELAXATION_PROJECTED;
+  int RelaxationPreset = RELAXATION_CUSTOM;
+  bool CoarseToFine = false;
   double ElasticRecovery = 1.0;
   int RelaxationIterations = 40;
   double RelaxationTolerance = 1e-3;

@@ -102,7 +102,7 @@ kernel void propagate(global const int2* list, int rounds, uint pitch, global co
   }
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
 #define WAVE(odd, beside) wave(odd, beside, &s, pitch, displacement, before, constraint, cut, conflict)
-  SPREAD(anyHeld(&s, pitch, constraint) ? (s.odd ? WAVE(1, 1) : WAVE(0, 1)) : (s.odd ? WAVE(1, 0) : WAVE(0, 0)))
+  SPREAD(anyHeld(&s, pitch, constraint) ? WAVE(s.odd, 1) : (s.odd ? WAVE(1, 0) : WAVE(0, 0)))
 #undef WAVE
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int n = 0; n < 6; ++n)

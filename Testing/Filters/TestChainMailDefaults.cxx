@@ -95,6 +95,10 @@ int TestChainMailDefaults(int, char*[])
   word("vtkGetMacro(ConflictPolicy,", conflicts[filter->GetConflictPolicy()]);
   word("vtkGetMacro(PropagationTimes,", filter->GetPropagationTimes() ? "on" : "off");
   word("vtkGetMacro(RelaxationMethod,", relaxations[filter->GetRelaxationMethod()]);
+  const char* relaxationPresets[] = { "RELAXATION_CUSTOM", "RELAXATION_INTERACTIVE", "RELAXATION_BALANCED",
+    "RELAXATION_ACCURATE" };
+  word("vtkGetMacro(RelaxationPreset,", relaxationPresets[filter->GetRelaxationPreset()]);
+  word("vtkGetMacro(CoarseToFine,", filter->GetCoarseToFine() ? "on" : "off");
   number("ElasticRecovery", filter->GetElasticRecovery());
   number("RelaxationIterations", filter->GetRelaxationIterations());
   number("RelaxationTolerance", filter->GetRelaxationTolerance());
@@ -205,12 +209,12 @@ int TestChainMailDefaults(int, char*[])
 
   std::ostringstream text;
   filter->PrintSelf(text, vtkIndent());
-  for (const char* line : { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions",
-         "TissueThreshold: nan", "AnchorRigid: On", "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive",
-         "PropagationMethod: Timestamp", "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: Off",
-         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "RelaxationIterations: 7",
-         "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan",
-         "OutputPadding: 3", "Device: some", "BlockSize: 8 4 2" })
+  for (const char* line :
+    { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions", "TissueThreshold: nan",
+      "AnchorRigid: On", "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive", "PropagationMethod: Timestamp",
+      "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: Off", "RelaxationMethod: Paper",
+      "ElasticRecovery: 0.8", "RelaxationIterations: 7", "RelaxationTolerance: 0.5", "Interpolation: Nearest",
+      "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3", "Device: some", "BlockSize: 8 4 2" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

@@ -79,6 +79,8 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
   to->SetConflictPolicy(from->GetConflictPolicy());
   to->SetPropagationTimes(from->GetPropagationTimes());
   to->SetRelaxationMethod(from->GetRelaxationMethod());
+  to->SetRelaxationPreset(from->GetRelaxationPreset());
+  to->SetCoarseToFine(from->GetCoarseToFine());
   to->SetElasticRecovery(from->GetElasticRecovery());
   to->SetRelaxationIterations(from->GetRelaxationIterations());
   to->SetRelaxationTolerance(from->GetRelaxationTolerance());
@@ -203,6 +205,18 @@ int TestChainMailUpdates(int, char*[])
   update("RelaxationMethod back", relaxed);
   filter->SetElasticRecovery(1.0);
   update("ElasticRecovery back", relaxed);
+  filter->CoarseToFineOn();
+  update("CoarseToFine", relaxed);
+  filter->CoarseToFineOff();
+  update("CoarseToFine back", relaxed);
+  filter->SetRelaxationPresetToInteractive();
+  update("RelaxationPreset", relaxed);
+  check.That(Field(filter->GetOutput(), "RelaxationIterationsUsed") <= 10.0, "few iterations when interactive");
+  filter->SetRelaxationPresetToAccurate();
+  update("RelaxationPreset to Accurate", relaxed);
+  check.That(Field(filter->GetOutput(), "RelaxationIterationsUsed") > 40.0, "many iterations when accurate");
+  filter->SetRelaxationPresetToCustom();
+  update("RelaxationPreset back", relaxed);
   filter->PropagationTimesOff();
   filter->SetPropagationMethodToTimestamp();
   update("times are not kept", relaxed);

@@ -429,6 +429,11 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
+    filter->SetRelaxationPreset(chance.OneIn(3) ? chance.Between(-1, 2) : 0);
+    filter->SetCoarseToFine(chance.OneIn(2));
+  }
+  if (now())
+  {
     filter->SetElasticRecovery(chance.Number(-0.2, 1.2));
   }
   if (now())

@@ -16,11 +16,14 @@ RESULT = os.path.join(OUTPUT, "TestState.npz")
 CHANGED = {"MaterialPreset": "Function", "TissueThreshold": 60.0, "AnchorRigid": 1, "AnchoredFaces": [1, 0, 1, 0, 1, 1],
            "RelaxationIterations": 7, "RelaxationTolerance": 0.01, "Interpolation": "Nearest", "BackgroundValue": -5.0,
            "Mode": "Interactive", "PropagationMethod": "Timestamp", "PropagationIterations": 500,
-           "ConflictPolicy": "Latest", "PropagationTimes": 0, "RelaxationMethod": "Paper", "ElasticRecovery": 0.75,
+           "ConflictPolicy": "Latest", "PropagationTimes": 0, "RelaxationMethod": "Paper",
+           "RelaxationPreset": "Accurate", "CoarseToFine": 1,
+           "ElasticRecovery": 0.75,
            "OutputPadding": 2, "BlockSize": [8, 4, 4], "LabelArrays": ["RTData"]}
 # What the filter did not have at first.
 LATER = {"Mode": "FromRest", "PropagationMethod": "Envelope", "PropagationIterations": 0, "ConflictPolicy": "Limit",
-         "PropagationTimes": 1, "RelaxationMethod": "Projected", "ElasticRecovery": 1.0}
+         "PropagationTimes": 1, "RelaxationMethod": "Projected", "RelaxationPreset": "Custom",
+         "CoarseToFine": 0, "ElasticRecovery": 1.0}
 OLD_STATE = os.path.join(OUTPUT, "TestState-old.pvsm")
 POINTS = [60.0, 0.35, 0.5, 0.0, 150.0, 0.25, 0.5, 0.0, 277.0, 0.15, 0.5, 0.0]
 
