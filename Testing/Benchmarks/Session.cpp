@@ -176,6 +176,7 @@ void Session::report(const Result& result)
   std::cout << "triad " << entry.bandwidth.deviceTriad << " GB/s, copy " << entry.bandwidth.deviceCopy << " GB/s"
             << std::endl;
   this->entries_.push_back(entry);
+  this->write();
 }
 
 void Session::write() const
@@ -257,7 +258,6 @@ int run(
   {
     Session session(argc, argv, id, title);
     body(session);
-    session.write();
     return EXIT_SUCCESS;
   }
   catch (const Skip& skip)

@@ -60,12 +60,13 @@ public:
   /// Milliseconds of the first time, for what is only looked over.
   double once(const Task& task) const;
 
-  /// Prints and records a result, beside what the machine's memory could do at that moment.
+  /// Prints a result, beside what the machine's memory could do at that moment, and writes it to the file with those
+  /// before.
   void report(const Result& result);
 
+private:
   void write() const;
 
-private:
   struct Entry
   {
     Result result;
