@@ -128,10 +128,10 @@ std::vector<float> Hold::displacedBy(const std::array<float, 3>& to) const
   return values;
 }
 
-std::vector<std::size_t> Holds::grab(const Probe& probe, std::size_t number)
+std::vector<std::size_t> elementsAround(Bricks& bricks, const Probe& probe, std::size_t number)
 {
-  const Grid& grid = this->bricks_.model().grid();
-  const int axes = this->bricks_.model().axes();
+  const Grid& grid = bricks.model().grid();
+  const int axes = bricks.model().axes();
   Grasp grasp(probe, grid);
   const double farthest = grasp.farthest();
   std::vector<float> row;
@@ -140,18 +140,18 @@ std::vector<std::size_t> Holds::grab(const Probe& probe, std::size_t number)
   std::unordered_set<int> displaced;
   const auto touched = [&]
   {
-    for (int slot = 1; slot < this->bricks_.slots(); ++slot)
+    for (int slot = 1; slot < bricks.slots(); ++slot)
     {
-      if (this->bricks_.touched(slot))
+      if (bricks.touched(slot))
       {
         return true;
       }
     }
     return false;
   };
-  const std::vector<BrickFigures> figures = touched() ? measureBricks(this->bricks_) : std::vector<BrickFigures>();
-  const Index3 size = this->bricks_.size();
-  const std::size_t count = this->bricks_.elementsPerBrick();
+  const std::vector<BrickFigures> figures = touched() ? measureBricks(bricks) : std::vector<BrickFigures>();
+  const Index3 size = bricks.size();
+  const std::size_t count = bricks.elementsPerBrick();
   std::vector<float> u;
   for (std::size_t n = 0; n < figures.size(); ++n)
   {
@@ -160,9 +160,9 @@ std::vector<std::size_t> Holds::grab(const Probe& probe, std::size_t number)
       continue;
     }
     const int slot = static_cast<int>(n) + 1;
-    const int brick = this->bricks_.brick(slot);
+    const int brick = bricks.brick(slot);
     displaced.insert(brick);
-    const Index3 origin = this->bricks_.origin(brick);
+    const Index3 origin = bricks.origin(brick);
     Index3 first;
     Index3 last;
     bool near = true;
@@ -176,18 +176,18 @@ std::vector<std::size_t> Holds::grab(const Probe& probe, std::size_t number)
     {
       continue;
     }
-    this->bricks_.readSlot(slot, u);
+    bricks.readSlot(slot, u);
     row.resize(static_cast<std::size_t>(last[0] - first[0] + 1) * axes);
     for (int k = first[2]; k <= last[2]; ++k)
     {
       for (int j = first[1]; j <= last[1]; ++j)
       {
-        this->bricks_.row(first[0], j, k, last[0] - first[0] + 1, row.data());
+        bricks.row(first[0], j, k, last[0] - first[0] + 1, row.data());
         for (int i = first[0]; i <= last[0]; ++i)
         {
           if (!std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]))
           {
-            const std::uint32_t at = this->bricks_.local(i, j, k);
+            const std::uint32_t at = bricks.local(i, j, k);
             grasp.offer(grid.at(i, j, k), static_cast<double>(i) + u[at], static_cast<double>(j) + u[count + at],
               static_cast<double>(k) + u[2 * count + at]);
           }
@@ -208,11 +208,11 @@ std::vector<std::size_t> Holds::grab(const Probe& probe, std::size_t number)
     for (int j = first[1]; j <= last[1] && first[0] <= last[0]; ++j)
     {
       row.resize(static_cast<std::size_t>(last[0] - first[0] + 1) * axes);
-      this->bricks_.row(first[0], j, k, last[0] - first[0] + 1, row.data());
+      bricks.row(first[0], j, k, last[0] - first[0] + 1, row.data());
       for (int i = first[0]; i <= last[0]; ++i)
       {
         if (!std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]) &&
-            (displaced.empty() || displaced.count(this->bricks_.brickAt(i, j, k)) == 0))
+            (displaced.empty() || displaced.count(bricks.brickAt(i, j, k)) == 0))
         {
           grasp.offer(grid.at(i, j, k), i, j, k);
         }
@@ -280,7 +280,7 @@ Holds::Change Holds::take(const std::vector<Probe>& probes)
     }
     else
     {
-      grabbed[n] = this->grab(probes[n], n);
+      grabbed[n] = this->grab_(probes[n], n);
     }
   }
 

@@ -3,6 +3,7 @@
 #include "Bricks.h"
 #include "Simulation.h"
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -28,12 +29,20 @@ struct Hold
   std::vector<float> displacedBy(const std::array<float, 3>& to) const;
 };
 
+/// The elements that a probe grabs at the places where they are now, ascending: those within its radius, or the nearest
+/// one. `number` is for messages. Throws ProbeError where there are none.
+std::vector<std::size_t> elementsAround(Bricks& bricks, const Probe& probe, std::size_t number);
+
 /// The hands of all probes, in the order of the probes.
 class Holds
 {
 public:
-  explicit Holds(Bricks& bricks)
+  /// Finds what a probe grabs, as elementsAround() does.
+  using Grab = std::function<std::vector<std::size_t>(const Probe&, std::size_t number)>;
+
+  Holds(Bricks& bricks, Grab grab)
     : bricks_(bricks)
+    , grab_(std::move(grab))
   {
   }
 
@@ -70,10 +79,10 @@ public:
   std::vector<ProbeResult> reached();
 
 private:
-  std::vector<std::size_t> grab(const Probe& probe, std::size_t number);
   void fill(Hold& hold, const std::vector<std::size_t>& mine, const std::vector<std::size_t>& grabbed);
 
   Bricks& bricks_;
+  Grab grab_;
   std::vector<Pointer> holds_;
 };
 

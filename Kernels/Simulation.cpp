@@ -5,6 +5,7 @@
 #include "Cutting.h"
 #include "Error.h"
 #include "Measurement.h"
+#include "ModelReduction.h"
 #include "PaperRelaxation.h"
 #include "Relaxation.h"
 #include "Resampling.h"
@@ -23,13 +24,15 @@ public:
   Impl(std::shared_ptr<const Model> model, const Settings& settings)
     : model_(std::move(model))
     , context_(Context::of(settings.device))
-    , bricks_(this->context_, this->model_, settings.brickSize)
-    , holds_(this->bricks_)
+    , voxels_(this->context_, this->model_, settings.brickSize)
+    , reduction_(settings.modelReduction == 1 ? nullptr : new ModelReduction(this->voxels_, settings.modelReduction))
+    , bricks_(this->reduction_ ? this->reduction_->bricks() : this->voxels_)
+    , holds_(this->bricks_, [this](const Probe& probe, std::size_t number) { return this->grab(probe, number); })
     , waves_(this->bricks_, this->holds_)
     , relaxation_(this->bricks_)
     , coarseToFine_(this->bricks_, this->holds_)
     , paperRelaxation_(this->bricks_)
-    , resampling_(this->bricks_)
+    , resampling_(this->voxels_)
   {
   }
 
@@ -45,6 +48,8 @@ public:
   std::vector<ProbeResult> probes();
   Statistics measure();
   void displacements(float* out);
+  void propagationTimes(float* out);
+  void wavefronts(int* out);
   void clusters(int* out);
   void elements(std::uint8_t* out);
   void links(std::uint8_t* out);
@@ -53,13 +58,18 @@ public:
   std::shared_ptr<const Model> model_;
   std::shared_ptr<Context> context_;
   Progress progress_;
-  Bricks bricks_;
+  Bricks voxels_;                             ///< one element each
+  std::unique_ptr<ModelReduction> reduction_; ///< null: none
+  Bricks& bricks_;                            ///< of the elements that deform: the voxels, or those of the reduction
   Holds holds_;
   Waves waves_;
   bool startsCoarse_ = false;
 
 private:
   void checkpoint(double share);
+  Bricks& voxels();
+  void moved();
+  std::vector<std::size_t> grab(const Probe& probe, std::size_t number);
   Vector3 forceAt(const std::vector<std::size_t>& held);
   RigidClusters& rigidClusters();
 
@@ -96,6 +106,31 @@ void Simulation::Impl::checkpoint(double share)
   }
 }
 
+/// The voxels where they are now.
+Bricks& Simulation::Impl::voxels()
+{
+  if (this->reduction_)
+  {
+    this->reduction_->expand();
+  }
+  return this->voxels_;
+}
+
+/// Elements may be elsewhere from now on.
+void Simulation::Impl::moved()
+{
+  if (this->reduction_)
+  {
+    this->reduction_->moved();
+  }
+}
+
+std::vector<std::size_t> Simulation::Impl::grab(const Probe& probe, std::size_t number)
+{
+  const std::vector<std::size_t> voxels = elementsAround(this->voxels(), probe, number);
+  return this->reduction_ ? this->reduction_->elementsOf(voxels) : voxels;
+}
+
 void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticRecovery)
 {
   if (!(elasticRecovery >= 0.0 && elasticRecovery <= 1.0))
@@ -121,6 +156,7 @@ void Simulation::Impl::reset()
   this->waves_.clear();
   this->holds_.clear();
   this->bricks_.clearDisplacements();
+  this->moved();
   this->sweep_ = 0;
   this->beyondLimits_ = false;
 }
@@ -128,7 +164,14 @@ void Simulation::Impl::reset()
 void Simulation::Impl::mend()
 {
   this->reset();
-  this->bricks_.mend();
+  if (this->reduction_)
+  {
+    this->reduction_->mend();
+  }
+  else
+  {
+    this->bricks_.mend();
+  }
   this->clusters_.reset();
   this->coarseToFine_.forget();
 }
@@ -137,9 +180,13 @@ std::size_t Simulation::Impl::cut(const Surface& surface)
 {
   fixedPoints(surface, this->model_->grid(), "cut"); // refuses before anything moves
   this->propagate(0);                                // a wave that is under way knows the links it has passed
-  const std::size_t removed = cutLinks(this->bricks_, surface);
+  const std::size_t removed = cutLinks(this->voxels(), surface);
   if (removed > 0)
   {
+    if (this->reduction_)
+    {
+      this->reduction_->follow();
+    }
     this->clusters_.reset();
     this->coarseToFine_.forget();
     this->sweep_ = 0;
@@ -151,10 +198,10 @@ std::size_t Simulation::Impl::carve(const Surface& surface)
 {
   const ClosedSurface closed(surface, this->model_->grid());
   this->propagate(0); // a wave that is under way knows the tissue it has passed
-  const std::vector<std::size_t> removed = carveElements(this->bricks_, closed);
+  const std::vector<std::size_t> removed = carveElements(this->voxels(), closed);
   if (!removed.empty())
   {
-    this->holds_.forget(removed);
+    this->holds_.forget(this->reduction_ ? this->reduction_->follow() : removed);
     this->clusters_.reset();
     this->coarseToFine_.forget();
     this->sweep_ = 0;
@@ -184,6 +231,7 @@ PropagateResult Simulation::Impl::propagate(int iterations)
     return PropagateResult();
   }
   this->sweep_ = 0;
+  this->moved();
   return this->stoppable(
     [&]
     {
@@ -211,7 +259,7 @@ std::vector<ProbeResult> Simulation::Impl::probes()
 /// Gradient of the energy where these voxels, with the bone they are part of, move together.
 Vector3 Simulation::Impl::forceAt(const std::vector<std::size_t>& held)
 {
-  const Grid& grid = this->model_->grid();
+  const Grid& grid = this->bricks_.model().grid();
   const int axes = this->model_->axes();
   Vector3 force{};
   for (int component = 0; component < axes; ++component)
@@ -261,6 +309,10 @@ Vector3 Simulation::Impl::forceAt(const std::vector<std::size_t>& held)
       }
     }
   }
+  for (double& component : force)
+  {
+    component *= this->reduction_ ? this->reduction_->linksPerLink() : 1.0;
+  }
   return force;
 }
 
@@ -286,6 +338,7 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
       {
         return RelaxResult();
       }
+      this->moved();
       const WavesUnderWay* waves = nullptr;
       if (this->waves_.underWay())
       {
@@ -327,38 +380,45 @@ Statistics Simulation::Impl::measure()
   {
     for (int a = 0; a < 3; ++a)
     {
-      statistics.energy += figures.energy[a] * this->model_->grid().spacing[a];
+      statistics.energy += figures.energy[a] * this->bricks_.model().grid().spacing[a];
     }
     statistics.maxLinkExcess = std::max(statistics.maxLinkExcess, static_cast<double>(figures.excess));
     statistics.displaced += static_cast<std::size_t>(figures.displaced);
   }
   statistics.allocated = static_cast<std::size_t>(this->bricks_.slots() - 1) * this->bricks_.elementsPerBrick();
   statistics.deviceBytes = this->bricks_.deviceBytes();
+  if (this->reduction_)
+  {
+    statistics.energy *= this->reduction_->linksPerLink();
+    statistics.allocated += static_cast<std::size_t>(this->voxels_.slots() - 1) * this->voxels_.elementsPerBrick();
+    statistics.deviceBytes += this->voxels_.deviceBytes();
+  }
   return statistics;
 }
 
 void Simulation::Impl::displacements(float* out)
 {
   const Grid& grid = this->model_->grid();
-  const Index3 size = this->bricks_.size();
-  const std::size_t count = this->bricks_.elementsPerBrick();
+  Bricks& bricks = this->voxels();
+  const Index3 size = bricks.size();
+  const std::size_t count = bricks.elementsPerBrick();
   std::fill(out, out + 3 * grid.voxels(), 0.0f);
   std::vector<float> values;
-  for (int slot = 1; slot < this->bricks_.slots(); ++slot)
+  for (int slot = 1; slot < bricks.slots(); ++slot)
   {
-    if (!this->bricks_.touched(slot))
+    if (!bricks.touched(slot))
     {
       continue;
     }
-    this->bricks_.readSlot(slot, values);
-    const Index3 first = this->bricks_.origin(this->bricks_.brick(slot));
+    bricks.readSlot(slot, values);
+    const Index3 first = bricks.origin(bricks.brick(slot));
     for (int k = first[2]; k < std::min(first[2] + size[2], grid.size[2]); ++k)
     {
       for (int j = first[1]; j < std::min(first[1] + size[1], grid.size[1]); ++j)
       {
         for (int i = first[0]; i < std::min(first[0] + size[0], grid.size[0]); ++i)
         {
-          const std::uint32_t local = this->bricks_.local(i, j, k);
+          const std::uint32_t local = bricks.local(i, j, k);
           for (std::size_t a = 0; a < 3; ++a)
           {
             out[3 * grid.at(i, j, k) + a] = static_cast<float>(values[a * count + local] * grid.spacing[a]);
@@ -369,13 +429,41 @@ void Simulation::Impl::displacements(float* out)
   }
 }
 
+void Simulation::Impl::propagationTimes(float* out)
+{
+  if (!this->reduction_)
+  {
+    this->waves_.arrivals().readTimes(out);
+    return;
+  }
+  std::vector<float> times(this->bricks_.model().grid().voxels() * this->model_->axes());
+  this->waves_.arrivals().readTimes(times.data());
+  for (float& time : times)
+  {
+    time *= time < 0.0f ? 1.0f : static_cast<float>(this->reduction_->voxelsPerElement());
+  }
+  this->reduction_->spread(times, -1.0f, out);
+}
+
+void Simulation::Impl::wavefronts(int* out)
+{
+  if (!this->reduction_)
+  {
+    this->waves_.arrivals().readFronts(out);
+    return;
+  }
+  std::vector<int> fronts(this->bricks_.model().grid().voxels() * this->model_->axes());
+  this->waves_.arrivals().readFronts(fronts.data());
+  this->reduction_->spread(fronts, 0, out);
+}
+
 void Simulation::Impl::clusters(int* out)
 {
   const int axes = this->model_->axes();
   std::vector<int> labels;
   for (int a = 0; a < axes; ++a)
   {
-    RigidClusters::label(this->bricks_, a, labels);
+    RigidClusters::label(this->voxels_, a, labels);
     for (std::size_t n = 0; n < labels.size(); ++n)
     {
       out[n * axes + a] = labels[n];
@@ -392,7 +480,7 @@ void Simulation::Impl::elements(std::uint8_t* out)
   {
     for (int j = 0; j < grid.size[1]; ++j)
     {
-      this->bricks_.row(0, j, k, grid.size[0], row.data());
+      this->voxels_.row(0, j, k, grid.size[0], row.data());
       for (int i = 0; i < grid.size[0]; ++i)
       {
         out[grid.at(i, j, k)] = std::isinf(row[i * axes]) ? 0 : 1;
@@ -410,7 +498,7 @@ void Simulation::Impl::links(std::uint8_t* out)
   {
     for (int j = 0; j < grid.size[1]; ++j)
     {
-      this->bricks_.row(0, j, k, grid.size[0], row.data());
+      this->voxels_.row(0, j, k, grid.size[0], row.data());
       for (int i = 0; i < grid.size[0]; ++i)
       {
         out[grid.at(i, j, k)] = std::isinf(row[static_cast<std::size_t>(i) * axes]) ? 0 : 64;
@@ -424,7 +512,7 @@ void Simulation::Impl::links(std::uint8_t* out)
       for (int i = 0; i < grid.size[0]; ++i)
       {
         std::uint8_t& bits = out[grid.at(i, j, k)];
-        const std::uint8_t cut = bits == 0 ? 0 : this->bricks_.cutBits(i, j, k);
+        const std::uint8_t cut = bits == 0 ? 0 : this->voxels_.cutBits(i, j, k);
         for (int a = 0; bits != 0 && a < 3; ++a)
         {
           const Index3 next{ i + (a == 0), j + (a == 1), k + (a == 2) };
@@ -452,6 +540,7 @@ void Simulation::Impl::resample(const Index3& padding, const std::function<void(
       throw InputError("The padding of the output must not be negative.");
     }
   }
+  this->voxels();
   this->resampling_.run(
     padding, [this](double share) { this->checkpoint(share); }, visit);
 }
@@ -568,12 +657,12 @@ void Simulation::displacements(float* out) const
 
 void Simulation::propagationTimes(float* out) const
 {
-  translated([&] { this->impl_->waves_.arrivals().readTimes(out); });
+  translated([&] { this->impl_->propagationTimes(out); });
 }
 
 void Simulation::wavefronts(int* out) const
 {
-  translated([&] { this->impl_->waves_.arrivals().readFronts(out); });
+  translated([&] { this->impl_->wavefronts(out); });
 }
 
 void Simulation::clusters(int* out) const

@@ -16,6 +16,7 @@ struct Settings
   std::string device; ///< see chooseDevice()
   Index3 brickSize{ 0, 0,
     0 }; ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
+  int modelReduction = 1; ///< 1, 2, 4 or 8: an element stands for so many voxels per axis, see Simulation
 };
 
 /// A hand in the tissue: it grabs the elements that are within `radius` of `position`, or the nearest one, when it
@@ -63,7 +64,7 @@ struct ProbeResult
                      ///< stretch so far, where its wave has not started yet, or where a later probe dragged it back
   Vector3 force{}; ///< gradient of the energy at the tissue it holds, with the bone that is part of: what the hand must
                    ///< pull with
-  std::size_t elements = 0; ///< how many it grabbed
+  std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
 };
 
 /// A cutting surface: triangles in [mm], see Grid. It need not be closed, flat or connected.
@@ -81,7 +82,7 @@ struct RelaxResult
   bool converged = false;
 };
 
-/// Figures of the whole state.
+/// Figures of the whole state: that of the reduced model where the model is reduced.
 struct Statistics
 {
   double energy = 0.0;        ///< sum over links and axes of max(0, |u(i) - u(j)| - (1 - r) D(i,j))^2 / D(i,j) [mm]
@@ -106,6 +107,15 @@ struct ResampledBox
 /// allocated when a deformation first reaches them. Between any two calls the state is feasible: every link obeys
 /// |u(i) - u(j)| <= D(i,j) on every axis, to float rounding. Exceptions: while a wave is under way, and after a
 /// relaxation by the published method, until the next one by the projected.
+///
+/// With Settings::modelReduction n an element stands for n x n x n voxels and is where one of them is. It gives as much
+/// as they do on average, and is rigid or anchored where one of them is; a link is where any of its voxels has one to a
+/// voxel of the neighbour. Voxels are displaced as the elements around are, in between, on their own side of every cut,
+/// and rigid ones exactly as their own element. What reads or writes the grid (displacements, times, clusters, links,
+/// cuts, carves, resampling) does so voxel by voxel as ever. A probe holds the elements of which it grabs at least half
+/// the voxels, else the one of which it grabs most. Energies and forces count n x n links for one, so that they compare
+/// with those of the whole model. Bodies closer than n voxels may stick together, and bone is up to n - 1 voxels
+/// thicker.
 ///
 /// Errors are exceptions of Error.h. After InputError the state is as before the call. After Aborted it is at rest, but
 /// for resample(), which changes no state. After DeviceError only the destructor may be called.
@@ -180,7 +190,8 @@ public:
 
   Statistics measure() const;
 
-  /// Displacements of all voxels of the grid [mm], 3 interleaved floats each; 0 in air.
+  /// Displacements of all voxels of the grid [mm], 3 interleaved floats each; 0 in air. Where the model is reduced,
+  /// those of a cut's lips change with the cut.
   void displacements(float* out) const;
 
   /// When the last wave that came to each element did so: the length of the shortest path of links from the probe

@@ -1,0 +1,103 @@
+// The displacements of voxels from those of the larger elements that stand for `factor` of them per axis. Displacements
+// are fractions of each grid's own spacing; the centre of an element is the middle of its voxels.
+//
+// The host guarantees: both grids have bricks of the same size, WIDTH is 1; `whole` arguments belong to the voxels, tables
+// are as brick.clh says; listed voxels are at rest; every voxel that is no air has an element, and with OWNERS its own
+// one where `owner` is 0, else element owner - 1.
+
+#include "brick.clh"
+
+inline uint addressOf(int3 at, global const int* table, int strideY, int strideZ)
+{
+  // Shifted by one brick so that the division is one of non-negative numbers.
+  const uint x = at.x + BX, y = at.y + BY, z = at.z + BZ;
+  const uint i = x % BX, j = y % BY, k = z % BZ;
+  return table[x / BX + y / BY * strideY + z / BZ * strideZ] * ELEMENTS + ((i + j + k) & 1) * COLOUR +
+    (k * BY + j) * HALF + i / 2;
+}
+
+// Every voxel between the up to eight elements around it, those that links between these eight join to its own one. All
+// equal gives just that. Rigid voxels exactly as their own one; anchored ones stay.
+kernel void expand(global const int* list, uint wholePitch, global const int* wholeTable, global const int* wholePlace,
+  int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY, int strideZ, int4 factor,
+  int4 size, global const float* displacement, global const float* constraint, global const uchar* cut,
+  global const int* owner, global const float* wholeConstraint, global float* wholeDisplacement)
+{
+  const uint slot = list[get_group_id(0)];
+  const int place = wholePlace[slot];
+  const int3 origin =
+    (int3)((place % wholeStrideY - 1) * BX, (place % wholeStrideZ / wholeStrideY - 1) * BY, (place / wholeStrideZ - 1) * BZ);
+  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  {
+    const uint at = slot * ELEMENTS + n;
+    if (isinf(wholeConstraint[at]) || signbit(wholeConstraint[at]))
+    {
+      continue;
+    }
+    const int r = n % COLOUR / HALF, j = r % BY, k = r / BY;
+    const int3 voxel = origin + (int3)(2 * (n % HALF) + ((j + k + n / COLOUR) & 1), j, k);
+    int3 own = voxel / factor.xyz;
+#ifdef OWNERS
+    if (owner[at] != 0)
+    {
+      const int element = owner[at] - 1;
+      own = (int3)(element % size.x, element / size.x % size.y, element / (size.x * size.y));
+    }
+#endif
+    const uint ownAddress = addressOf(own, table, strideY, strideZ);
+    const float3 where = (convert_float3(voxel) + 0.5f) / convert_float3(factor.xyz) - 0.5f;
+    const int3 base = convert_int3(floor(where));
+    const float3 w = where - floor(where);
+    float sums[3] = { 0.0f, 0.0f, 0.0f };
+    float weight = 0.0f;
+    if (all(own >= base) && all(own <= base + 1))
+    {
+      uint elements = 0, cutX = 0, cutY = 0, cutZ = 0;
+      uint addresses[8];
+      for (int d = 0; d < 8; ++d)
+      {
+        addresses[d] = addressOf(base + (int3)(d & 1, d >> 1 & 1, d >> 2), table, strideY, strideZ);
+        if (!isinf(constraint[addresses[d]]))
+        {
+          elements |= 1u << d;
+#ifdef CUTS
+          const uint bits = cut[addresses[d]];
+          cutX |= (bits >> 1 & 1) << d;
+          cutY |= (bits >> 3 & 1) << d;
+          cutZ |= (bits >> 5 & 1) << d;
+#endif
+        }
+      }
+      const uint linkX = elements & elements >> 1 & ~cutX & 0x55u;
+      const uint linkY = elements & elements >> 2 & ~cutY & 0x33u;
+      const uint linkZ = elements & elements >> 4 & ~cutZ & 0x0Fu;
+      uint reached = 1u << (own.x - base.x + 2 * (own.y - base.y) + 4 * (own.z - base.z));
+      for (uint before = 0; before != reached;)
+      {
+        before = reached;
+        reached |= (reached & linkX) << 1 | (reached >> 1 & linkX);
+        reached |= (reached & linkY) << 2 | (reached >> 2 & linkY);
+        reached |= (reached & linkZ) << 4 | (reached >> 4 & linkZ);
+      }
+      for (int d = 0; d < 8; ++d)
+      {
+        if (reached >> d & 1)
+        {
+          const float share = (d & 1 ? w.x : 1.0f - w.x) * (d >> 1 & 1 ? w.y : 1.0f - w.y) * (d >> 2 ? w.z : 1.0f - w.z);
+          weight += share;
+          for (int a = 0; a < 3; ++a)
+          {
+            sums[a] += share * (displacement[a * pitch + addresses[d]] - displacement[a * pitch + ownAddress]);
+          }
+        }
+      }
+    }
+    const int factors[3] = { factor.x, factor.y, factor.z };
+    for (int a = 0; a < 3; ++a)
+    {
+      const bool rigid = wholeConstraint[min(a, AXES - 1) * wholePitch + at] == 0.0f;
+      const float u = displacement[a * pitch + ownAddress];
+      wholeDisplacement[a * wholePitch + at] = factors[a] * (rigid || weight == 0.0f ? u : u + sums[a] / weight);
+    }
+  }
+}

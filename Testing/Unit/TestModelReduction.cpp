@@ -1,0 +1,750 @@
+// Elements that stand for 2, 4 or 8 voxels per axis: the reduced grid against an oracle built by definition, what must
+// be exact whatever the reduction (rest, translations, bone, walls, gaps, cuts), and how near the whole model's result
+// the reduced one's is.
+
+#include "Blades.h"
+#include "Picture.h"
+
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace
+{
+
+using namespace chainmail;
+
+const std::vector<int> reductions{ 2, 4, 8 };
+
+Simulation reduced(const Scene& scene, int reduction, const Index3& brick = { 0, 0, 0 })
+{
+  Settings settings;
+  settings.device = testDevice();
+  settings.brickSize = brick;
+  settings.modelReduction = reduction;
+  return Simulation(scene.model(), settings);
+}
+
+/// The reduced model by definition, for scenes that nothing cuts.
+struct Reduction
+{
+  const oracle::Block whole;
+  Index3 factor{};
+  oracle::Block block; ///< of the elements
+
+  Reduction(const Scene& scene, int n)
+    : whole(scene.block())
+    , factor{ scene.grid.size[0] > 1 ? n : 1, scene.grid.size[1] > 1 ? n : 1, scene.grid.size[2] > 1 ? n : 1 }
+  {
+    Index3 size;
+    for (int a = 0; a < 3; ++a)
+    {
+      size[a] = (scene.grid.size[a] + this->factor[a] - 1) / this->factor[a];
+    }
+    this->block = oracle::Block(size);
+    std::vector<int> count(this->block.count(), 0);
+    std::vector<std::array<bool, 3>> rigid(this->block.count());
+    this->block.tissue.assign(this->block.count(), 0);
+    for (std::size_t v = 0; v < this->whole.count(); ++v)
+    {
+      const std::size_t e = this->elementOf(v);
+      this->block.spacing = scene.grid.spacing;
+      if (this->whole.tissue[v])
+      {
+        this->block.tissue[e] = 1;
+        this->block.anchored[e] = this->block.anchored[e] || this->whole.anchored[v];
+        ++count[e];
+        for (int a = 0; a < 3; ++a)
+        {
+          this->block.give[e][a] += this->whole.give[v][a];
+          rigid[e][a] = rigid[e][a] || this->whole.give[v][a] == 0.0;
+        }
+      }
+    }
+    for (std::size_t e = 0; e < this->block.count(); ++e)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        this->block.give[e][a] = rigid[e][a] || count[e] == 0 ? 0.0 : this->block.give[e][a] / count[e];
+      }
+    }
+    for (int a = 0; a < 3; ++a)
+    {
+      this->block.spacing[a] *= this->factor[a];
+    }
+    std::set<std::pair<std::size_t, std::size_t>> joined;
+    for (const oracle::Link& link : oracle::links(this->whole))
+    {
+      joined.insert({ this->elementOf(link.from), this->elementOf(link.to) });
+    }
+    for (const oracle::Link& link : oracle::links(this->block))
+    {
+      if (joined.count({ link.from, link.to }) == 0)
+      {
+        this->block.cut[link.from] |= static_cast<std::uint8_t>(1u << link.direction);
+      }
+    }
+  }
+
+  std::size_t elementOf(std::size_t voxel) const
+  {
+    const oracle::Index3 p = this->whole.index(voxel);
+    return this->block.at(p[0] / this->factor[0], p[1] / this->factor[1], p[2] / this->factor[2]);
+  }
+
+  /// The elements of which a hand that grabs these voxels has at least half, else the one of which it has most.
+  std::vector<std::size_t> held(const std::vector<std::size_t>& voxels) const
+  {
+    std::map<std::size_t, int> grabbed, all;
+    for (const std::size_t v : voxels)
+    {
+      ++grabbed[this->elementOf(v)];
+    }
+    for (std::size_t v = 0; v < this->whole.count(); ++v)
+    {
+      all[this->elementOf(v)] += this->whole.tissue[v];
+    }
+    std::vector<std::size_t> result;
+    std::size_t best = grabbed.begin()->first;
+    for (const auto& [e, count] : grabbed)
+    {
+      best = count > grabbed[best] ? e : best;
+      if (2 * count >= all[e])
+      {
+        result.push_back(e);
+      }
+    }
+    return result.empty() ? std::vector<std::size_t>{ best } : result;
+  }
+
+  /// The displacements of the voxels [fractions of their spacing] from those of the elements.
+  std::vector<oracle::Vector3> expand(const std::vector<oracle::Vector3>& u) const
+  {
+    std::set<std::pair<std::size_t, std::size_t>> joined;
+    for (const oracle::Link& link : oracle::links(this->block))
+    {
+      joined.insert({ link.from, link.to });
+      joined.insert({ link.to, link.from });
+    }
+    std::vector<oracle::Vector3> result(this->whole.count());
+    for (std::size_t v = 0; v < this->whole.count(); ++v)
+    {
+      if (!this->whole.tissue[v] || this->whole.anchored[v])
+      {
+        continue;
+      }
+      const oracle::Index3 p = this->whole.index(v);
+      const std::size_t own = this->elementOf(v);
+      std::map<std::size_t, double> corners;
+      for (int n = 0; n < 8; ++n)
+      {
+        double share = 1.0;
+        oracle::Index3 q;
+        bool inside = true;
+        for (int a = 0; a < 3; ++a)
+        {
+          const double where = (p[a] + 0.5) / this->factor[a] - 0.5;
+          q[a] = static_cast<int>(std::floor(where)) + (n >> a & 1);
+          share *= (n >> a & 1) ? where - std::floor(where) : 1.0 - (where - std::floor(where));
+          inside = inside && q[a] >= 0 && q[a] < this->block.size[a];
+        }
+        if (inside && this->block.tissue[this->block.at(q[0], q[1], q[2])])
+        {
+          corners[this->block.at(q[0], q[1], q[2])] = share;
+        }
+      }
+      std::set<std::size_t> reached{ own };
+      for (std::size_t before = 0; before != reached.size();)
+      {
+        before = reached.size();
+        for (const auto& corner : corners)
+        {
+          for (const std::size_t r : std::set<std::size_t>(reached))
+          {
+            if (joined.count({ r, corner.first }))
+            {
+              reached.insert(corner.first);
+            }
+          }
+        }
+      }
+      for (int a = 0; a < 3; ++a)
+      {
+        double sum = 0.0, weight = 0.0;
+        for (const auto& [e, share] : corners)
+        {
+          sum += reached.count(e) ? share * u[e][a] : 0.0;
+          weight += reached.count(e) ? share : 0.0;
+        }
+        result[v][a] = this->factor[a] * (this->whole.give[v][a] == 0.0 ? u[own][a] : sum / weight);
+      }
+    }
+    return result;
+  }
+};
+
+/// Root mean square of a difference over tissue that either state moved [fractions of the spacing].
+double rms(const oracle::Block& block, const std::vector<oracle::Vector3>& a, const std::vector<oracle::Vector3>& b)
+{
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < block.count(); ++v)
+  {
+    if (block.tissue[v] && (a[v] != oracle::Vector3{} || b[v] != oracle::Vector3{}))
+    {
+      ++count;
+      for (int c = 0; c < 3; ++c)
+      {
+        sum += (a[v][c] - b[v][c]) * (a[v][c] - b[v][c]);
+      }
+    }
+  }
+  return count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(count));
+}
+
+}
+
+TEST(ModelReduction, OtherNumbersAreRefused)
+{
+  const Scene scene({ 6, 6, 6 });
+  for (const int n : { 0, -1, 3, 16, 1 << 30 })
+  {
+    const std::string message = messageOf<InputError>([&] { reduced(scene, n); });
+    EXPECT_TRUE(contains(message, std::to_string(n)) && contains(message, "1, 2, 4 or 8")) << message;
+  }
+}
+
+TEST(ModelReduction, PropagationIsThatOfTheReducedGrid)
+{
+  int moved = 0;
+  for (const int n : reductions)
+  {
+    for (int seed = 0; seed < 6; ++seed)
+    {
+      // Odd sizes, a single slice, a line; tissue with holes that leave elements without links.
+      const std::vector<Index3> sizes{ { 21, 17, 19 }, { 32, 16, 24 }, { 37, 29, 1 }, { 19, 9, 11 }, { 41, 1, 1 },
+        { 9, 30, 13 } };
+      Scene scene = randomScene(sizes[seed], seed % 2 == 0 ? 1 : 3, 3000 + 10 * n + seed, 0.4, 0.004);
+      scene.grid.spacing = { 0.5, 2.0, 1.0 };
+      scene.anchors.faces[0] = seed % 2 == 1;
+      const Reduction oracle(scene, n);
+      Random random(77 + seed);
+      const Index3 p = randomElement(scene, random);
+      const Probe probe = probeAt(scene, p, { 1.5, -2.5, 2.0 }, seed % 3 == 0 ? 3.0 : 0.0);
+      oracle::Hand hand;
+      for (const std::size_t e : oracle.held(oracle::grab(oracle.whole, probe.position, probe.radius)))
+      {
+        if (!oracle.block.anchored[e])
+        {
+          hand.elements.push_back(e);
+        }
+      }
+      for (int a = 0; a < 3; ++a)
+      {
+        hand.target[a] = probe.displacement[a] / oracle.block.spacing[a];
+      }
+      const std::vector<oracle::Vector3> rest(oracle.block.count());
+      const oracle::Propagated expected = oracle::propagate(oracle.block, rest, { hand });
+      Simulation simulation = reduced(scene, n, brickSizes()[seed % 3]);
+      const std::vector<ProbeResult> results = simulation.pull({ probe });
+      EXPECT_EQ(results[0].elements, hand.elements.size());
+      for (int a = 0; a < 3; ++a)
+      {
+        EXPECT_NEAR(results[0].reached[a], expected.reached[0][a] * oracle.block.spacing[a], 1e-5);
+      }
+      const auto u = oracle.expand(expected.state);
+      moved += rms(oracle.whole, u, std::vector<oracle::Vector3>(u.size())) > 0.0;
+      // Rounding of float32 over some tens of links, n times.
+      EXPECT_LT(largestDifference(oracle.whole, state(simulation), u), 1e-6 * n * 8) << n << ' ' << seed;
+    }
+  }
+  EXPECT_GE(moved, 15);
+}
+
+TEST(ModelReduction, EverythingMovesAsOneExactly)
+{
+  for (const int n : reductions)
+  {
+    Scene scene({ 23, 18, 13 }, 0.0f);
+    scene.grid.spacing = { 0.5, 0.7, 1.1 };
+    // Half of it soft, with holes, held all over: the hands carry every element.
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        if (i >= 8)
+        {
+          scene.give(i, j, k, 0.3f);
+        }
+        if ((i * 7 + j * 5 + k * 3) % 11 == 0)
+        {
+          scene.air(i, j, k);
+        }
+      });
+    Simulation simulation = reduced(scene, n);
+    Probe probe = probeAt(scene, { 12, 9, 6 }, { 0.3, -1.3, 2.7 }, 100.0);
+    simulation.pull({ probe });
+    simulation.relax(20, 0.0);
+    const std::vector<float> u = displacements(simulation);
+    const std::size_t first = 3 * scene.grid.at(21, 17, 12);
+    for (std::size_t v = 0; v < scene.grid.voxels(); ++v)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        ASSERT_EQ(u[3 * v + a], scene.tissue(v) ? u[first + a] : 0.0f);
+        EXPECT_NEAR(u[first + a], probe.displacement[a], 1e-6);
+      }
+    }
+    simulation.reset();
+    EXPECT_EQ(displacements(simulation), std::vector<float>(u.size(), 0.0f));
+    for (const float offset : resample(simulation).offset)
+    {
+      ASSERT_EQ(offset, 0.0f);
+    }
+  }
+}
+
+TEST(ModelReduction, AWholeVoxelTranslationShiftsThePicture)
+{
+  for (const int n : reductions)
+  {
+    // A body of odd size and place in air.
+    Scene scene({ 40, 30, 21 }, 0.3f);
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        if (i < 5 || i > 23 || j < 3 || j > 19 || k < 4 || k > 12)
+        {
+          scene.air(i, j, k);
+        }
+      });
+    Simulation simulation = reduced(scene, n);
+    simulation.pull({ probeAt(scene, { 12, 10, 8 }, { 5.0, 0.0, 3.0 }, 50.0) });
+    const Picture picture = resample(simulation);
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        if (i >= 10 && i <= 28 && j >= 3 && j <= 19 && k >= 7 && k <= 15)
+        {
+          EXPECT_EQ(picture(i, j, k), (Vector3{ -5.0, 0.0, -3.0 }));
+        }
+      });
+    EXPECT_TRUE(picture.vacated(6, 8, 5));
+  }
+}
+
+TEST(ModelReduction, BoneOfASingleVoxelStaysRigid)
+{
+  for (const int n : reductions)
+  {
+    // A rod that climbs in steps through elements wherever they begin, and a soft body around.
+    Scene scene({ 45, 22, 24 }, 0.3f);
+    scene.anchors.faces[4] = true;
+    std::vector<std::size_t> rod;
+    int j = 5, k = 9;
+    for (int i = 4; i < 41; ++i)
+    {
+      rod.push_back(scene.grid.at(i, j, k));
+      if (i % 3 == 0)
+      {
+        rod.push_back(scene.grid.at(i, i % 2 ? ++j : j, i % 2 ? k : ++k));
+      }
+    }
+    for (const std::size_t v : rod)
+    {
+      scene.constraint[v] = 0.0f;
+    }
+    Simulation simulation = reduced(scene, n);
+    simulation.pull({ probeAt(scene, { 8, 19, 20 }, { 1.0, 4.0, 3.0 }, 3.0) });
+    simulation.relax(60, 0.0);
+    const std::vector<float> u = displacements(simulation);
+    EXPECT_GT(std::abs(u[3 * rod[0] + 1]), 0.2f) << n; // it is taken along
+    for (const std::size_t v : rod)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        ASSERT_EQ(u[3 * v + a], u[3 * rod[0] + a]) << n;
+      }
+    }
+    EXPECT_EQ(clusters(simulation)[rod.back()], 0);
+    const std::vector<std::uint8_t> bits = links(simulation);
+    EXPECT_EQ(bits[scene.grid.at(10, 10, 10)], 63); // those of the voxels
+  }
+}
+
+TEST(ModelReduction, AWallOfASingleVoxelHoldsTogetherAndAGapKeepsApart)
+{
+  for (const int n : reductions)
+  {
+    // A wall, bent, alone in air, from a held face to a hand: pulled taut, all of it must come along.
+    Scene scene({ 36, 20, 20 }, 0.1f);
+    scene.anchors.faces[0] = true;
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        if (j != 6 + i / 7)
+        {
+          scene.air(i, j, k);
+        }
+        if (i % 7 == 0 && j == 5 + i / 7)
+        {
+          scene.scalar[scene.grid.at(i, j, k)] = 1.0f;
+        }
+      });
+    Simulation simulation = reduced(scene, n);
+    const auto pulled = simulation.pull({ probeAt(scene, { 35, 11, 10 }, { 100.0, 0.0, 0.0 }) });
+    // 40 links from end to end at a tenth each, but for half an element or so at both.
+    EXPECT_GT(pulled[0].reached[0], 0.1 * (40 - 2 * n)) << n;
+    EXPECT_LT(pulled[0].reached[0], 0.1 * (40 + n)) << n;
+
+    // Two bodies with a gap of 2 n voxels, wherever elements begin.
+    for (int shift = 0; shift < n; ++shift)
+    {
+      Scene bodies({ 8 * n + 3, 12, 12 }, 0.2f);
+      const int left = 2 * n + shift, right = left + 2 * n;
+      bodies.each(
+        [&](int i, int j, int k)
+        {
+          if (i >= left && i < right)
+          {
+            bodies.air(i, j, k);
+          }
+        });
+      Simulation two = reduced(bodies, n);
+      two.pull({ probeAt(bodies, { left - 1, 6, 6 }, { 0.0, 7.0, 0.0 }, 2.0) });
+      two.relax(200, 0.0);
+      const std::vector<float> u = displacements(two);
+      bodies.each(
+        [&](int i, int j, int k)
+        {
+          if (i >= right)
+          {
+            ASSERT_EQ(u[3 * bodies.grid.at(i, j, k) + 1], 0.0f);
+          }
+        });
+      EXPECT_GT(std::abs(u[3 * bodies.grid.at(0, 6, 6) + 1]), 1.0f);
+    }
+  }
+}
+
+TEST(ModelReduction, ACutStaysACutToTheVoxel)
+{
+  for (const int n : reductions)
+  {
+    // Between elements, through their middles, through their edges; across the axes and askew.
+    for (const double slope : { 0.0, 0.3, -1.0 })
+    {
+      for (const double place : { 15.5, 16.5, 17.5, 20.5 })
+      {
+        Scene scene({ 40, 26, 26 }, 0.3f);
+        scene.anchors.faces[0] = true;
+        Surface blade;
+        for (const Vector3& p :
+          { Vector3{ -60, -60, -60 }, Vector3{ 60, -60, -60 }, Vector3{ 60, 60, 60 }, Vector3{ -60, 60, 60 } })
+        {
+          // Its points (s, t): x = place + slope * (y - 13), any z.
+          blade.points.push_back({ place + slope * (p[0] - 13.0), p[0], p[2] });
+        }
+        blade.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
+        const auto right = [&](int i, int j) { return i > place + slope * (j - 13.0); };
+        Simulation simulation = reduced(scene, n);
+        EXPECT_GT(simulation.cut(blade), 26u * 26u - 1);
+        const Index3 hand{ 36, 13, 13 };
+        simulation.pull({ probeAt(scene, hand, { 5.0, 3.0, 0.0 }, 2.0) });
+        simulation.relax(300, 1e-5);
+        const Statistics statistics = simulation.measure();
+        EXPECT_LT(statistics.maxLinkExcess, 1e-5);
+        EXPECT_LT(statistics.energy, 1e-3) << n << ' ' << slope << ' ' << place; // nothing is held on both sides
+        const std::vector<float> u = displacements(simulation);
+        scene.each(
+          [&](int i, int j, int k)
+          {
+            const float* v = u.data() + 3 * scene.grid.at(i, j, k);
+            ASSERT_NEAR(v[0], right(i, j) ? 5.0 : 0.0, 0.1) << n << ' ' << slope << ' ' << i << ' ' << j << ' ' << k;
+            ASSERT_NEAR(v[1], right(i, j) ? 3.0 : 0.0, 0.1);
+          });
+        simulation.mend();
+        EXPECT_EQ(links(simulation), links(reduced(scene, n)));
+        simulation.pull({ probeAt(scene, hand, { 40.0, 0.0, 0.0 }, 2.0) });
+        EXPECT_GT(displacements(simulation)[3 * scene.grid.at(8, 13, 13)], 0.5f) << "mended tissue pulls";
+      }
+    }
+  }
+}
+
+TEST(ModelReduction, CutsAtTheCurrentPlacesAndLipsOpen)
+{
+  for (const int n : { 2, 4 })
+  {
+    // An incision half through, while tissue is pulled; then pulled on. Each side keeps its tissue, and a gap opens.
+    Scene scene({ 48, 32, 40 }, 0.3f);
+    scene.anchors.faces[4] = true;
+    Simulation simulation = reduced(scene, n);
+    Probe left = probeAt(scene, { 16, 16, 36 }, { -2.0, 0.0, 0.0 }, 5.0);
+    Probe right = probeAt(scene, { 32, 16, 36 }, { 2.0, 0.0, 0.0 }, 5.0);
+    simulation.pull({ left, right });
+    simulation.relax(30, 1e-4);
+    const std::vector<float> before = displacements(simulation);
+    Surface blade{ { { 24.3, -9, 20 }, { 24.3, 60, 20 }, { 24.3, -9, 80 }, { 24.3, 60, 80 } },
+      { { 0, 1, 2 }, { 1, 3, 2 } } };
+    EXPECT_GT(simulation.cut(blade), 300u);
+    const std::vector<std::uint8_t> bits = links(simulation);
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        // By the places that were shown before the cut.
+        const float* u = before.data() + 3 * scene.grid.at(i, j, k);
+        if (i + 1 < 48 && k > 24)
+        {
+          const float* w = before.data() + 3 * scene.grid.at(i + 1, j, k);
+          const bool crosses = (i + u[0] < 24.3) != (i + 1 + w[0] < 24.3);
+          ASSERT_EQ((bits[scene.grid.at(i, j, k)] & 2) == 0, crosses);
+        }
+      });
+    left.displacement[0] = -5.0;
+    right.displacement[0] = 5.0;
+    const auto results = simulation.pull({ left, right });
+    simulation.relax(100, 1e-4);
+    const Picture picture = resample(simulation);
+    int gap = 0;
+    while (gap < 20 && picture.vacated(24 + gap, 16, 38))
+    {
+      ++gap;
+    }
+    EXPECT_GE(gap, 2) << n;
+    EXPECT_LE(gap, 6) << n; // the lips are 10 apart at the most
+    EXPECT_NEAR(results[1].reached[0], 5.0, 1e-4);
+  }
+}
+
+TEST(ModelReduction, ThroughAHoleMadeByCarvingNothingPulls)
+{
+  for (const int n : reductions)
+  {
+    Scene scene({ 40, 22, 22 }, 0.3f);
+    scene.anchors.faces[0] = true;
+    Simulation simulation = reduced(scene, n);
+    const Probe probe = probeAt(scene, { 33, 11, 11 }, { 6.0, 2.0, 0.0 }, 2.0);
+    simulation.pull({ probe });
+    simulation.relax(10, 0.0);
+    const std::vector<float> u = displacements(simulation);
+    // A slab thinner than an element, at the current places: voxels go, elements hardly.
+    std::size_t inside = 0;
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        const double x = i + static_cast<double>(u[3 * scene.grid.at(i, j, k)]);
+        inside += x > 14.25 && x < 16.25;
+      });
+    EXPECT_EQ(simulation.carve(box({ 14.25, -50, -50 }, { 16.25, 90, 90 })), inside);
+    EXPECT_GT(inside, 0u);
+    simulation.relax(300, 0.0);
+    EXPECT_LT(simulation.measure().energy, 1e-2) << n;
+    // All that is around the hand: elements are emptied and the probe holds nothing more.
+    EXPECT_GT(simulation.carve(sphere({ 39, 13, 11 }, 30.0, 12, 24)), 0u);
+    EXPECT_EQ(simulation.probes()[0].elements, 0u);
+    simulation.mend();
+    EXPECT_EQ(simulation.measure().displaced, 0u);
+    std::vector<std::uint8_t> tissue(scene.grid.voxels());
+    simulation.elements(tissue.data());
+    EXPECT_EQ(tissue, std::vector<std::uint8_t>(scene.grid.voxels(), 1));
+  }
+}
+
+TEST(ModelReduction, NearTheWholeModelsOptimum)
+{
+  // A smooth block with a stiff inclusion: each reduction against the converged whole, and each further from it.
+  Scene scene({ 48, 40, 44 }, 0.25f);
+  scene.anchors.faces[4] = true;
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      scene.give(i, j, k, 0.2f + 0.1f * static_cast<float>(std::sin(0.2 * i) * std::cos(0.15 * j + 0.1 * k)));
+      if (std::hypot(i - 20.0, j - 20.0, k - 16.0) < 7.0)
+      {
+        scene.give(i, j, k, 0.05f);
+      }
+    });
+  const std::vector<Probe> probes{ probeAt(scene, { 24, 20, 38 }, { 3.0, 1.5, 2.0 }, 6.0) };
+  const oracle::Block block = scene.block();
+  const auto run = [&](int n, double* energy, double* force)
+  {
+    Simulation simulation = reduced(scene, n);
+    simulation.setCoarseToFine(true);
+    simulation.pull(probes);
+    simulation.relax(800, 1e-6);
+    EXPECT_LT(simulation.measure().maxLinkExcess, 1e-5);
+    *energy = simulation.measure().energy;
+    *force = simulation.probes()[0].force[0];
+    return state(simulation);
+  };
+  double energy = 0.0, force = 0.0;
+  const auto optimum = run(1, &energy, &force);
+  const double moved = rms(block, optimum, std::vector<oracle::Vector3>(block.count()));
+  double last = 0.0;
+  for (const int n : reductions)
+  {
+    double energyOf = 0.0, forceOf = 0.0;
+    const double error = rms(block, run(n, &energyOf, &forceOf), optimum);
+    RecordProperty("rmsOf" + std::to_string(n), std::to_string(error / moved));
+    EXPECT_GT(error, last) << n;
+    EXPECT_GT(error, 0.002 * moved) << n; // it is a coarser model
+    EXPECT_LT(error, 0.05 * n * moved) << n;
+    // n^2 links for one: the energies compare, whatever the reduction. The hand's own size is that of whole elements.
+    EXPECT_NEAR(energyOf / energy, 1.0, 0.1 * n) << n;
+    EXPECT_NEAR(forceOf / force, 1.0, 0.1 * n) << n;
+    last = error;
+  }
+}
+
+TEST(ModelReduction, TimesAndWavesAreThoseOfTheElements)
+{
+  for (const int n : reductions)
+  {
+    Scene scene({ 40, 9, 9 }, 0.25f);
+    scene.grid.spacing = { 2.0, 1.0, 1.0 };
+    Simulation simulation = reduced(scene, n);
+    simulation.setPropagationTimes(true);
+    simulation.pull({ probeAt(scene, { 0, 0, 0 }, { 60.0, 0.0, 0.0 }) });
+    std::vector<float> times(scene.grid.voxels());
+    std::vector<int> fronts(scene.grid.voxels());
+    simulation.propagationTimes(times.data());
+    simulation.wavefronts(fronts.data());
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        // As many links as elements are between, each n voxels long.
+        const double expected = 0.25 * n * (i / n + j / n + k / n);
+        EXPECT_NEAR(times[scene.grid.at(i, j, k)], expected, 1e-4);
+        EXPECT_EQ(fronts[scene.grid.at(i, j, k)], 1);
+      });
+  }
+}
+
+TEST(ModelReduction, RandomLivesAreFiniteTheSameAgainAndEndAtRest)
+{
+  for (int seed = 0; seed < 12; ++seed)
+  {
+    const int n = reductions[seed % 3];
+    const std::vector<Index3> sizes{ { 25, 22, 19 }, { 40, 33, 1 }, { 16, 32, 24 }, { 31, 7, 12 } };
+    Scene scene = randomScene(sizes[seed / 3 % 4], seed % 2 == 0 ? 1 : 3, 4000 + seed, 0.2, 0.01);
+    scene.grid.spacing = { 0.8, 1.0, 1.6 };
+    scene.anchors.faces[0] = seed % 4 < 2;
+    scene.anchors.rigid = seed % 5 == 0;
+    const oracle::Block block = scene.block();
+    std::vector<std::vector<float>> first;
+    for (int life = 0; life < 2; ++life)
+    {
+      Simulation simulation = reduced(scene, n, { 8, 4, 8 });
+      simulation.setCoarseToFine(seed % 2 == 0);
+      simulation.setPropagation(seed % 3 == 1 ? PropagationMethod::Timestamp : PropagationMethod::Envelope,
+        seed % 4 == 3 ? ConflictPolicy::Latest : ConflictPolicy::Limit);
+      simulation.setRelaxation(RelaxationMethod::Projected, seed % 3 == 2 ? 0.7 : 1.0);
+      Random random(5000 + seed);
+      std::vector<Probe> probes;
+      std::size_t step = 0;
+      for (int turn = 0; turn < 8; ++turn)
+      {
+        const Index3 p = randomElement(scene, random);
+        const Vector3 place = scene.place(p[0], p[1], p[2]);
+        const double size = scene.grid.size[0] * scene.grid.spacing[0];
+        if (turn == 2 || turn == 5)
+        {
+          Vector3 turned{ random(-1, 1), random(-1, 1), random(-1, 1) };
+          simulation.cut({ { { place[0] - size, place[1] - size * turned[0], place[2] - size },
+                             { place[0] + size, place[1] + size * turned[1], place[2] - size },
+                             { place[0] + size * turned[2], place[1], place[2] + size } },
+            { { 0, 1, 2 } } });
+        }
+        else if (turn == 3 || turn == 6)
+        {
+          simulation.carve(sphere(place, random(1.0, 4.0), 6, 8));
+        }
+        else
+        {
+          probes.push_back(probeAt(scene, p, { random(-4, 4), random(-4, 4), random(-4, 4) }, random(0, 4)));
+          try
+          {
+            simulation.hold(probes);
+          }
+          catch (const ProbeError&)
+          {
+            probes.pop_back(); // the tissue is elsewhere by now
+          }
+        }
+        simulation.propagate(turn % 2 == 0 ? 0 : 3);
+        simulation.relax(6, 0.0);
+        if (turn == 7)
+        {
+          simulation.propagate(0);
+          simulation.relax(2, 0.0);
+          EXPECT_LT(simulation.measure().maxLinkExcess, 1e-4) << seed;
+        }
+        std::vector<float> u = displacements(simulation);
+        const std::vector<int> label = clusters(simulation);
+        std::vector<std::uint8_t> tissue(block.count());
+        simulation.elements(tissue.data());
+        for (std::size_t v = 0; v < block.count(); ++v)
+        {
+          for (int a = 0; a < 3; ++a)
+          {
+            ASSERT_TRUE(std::isfinite(u[3 * v + a])) << seed;
+            ASSERT_TRUE(u[3 * v + a] == 0.0f || (tissue[v] && !block.anchored[v])) << seed;
+          }
+        }
+        if (turn == 4)
+        {
+          for (const float offset : resample(simulation, { 2, 0, 0 }).offset)
+          {
+            ASSERT_TRUE(std::isnan(offset) || std::abs(offset) < 1e3f);
+          }
+        }
+        for (const ProbeResult& result : simulation.probes())
+        {
+          ASSERT_TRUE(std::isfinite(result.force[0] + result.force[1] + result.force[2] + result.reached[0]));
+        }
+        if (life == 0)
+        {
+          first.push_back(std::move(u));
+        }
+        else
+        {
+          ASSERT_TRUE(sameBits(u, first[step])) << seed << ' ' << step;
+        }
+        ++step;
+      }
+      simulation.mend();
+      ASSERT_EQ(displacements(simulation), std::vector<float>(3 * block.count(), 0.0f));
+      EXPECT_EQ(links(simulation), links(reduced(scene, n)));
+      // As new.
+      const Probe probe = probeAt(scene, randomElement(scene, random), { 1.0, 2.0, 1.0 }, 2.0);
+      Simulation other = reduced(scene, n, { 8, 4, 8 });
+      for (Simulation* s : { &simulation, &other })
+      {
+        s->setPropagation(PropagationMethod::Envelope, ConflictPolicy::Limit);
+        s->setCoarseToFine(false);
+        s->setRelaxation(RelaxationMethod::Projected, 1.0);
+        s->pull({ probe });
+        s->relax(5, 0.0);
+      }
+      EXPECT_TRUE(sameBits(displacements(simulation), displacements(other))) << seed;
+    }
+  }
+}
+
+TEST(ModelReduction, OneIsTheWholeModel)
+{
+  // Not a reduction to itself: the same bits as by default, with cuts, carves and resampling.
+  const Scene scene = randomScene({ 20, 18, 16 }, 1, 31);
+  Settings settings;
+  settings.device = testDevice();
+  EXPECT_EQ(settings.modelReduction, 1);
+  Simulation one = reduced(scene, 1), other = simulate(scene);
+  for (Simulation* simulation : { &one, &other })
+  {
+    simulation->cut(planeAcrossX(9.5));
+    simulation->pull({ probeAt(scene, { 4, 9, 8 }, { 2.0, 3.0, 1.0 }, 3.0) });
+    simulation->relax(10, 0.0);
+  }
+  EXPECT_TRUE(sameBits(displacements(one), displacements(other)));
+  EXPECT_EQ(one.measure().energy, other.measure().energy);
+}
