@@ -325,7 +325,7 @@ def table1(run, path):
         axes.text(median(r), place + 0.12, f"  {number(median(r))} ms, {moved:,.0f} displaced", fontsize=7, va="bottom")
     axes.set_yticks(list(places), labels, fontsize=7)
     axes.set_xscale("log")
-    axes.set_xlim(right=12 * max(median(r) for r in results))
+    axes.set_xlim(right=40 * max(median(r) for r in results))
     axes.set_xlabel("a frame of 20 steps or iterations [ms]")
     axes.set_title("Table 1: mass-spring and ChainMail", fontsize=11)
     figure.tight_layout()
