@@ -209,9 +209,8 @@ def plot_elements(run, path):
     if not cases:
         return
     figure, axes = plt.subplots(1, 2, figsize=(10.4, 4.4), sharey=True)
-    chain_colours = iter(("#1b6ca8", "#b03a3a"))
-    pulls = sorted({case["pull"] for case in cases})
-    colours = {pull: next(chain_colours) for pull in pulls}
+    pulls = sorted({case["pull"] for case in cases if case["law"] == "ChainMail"})
+    colours = dict(zip(pulls, ("#1b6ca8", "#8a5fb5", "#b03a3a")))
     for axis, direction, name in ((axes[0], "up", "pulled up"), (axes[1], "aside", "dragged aside")):
         for case in cases:
             if case["direction"] != direction:
