@@ -1,0 +1,111 @@
+// Kernels come in two shapes: for a processor a brick is worked through by a single work-item with vectors, for a GPU
+// by many without. Both have to give the same bits.
+
+#include "ChildProcess.h"
+#include "Inclusion.h"
+
+#include <CL/cl.h>
+
+#include <cstdlib>
+#include <dlfcn.h>
+#include <iostream>
+#include <sstream>
+
+// In place of OpenCL's own, which it asks: with CHAINMAIL_TEST_AS_GPU in the environment every device is a GPU. So all
+// tests can be run.
+extern "C" cl_int clGetDeviceInfo(cl_device_id device, cl_device_info name, size_t size, void* value, size_t* sizeOut)
+{
+  static const auto ask = reinterpret_cast<decltype(&clGetDeviceInfo)>(dlsym(RTLD_NEXT, "clGetDeviceInfo"));
+  const cl_int status = ask(device, name, size, value, sizeOut);
+  if (status == CL_SUCCESS && value && name == CL_DEVICE_TYPE && std::getenv("CHAINMAIL_TEST_AS_GPU"))
+  {
+    *static_cast<cl_device_type*>(value) = CL_DEVICE_TYPE_GPU;
+  }
+  return status;
+}
+
+namespace
+{
+
+using namespace chainmail;
+
+const Index3 brickOfGpus{ 32, 4, 4 };
+
+/// FNV-1a of the bits of what a scene has come to.
+template <typename T> std::uint64_t hash(const std::vector<T>& values)
+{
+  const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
+  std::uint64_t h = 14695981039346656037u;
+  for (std::size_t n = 0; n < values.size() * sizeof(T); ++n)
+  {
+    h = (h ^ bytes[n]) * 1099511628211u;
+  }
+  return h;
+}
+
+/// A pull, tissue that relaxes, a cut, and a second wave that goes on while the tissue relaxes. Prints a figure a step.
+void play(int axes, const Index3& brick, PropagationMethod propagation, RelaxationMethod relaxation, std::ostream& out)
+{
+  const Scene scene = inclusionScene(21, axes, 50 + axes);
+  Simulation simulation = simulate(scene, brick);
+  simulation.setPropagation(propagation, ConflictPolicy::Limit);
+  simulation.setPropagationTimes(true);
+  simulation.setRelaxation(relaxation, 0.8);
+  out << axes << " axes, " << (propagation == PropagationMethod::Envelope ? "envelope" : "timestamp") << ", brick "
+      << brick[0] << ' ' << brick[1] << ' ' << brick[2] << std::hex;
+  const auto print = [&] { out << ' ' << hash(displacements(simulation)); };
+  simulation.pull({ corner(scene, { 1.9, -2.3, 1.1 }) });
+  print();
+  simulation.relax(9, 0.0);
+  print();
+  Surface blade;
+  blade.points = { { 10.4, -1.0, -1.0 }, { 10.4, 30.0, -1.0 }, { 10.4, -1.0, 12.3 }, { 10.4, 30.0, 12.3 } };
+  blade.triangles = { { 0, 1, 2 }, { 1, 2, 3 } };
+  simulation.cut(blade);
+  simulation.hold({ corner(scene, { 2.4, -3.0, -0.7 }) });
+  for (bool finished = false; !finished;)
+  {
+    finished = simulation.propagate(3).finished;
+    simulation.relax(1, 0.0);
+  }
+  print();
+  simulation.relax(9, 0.0);
+  print();
+  std::vector<float> times(simulation.model().grid().voxels() * axes);
+  std::vector<int> fronts(times.size());
+  simulation.propagationTimes(times.data());
+  simulation.wavefronts(fronts.data());
+  out << ' ' << hash(times) << ' ' << hash(fronts) << std::dec << '\n';
+}
+
+int playAll()
+{
+  // Kernels of bricks of other sizes, and with them vectors of other widths, are compared where their scenes are.
+  const Index3 brick{ 32, 16, 4 };
+  std::ostringstream outcome;
+  play(1, brick, PropagationMethod::Envelope, RelaxationMethod::Projected, outcome);
+  play(3, brick, PropagationMethod::Envelope, RelaxationMethod::Projected, outcome);
+  play(1, brick, PropagationMethod::Timestamp, RelaxationMethod::Paper, outcome);
+  std::cout << "outcome\n" << outcome.str(); // behind what a device's compiler may say
+  return simulate(Scene({ 3, 3, 3 })).brickSize() == brickOfGpus ? 1 : 0;
+}
+
+const ChildPart widthsPart("widths", playAll);
+
+}
+
+TEST(Widths, AGpuAndAProcessorGiveTheSameBits)
+{
+  if (simulate(Scene({ 3, 3, 3 })).brickSize() == brickOfGpus)
+  {
+    GTEST_SKIP() << "the device is a GPU, and the processor is not asked";
+  }
+  const ChildResult gpu = runChild("CHAINMAIL_TEST_AS_GPU=1", "widths");
+  const ChildResult processor = runChild("", "widths");
+  EXPECT_EQ(gpu.status, 1) << "the engine takes the device for a processor: " << gpu.output;
+  EXPECT_EQ(processor.status, 0) << processor.output;
+  const auto outcome = [](const ChildResult& child) { return child.output.substr(child.output.rfind("outcome")); };
+  ASSERT_NE(gpu.output.rfind("outcome"), std::string::npos);
+  ASSERT_NE(processor.output.rfind("outcome"), std::string::npos);
+  EXPECT_EQ(outcome(gpu), outcome(processor));
+}
