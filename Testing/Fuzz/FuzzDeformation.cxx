@@ -25,14 +25,21 @@
 #include <chrono>
 #include <cstdint>
 #include <limits>
-#include <unistd.h>
+#include <sys/time.h>
 
 namespace
 {
 
 using namespace FilterTest;
 
-constexpr unsigned patience = 120; // [s] a scene may take, also where a sanitizer looks on
+constexpr time_t patience = 120; // [s] of processor time a scene may take, also where a sanitizer looks on
+
+/// Ends the program, by SIGPROF, when it has used so much more processor time; 0: does not.
+void SetAlarm(time_t seconds)
+{
+  const itimerval timer{ { 0, 0 }, { seconds, 0 } };
+  setitimer(ITIMER_PROF, &timer, nullptr);
+}
 
 //------------------------------------------------------------------------------
 /// Decisions, all from one number.
@@ -682,7 +689,7 @@ int main(int argc, char* argv[])
         break;
       }
       std::cout << "scene " << seed << std::endl;
-      alarm(patience);
+      SetAlarm(patience);
       player.Play(seed);
     }
   }
@@ -691,7 +698,7 @@ int main(int argc, char* argv[])
     std::cerr << "FAILED: " << error.what() << "\nOnce more: FuzzDeformation 60 " << seed << " 1\n";
     return EXIT_FAILURE;
   }
-  alarm(0);
+  SetAlarm(0);
   std::cout << played << " scenes played\n";
   return EXIT_SUCCESS;
 }
