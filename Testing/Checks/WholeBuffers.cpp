@@ -2,9 +2,13 @@
 // buffer is initialised which was filled, or written or copied to in part; only whole buffers that are written count.
 // So here every one of these calls writes a whole buffer. All of the engine's buffers are filled first, so nothing is
 // hidden.
+//
+// And of a fourth: oclgrind's device says that it is of every type. With SMALL_SCENES_PROCESSOR in the environment it
+// is a processor, for which kernels have vectors and a single work-item works a brick through.
 
 #include <CL/cl.h>
 
+#include <cstdlib>
 #include <cstring>
 #include <dlfcn.h>
 #include <vector>
@@ -64,4 +68,15 @@ extern "C" cl_int clEnqueueCopyBuffer(cl_command_queue queue, cl_mem from, cl_me
   std::vector<char> part(size);
   const cl_int status = clEnqueueReadBuffer(queue, from, CL_TRUE, fromOffset, size, part.data(), 0, nullptr, nullptr);
   return status == CL_SUCCESS ? replacePart(queue, to, toOffset, part) : status;
+}
+
+extern "C" cl_int clGetDeviceInfo(cl_device_id device, cl_device_info name, size_t size, void* value, size_t* sizeOut)
+{
+  static const auto ask = real<decltype(clGetDeviceInfo)>("clGetDeviceInfo");
+  const cl_int status = ask(device, name, size, value, sizeOut);
+  if (status == CL_SUCCESS && value && name == CL_DEVICE_TYPE && std::getenv("SMALL_SCENES_PROCESSOR"))
+  {
+    *static_cast<cl_device_type*>(value) = CL_DEVICE_TYPE_CPU;
+  }
+  return status;
 }
