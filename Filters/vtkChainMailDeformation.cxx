@@ -274,13 +274,14 @@ struct TissueSource
   std::array<bool, 6> AnchoredFaces{};
   std::string Device;
   chainmail::Index3 BlockSize{};
+  int ModelReduction = 1;
 
   bool operator==(const TissueSource& other) const
   {
     const auto all = [](const TissueSource& t)
     {
       return std::tie(t.Scalars, t.Constraints, t.ScalarsTime, t.ConstraintsTime, t.Size, t.Spacing, t.Threshold,
-        t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BlockSize);
+        t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BlockSize, t.ModelReduction);
     };
     return all(*this) == all(other);
   }
@@ -675,6 +676,7 @@ void vtkChainMailDeformation::vtkInternals::ReadScalars(vtkInformationVector** i
   }
   tissue.Device = this->Self->Device;
   std::copy_n(this->Self->BlockSize, 3, tissue.BlockSize.begin());
+  tissue.ModelReduction = this->Self->ModelReduction;
 }
 
 //------------------------------------------------------------------------------
@@ -923,6 +925,7 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
   chainmail::Settings settings;
   settings.device = tissue.Device;
   settings.brickSize = tissue.BlockSize;
+  settings.modelReduction = tissue.ModelReduction;
 
   const auto model = std::make_shared<const chainmail::Model>(grid, View(scalars), material, anchors);
   if (model->nonFinite() > 0)
@@ -1812,6 +1815,7 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "ElasticRecovery: " << this->ElasticRecovery << "\n";
   os << indent << "RelaxationIterations: " << this->RelaxationIterations << "\n";
   os << indent << "RelaxationTolerance: " << this->RelaxationTolerance << "\n";
+  os << indent << "ModelReduction: " << this->ModelReduction << "\n";
   os << indent << "Interpolation: " << (this->Interpolation == INTERPOLATION_LINEAR ? "Linear" : "Nearest") << "\n";
   os << indent << "LabelArrays:";
   for (const std::string& name : this->LabelArrays)

@@ -52,8 +52,9 @@
  * @endcode
  *    Modified() makes the next Update() go on in any case.
  *
- * Other tissue (the image, its scalars, place or spacing, material, anchors, Device, BlockSize), and switching to this
- * mode, start from rest, and everything that is connected is applied anew. Reset() is the way back to rest.
+ * Other tissue (the image, its scalars, place or spacing, material, anchors, ModelReduction, Device, BlockSize), and
+ * switching to this mode, start from rest, and everything that is connected is applied anew. Reset() is the way back to
+ * rest.
  *
  * An update that fails, for a probe in air say, leaves the state usable: the next one goes on from where it was, and a
  * cut that came before the failure is not made twice. One that is stopped (AbortExecute) lets go of all probes and
@@ -358,8 +359,8 @@ public:
    * How long tissue settles in an update. RELAXATION_CUSTOM (0): as CoarseToFine, RelaxationIterations and
    * RelaxationTolerance say. The others stand for values of these three and leave the properties themselves alone;
    * Data/Choosing.md of the project has their cost and error. RELAXATION_INTERACTIVE (1), for dragging: off, 10, 1e-3.
-   * RELAXATION_BALANCED (2), for a picture: off, 40, 1e-3, the defaults. RELAXATION_ACCURATE (3), for a measurement: on, 1000, 1e-5.
-   * Default: RELAXATION_CUSTOM.
+   * RELAXATION_BALANCED (2), for a picture: off, 40, 1e-3, the defaults. RELAXATION_ACCURATE (3), for a measurement:
+   * on, 1000, 1e-5. Default: RELAXATION_CUSTOM.
    */
   vtkSetClampMacro(RelaxationPreset, int, RELAXATION_CUSTOM, RELAXATION_ACCURATE);
   vtkGetMacro(RelaxationPreset, int);
@@ -372,8 +373,8 @@ public:
   ///@{
   /**
    * Whether RELAXATION_PROJECTED starts on coarser grids after a pull, cut or carve: a few iterations then get to where
-   * hundreds on the fine grid alone do, for the price of some tens. Tissue then settles as far as it is free to, also far
-   * from the probes. Default: off.
+   * hundreds on the fine grid alone do, for the price of some tens. Tissue then settles as far as it is free to, also
+   * far from the probes. Default: off.
    */
   vtkSetMacro(CoarseToFine, bool);
   vtkGetMacro(CoarseToFine, bool);
@@ -404,6 +405,20 @@ public:
    */
   vtkSetClampMacro(RelaxationTolerance, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(RelaxationTolerance, double);
+  ///@}
+
+  ///@{
+  /**
+   * 1, 2, 4 or 8: an element stands for so many voxels along each axis (of more than one voxel). Faster and smaller by
+   * its cube, nearly, and less exact. Images are still resampled, cut and carved voxel by voxel, and both outputs are
+   * on the input's grid: displacements are interpolated between elements, on their own side of every cut. An element is
+   * where one of its voxels is, and gives as much as they do on average; it is rigid or anchored where one of them is,
+   * so bone never bends, but is up to ModelReduction - 1 voxels thicker. Bodies closer than an element may stick
+   * together. Energy and forces count as those of the whole model; MaxLinkExcess, ActiveElements and
+   * RelaxationTolerance are of the elements. Any other number is an error. Default: 1.
+   */
+  vtkSetMacro(ModelReduction, int);
+  vtkGetMacro(ModelReduction, int);
   ///@}
 
   enum InterpolationTypes
@@ -515,6 +530,7 @@ private:
   double ElasticRecovery = 1.0;
   int RelaxationIterations = 40;
   double RelaxationTolerance = 1e-3;
+  int ModelReduction = 1;
   int Interpolation = INTERPOLATION_LINEAR;
   std::vector<std::string> LabelArrays;
   double BackgroundValue;

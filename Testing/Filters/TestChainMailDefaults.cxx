@@ -107,6 +107,7 @@ int TestChainMailDefaults(int, char*[])
   number("BackgroundValue", filter->GetBackgroundValue());
   number("OutputPadding", filter->GetOutputPadding());
   word("vtkGetCharFromStdStringMacro(Device)", "\"" + std::string(filter->GetDevice()) + "\"");
+  number("ModelReduction", filter->GetModelReduction());
   word("vtkGetVector3Macro(BlockSize,", vector(filter->GetBlockSize(), 3));
 
   // Ranges.
@@ -169,6 +170,7 @@ int TestChainMailDefaults(int, char*[])
     { "OutputPadding", [&] { filter->SetOutputPadding(3); } },
     { "Device", [&] { filter->SetDevice("some"); } },
     { "BlockSize", [&] { filter->SetBlockSize(8, 4, 2); } },
+    { "ModelReduction", [&] { filter->SetModelReduction(4); } },
   };
   for (const auto& setter : setters)
   {
@@ -209,12 +211,12 @@ int TestChainMailDefaults(int, char*[])
 
   std::ostringstream text;
   filter->PrintSelf(text, vtkIndent());
-  for (const char* line :
-    { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions", "TissueThreshold: nan",
-      "AnchorRigid: On", "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive", "PropagationMethod: Timestamp",
-      "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: Off", "RelaxationMethod: Paper",
-      "ElasticRecovery: 0.8", "RelaxationIterations: 7", "RelaxationTolerance: 0.5", "Interpolation: Nearest",
-      "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3", "Device: some", "BlockSize: 8 4 2" })
+  for (const char* line : { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions",
+         "TissueThreshold: nan", "AnchorRigid: On", "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive",
+         "PropagationMethod: Timestamp", "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: Off",
+         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "RelaxationIterations: 7", "RelaxationTolerance: 0.5",
+         "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3", "Device: some",
+         "BlockSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

@@ -55,6 +55,7 @@ void Apply(Scene& scene, vtkChainMailDeformation* filter)
   filter->SetTissueThreshold(10.0);
   filter->SetDevice("");
   filter->SetBlockSize(0, 0, 0);
+  filter->SetModelReduction(1);
   filter->ClearLabelArrays();
 }
 
@@ -169,6 +170,8 @@ int TestChainMailErrors(int, char*[])
       [](Scene&, vtkChainMailDeformation* f) { f->SetDevice("no such device as this"); }, true },
     { "odd block size", { "block size", "power" }, [](Scene&, vtkChainMailDeformation* f) { f->SetBlockSize(5, 4, 4); },
       true },
+    { "model reduction by 3", { "model reduction", "1, 2, 4 or 8" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetModelReduction(3); }, true },
     { "probe in air", { "Probes input 0, point 0 at (3.25, 4, 4)", "holds no tissue", "radius" },
       [](Scene& s, vtkChainMailDeformation*) { s.Probes->GetPoints()->SetPoint(0, 3.25, 4.0, 4.0); }, true },
     { "probe outside", { "Probes input 0, point 1 at (100, 4, 4)", "holds no tissue" },

@@ -89,6 +89,7 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
   to->SetOutputPadding(from->GetOutputPadding());
   to->SetDevice(from->GetDevice());
   to->SetBlockSize(from->GetBlockSize());
+  to->SetModelReduction(from->GetModelReduction());
   for (int n = 0; n < from->GetNumberOfLabelArrays(); ++n)
   {
     to->AddLabelArray(from->GetLabelArray(n));
@@ -305,6 +306,8 @@ int TestChainMailUpdates(int, char*[])
   update("spacing", rebuilt);
   filter->SetBlockSize(8, 8, 8);
   update("BlockSize", rebuilt);
+  filter->SetModelReduction(2);
+  update("ModelReduction", rebuilt);
 
   // Another material function object with the same nodes, and scalars that are the same array in another image.
   vtkNew<vtkPiecewiseFunction> copy;
