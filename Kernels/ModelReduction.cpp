@@ -587,15 +587,16 @@ void ModelReduction::expand()
     }
     this->whole_.set(this->owner_, addresses, owners);
   }
-  cl::Kernel kernel =
-    context.kernel("reduce.cl", this->bricks_.defines(false) + (this->owners_.empty() ? "" : " -DOWNERS"), "expand");
+  const std::string factors = " -DFX=" + std::to_string(this->factor_[0]) +
+                              " -DFY=" + std::to_string(this->factor_[1]) + " -DFZ=" + std::to_string(this->factor_[2]);
+  cl::Kernel kernel = context.kernel(
+    "reduce.cl", this->bricks_.defines(false) + factors + (this->owners_.empty() ? "" : " -DOWNERS"), "expand");
   int argument = 0;
   kernel.setArg(argument++, this->list_.holding(context, slots));
   kernel.setArg(argument++, this->whole_.pitch());
   this->whole_.bindTable(kernel, argument);
   kernel.setArg(argument++, this->bricks_.pitch());
   this->bricks_.bindTable(kernel, argument, false);
-  kernel.setArg(argument++, cl_int4{ { this->factor_[0], this->factor_[1], this->factor_[2], 1 } });
   kernel.setArg(argument++, cl_int4{ { grid.size[0], grid.size[1], grid.size[2], 1 } });
   kernel.setArg(argument++, this->bricks_.displacement);
   kernel.setArg(argument++, this->bricks_.constraint);

@@ -1,4 +1,4 @@
-// The displacements of voxels from those of the larger elements that stand for `factor` of them per axis. Displacements
+// The displacements of voxels from those of the larger elements that stand for FX x FY x FZ of them. Displacements
 // are fractions of each grid's own spacing; the centre of an element is the middle of its voxels.
 //
 // The host guarantees: both grids have bricks of the same size, WIDTH is 1; `whole` arguments belong to the voxels, tables
@@ -16,11 +16,17 @@ inline uint addressOf(int3 at, global const int* table, int strideY, int strideZ
     (k * BY + j) * HALF + i / 2;
 }
 
+inline float mix2(float a, float b, float c, float d, float3 w)
+{
+  const float low = a + w.x * (b - a), high = c + w.x * (d - c);
+  return low + w.y * (high - low);
+}
+
 // Every voxel between the up to eight elements around it, those that links between these eight join to its own one. All
 // equal gives just that. Rigid voxels exactly as their own one; anchored ones stay.
 kernel void expand(global const int* list, uint wholePitch, global const int* wholeTable, global const int* wholePlace,
-  int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY, int strideZ, int4 factor,
-  int4 size, global const float* displacement, global const float* constraint, global const uchar* cut,
+  int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY, int strideZ, int4 size,
+  global const float* displacement, global const float* constraint, global const uchar* cut,
   global const int* owner, global const float* wholeConstraint, global float* wholeDisplacement)
 {
   const uint slot = list[get_group_id(0)];
@@ -36,7 +42,7 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
     }
     const int r = n % COLOUR / HALF, j = r % BY, k = r / BY;
     const int3 voxel = origin + (int3)(2 * (n % HALF) + ((j + k + n / COLOUR) & 1), j, k);
-    int3 own = voxel / factor.xyz;
+    int3 own = (int3)(voxel.x / FX, voxel.y / FY, voxel.z / FZ);
 #ifdef OWNERS
     if (owner[at] != 0)
     {
@@ -45,7 +51,7 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
     }
 #endif
     const uint ownAddress = addressOf(own, table, strideY, strideZ);
-    const float3 where = (convert_float3(voxel) + 0.5f) / convert_float3(factor.xyz) - 0.5f;
+    const float3 where = (convert_float3(voxel) + 0.5f) * (float3)(1.0f / FX, 1.0f / FY, 1.0f / FZ) - 0.5f;
     const int3 base = convert_int3(floor(where));
     const float3 w = where - floor(where);
     float sums[3] = { 0.0f, 0.0f, 0.0f };
@@ -71,10 +77,20 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
       const uint linkX = elements & elements >> 1 & ~cutX & 0x55u;
       const uint linkY = elements & elements >> 2 & ~cutY & 0x33u;
       const uint linkZ = elements & elements >> 4 & ~cutZ & 0x0Fu;
-      // Nearly all are whole.
-      const bool whole = elements == 255u && (linkX & 0x55u) == 0x55u && (linkY & 0x33u) == 0x33u && linkZ == 0x0Fu;
-      uint reached = whole ? 255u : 1u << (own.x - base.x + 2 * (own.y - base.y) + 4 * (own.z - base.z));
-      for (uint before = whole ? reached : 0; before != reached;)
+      if (elements == 255 && linkX == 0x55 && linkY == 0x33 && linkZ == 0x0F)
+      {
+        // Nearly all: nothing is missing.
+        for (int a = 0; a < 3; ++a)
+        {
+          global const float* u = displacement + a * pitch;
+          const float u0 = mix2(u[addresses[0]], u[addresses[1]], u[addresses[2]], u[addresses[3]], w);
+          const float u1 = mix2(u[addresses[4]], u[addresses[5]], u[addresses[6]], u[addresses[7]], w);
+          sums[a] = u0 + w.z * (u1 - u0) - u[ownAddress];
+        }
+        weight = 1.0f;
+      }
+      uint reached = weight > 0.0f ? 0 : 1u << (own.x - base.x + 2 * (own.y - base.y) + 4 * (own.z - base.z));
+      for (uint before = 0; before != reached;)
       {
         before = reached;
         reached |= (reached & linkX) << 1 | (reached >> 1 & linkX);
@@ -94,7 +110,7 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
         }
       }
     }
-    const int factors[3] = { factor.x, factor.y, factor.z };
+    const int factors[3] = { FX, FY, FZ };
     for (int a = 0; a < 3; ++a)
     {
       const bool rigid = wholeConstraint[min(a, AXES - 1) * wholePitch + at] == 0.0f;
