@@ -2,7 +2,6 @@
 body that turns."""
 
 import math
-import os
 import sys
 import tempfile
 

@@ -184,36 +184,18 @@ class Pull:
         return vtk_to_numpy(self.filter.GetOutput().GetFieldData().GetArray(name)).ravel()
 
     def displacement(self):
-        """Of every voxel of the image [mm], [z, y, x, axis]; of a reduced model as it is interpolated between its elements."""
-        image, model = self.scene.image, self.filter.GetOutputDataObject(1)
-        values = vtk_to_numpy(model.GetPointData().GetArray("Displacement")).reshape(*model.GetDimensions()[::-1], 3)
-        if model.GetDimensions() == image.GetDimensions():
-            return values
-        element = vtk_to_numpy(model.GetPointData().GetArray("Element")).reshape(values.shape[:3]) > 0
-        return interpolate(values, element, np.array(model.GetOrigin()), np.array(model.GetSpacing()), image)
+        """Of every voxel of the image [mm], [z, y, x, axis]."""
+        model = self.filter.GetModelOutput()
+        values = vtk_to_numpy(model.GetPointData().GetArray("Displacement"))
+        return values.reshape(*model.GetDimensions()[::-1], 3)
+
+    def reduced(self):
+        """Whether an element stands for several voxels: a model with other links, and so with another energy."""
+        return hasattr(self.filter, "GetModelReduction") and self.filter.GetModelReduction() > 1
 
     def picture(self):
         scalars = self.scene.image.GetPointData().GetScalars().GetName()
         return vtk_to_numpy(self.filter.GetOutput().GetPointData().GetArray(scalars)).astype(np.float32)
-
-
-def interpolate(values, element, origin, spacing, image):
-    """Trilinear between those of the eight nearest elements that there are."""
-    lines = []
-    for axis in range(3):
-        place = image.GetOrigin()[axis] + np.arange(image.GetDimensions()[axis]) * image.GetSpacing()[axis]
-        at = np.clip((place - origin[axis]) / spacing[axis], 0, values.shape[2 - axis] - 1)
-        low = np.minimum(at.astype(int), max(0, values.shape[2 - axis] - 2))
-        lines.append((low, np.minimum(low + 1, values.shape[2 - axis] - 1), (at - low).astype(np.float32)))
-    (x0, x1, x), (y0, y1, y), (z0, z1, z) = lines
-    total, weights = 0.0, 0.0
-    for dz, dy, dx in itertools.product((0, 1), repeat=3):
-        weight = ((z if dz else 1 - z)[:, None, None] * (y if dy else 1 - y)[:, None] * (x if dx else 1 - x))
-        index = np.ix_((z0, z1)[dz], (y0, y1)[dy], (x0, x1)[dx])
-        weight = weight * element[index]
-        total = total + weight[..., None] * values[index]
-        weights = weights + weight
-    return total / np.maximum(weights, 1e-9)[..., None]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -259,8 +241,7 @@ class Reference:
         figures = {"rms": rms, "share": rms / self.pull, "p99": float(np.percentile(away, 99)), "worst": float(away.max()),
                    "excess": float(pull.field("MaxLinkExcess")[0]),
                    "iterations": int(pull.field("RelaxationIterationsUsed")[0])}
-        if pull.filter.GetModelOutput().GetDimensions() == pull.scene.image.GetDimensions():
-            # A reduced model has other links, and so another energy.
+        if not pull.reduced():
             figures["energy"] = float(pull.field("Energy")[0]) / self.energy - 1
         if self.changed.any():
             difference = (pull.picture() - self.picture)[self.changed]
@@ -304,7 +285,7 @@ def measure_scene(name, scene, options):
     pull = Pull(scene, options.device)
     reference = Reference(pull)
     size = scene.image.GetDimensions()
-    elements = int(vtk_to_numpy(pull.filter.GetOutputDataObject(1).GetPointData().GetArray("Element")).sum())
+    elements = int(vtk_to_numpy(pull.filter.GetModelOutput().GetPointData().GetArray("Element")).sum())
     result = {"scene": name, "size": size, "spacing": scene.image.GetSpacing(), "elements": elements,
               "touched": int(reference.touched.sum()), "pull": reference.pull, "asked": scene.pull(),
               "device": str(pull.filter.GetOutput().GetFieldData().GetAbstractArray("DeviceName").GetValue(0)),

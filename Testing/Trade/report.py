@@ -66,12 +66,12 @@ def presets(run):
         rows = []
         for name, row in scene["presets"].items():
             drag = row.get("drag")
-            rows.append([f"`{name}`", number(fastest(row)), number(row["parts"]["relax"]),
+            rows.append([f"`{name}`", number(fastest(row)), number(row["parts"]["relax"]), number(min(row["processor"])),
                          f"{percent(row['share'])} ({number(row['rms'])} mm)", percent(row["p99"] / scene["pull"]),
                          percent(row["energy"]) if "energy" in row else "-", number(statistics.median(drag["milliseconds"])) if drag else "-",
                          f"{percent(drag['arrival']['share'])}, {percent(drag['settled']['share'])}" if drag else "-"])
         parts.append(title(scene) + "\n\n" + table(
-            ["preset", "update from rest [ms]", "relaxation of it [ms]", "error, rms [% of the pull]",
+            ["preset", "update from rest [ms]", "relaxation of it [ms]", "time of all cores [ms]", "error, rms [% of the pull]",
              "error of the worst hundredth [%]", "energy above the least [%]", "frame of a drag [ms]",
              "error on arrival, and settled [%]"], rows))
     return "\n\n".join(parts)
@@ -156,18 +156,20 @@ def elements(run):
                        percent(case["barStrain"])])
     order = {"pulled up": 0, "dragged aside": 1}
     fields.sort(key=lambda row: (order[row[0].rsplit(" ", 2)[0]], float(row[0].rsplit(" ", 2)[1]), row[1].startswith("Chain")))
+    solids = [("Hooke", 0.0), ("Hooke", 0.3), ("neo-Hooke", 0.0), ("neo-Hooke", 0.3)]
     distances = []
     for case in cases:
-        for other in case.get("against", []):
+        if "against" in case:
+            against = {(other["law"], other["poisson"]): other for other in case["against"]}
             bar = "" if case["contrast"] is None else f", bar {case['contrast']:g} times stiffer"
-            distances.append([f"{ways[case['direction']]} {case['pull']:g} mm", case["settings"] + bar,
-                              f"{other['law']}, {other['poisson']:g}", f"{other['correlation']:.3f}", percent(other["rms"]),
-                              percent(other["rmsAxis"])])
+            distances.append([f"{ways[case['direction']]} {case['pull']:g} mm", case["settings"] + bar]
+                             + ["{:.2f}, {}, {}".format(other["correlation"], percent(other["rms"]), percent(other["rmsAxis"]))
+                                if (other := against.get(solid)) else "" for solid in solids])
     return (table(["pull", "model", "half of the pull is left at depth [mm]", "moves across the pull, rms [%]",
                    "bar moves by [%]", "spread within the bar [%]", "bar turns by [°]", "bar strained by [%]"], fields)
-            + "\n\nDistances, as % of the pull:\n\n"
-            + table(["pull", "ChainMail", "finite elements", "correlation along the pull", "rms, everywhere",
-                     "rms, below the hand"], distances))
+            + "\n\nThe field of ChainMail against those of finite elements: correlation along the pull, distance everywhere, and "
+            "distance along the line below the hand (rms, % of the pull):\n\n"
+            + table(["pull", "ChainMail"] + [f"{law}, {poisson:g}" for law, poisson in solids], distances))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
