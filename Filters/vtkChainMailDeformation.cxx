@@ -975,7 +975,7 @@ Method vtkChainMailDeformation::vtkInternals::GetMethod() const
     std::tie(method.CoarseToFine, method.RelaxationIterations, method.Tolerance) = std::make_tuple(false, 10, 1e-3);
     break;
   case RELAXATION_BALANCED:
-    std::tie(method.CoarseToFine, method.RelaxationIterations, method.Tolerance) = std::make_tuple(false, 40, 1e-3);
+    std::tie(method.CoarseToFine, method.RelaxationIterations, method.Tolerance) = std::make_tuple(true, 20, 1e-3);
     break;
   case RELAXATION_ACCURATE:
     std::tie(method.CoarseToFine, method.RelaxationIterations, method.Tolerance) = std::make_tuple(true, 1000, 1e-5);

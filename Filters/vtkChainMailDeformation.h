@@ -359,7 +359,7 @@ public:
    * How long tissue settles in an update. RELAXATION_CUSTOM (0): as CoarseToFine, RelaxationIterations and
    * RelaxationTolerance say. The others stand for values of these three and leave the properties themselves alone;
    * Data/Choosing.md of the project has their cost and error. RELAXATION_INTERACTIVE (1), for dragging: off, 10, 1e-3.
-   * RELAXATION_BALANCED (2), for a picture: off, 40, 1e-3, the defaults. RELAXATION_ACCURATE (3), for a measurement:
+   * RELAXATION_BALANCED (2), for a picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), for a measurement:
    * on, 1000, 1e-5. Default: RELAXATION_CUSTOM.
    */
   vtkSetClampMacro(RelaxationPreset, int, RELAXATION_CUSTOM, RELAXATION_ACCURATE);
