@@ -92,10 +92,9 @@ require(seconds[2] < 0.8 * seconds[1] and seconds[4] < 0.5 * seconds[1], "it is 
 require(seconds[4] > 1e-4 * seconds[1], "nothing was computed: %s", seconds)
 
 # What is asked for in vain says so, and the next update works.
-deformation.GetClientSideObject().SetModelReduction(3)
-deformation.MarkModified(deformation)
+deformation.ModelReduction = 3
 expect_error(deformation, reports, "model reduction is 3", "1, 2, 4 or 8")
-deformation.GetClientSideObject().SetModelReduction(4)
+deformation.ModelReduction = "4"
 
 # Interactive: pulled, then another reduction. That starts from rest, as a filter of its own.
 deformation.Mode = "Interactive"
