@@ -13,7 +13,7 @@ build_packages=(g++ cmake make ocl-icd-opencl-dev opencl-clhpp-headers paraview-
 run_packages=(pocl-opencl-icd python3-numpy xvfb xauth)
 test_packages=(libgtest-dev libqt5svg5 imagemagick xdotool)
 benchmark_packages=(python3-matplotlib)
-trade_packages=(calculix-ccx)
+trade_packages=(calculix-ccx python3-scipy)
 
 # Installs those of the named Debian packages that are missing; asks for nothing when none is.
 install_packages() {
