@@ -112,29 +112,42 @@ TEST(Extremes, StiffnessOfOneToAMillion)
   record("stiffness 1 : 1e6, gap of the oracle's proof", best.gap(), "");
   record("stiffness 1 : 1e6, energy over the optimum after 100 sweeps", few / best.energy, "");
   // Not a good figure: lumps that give a millionth hold each other where they are, as rigid elements would that did not
-  // move as one. Such tissue is better called rigid.
-  expectAtMost("stiffness 1 : 1e6, energy over the optimum after 5100 sweeps", energy / best.energy, 1.5);
+  // move as one. Such tissue is better called rigid. 1.28 is what is left of the 1.36 after 100 sweeps: above 1.32 the
+  // other 5000 do next to nothing, and below 1.2 such tissue is solved better than Numerics.md says.
+  expectAtMost("stiffness 1 : 1e6, energy over the optimum after 5100 sweeps", energy / best.energy, 1.32);
+  EXPECT_GT(energy / best.energy, 1.2);
   Simulation coarse = simulate(scene);
   coarse.setCoarseToFine(true);
   coarse.pull(probes);
   coarse.relax(100, 0.0);
-  record("stiffness 1 : 1e6, energy over the optimum after 100 sweeps from coarser grids",
-    oracle::energy(block, state(coarse)) / best.energy, "");
-  for (const float stiff : { 0.0f, 9e-5f, 9e-3f })
+  // Coarser grids move lumps as wholes, which leaves a third of that.
+  expectAtMost("stiffness 1 : 1e6, energy over the optimum after 100 sweeps from coarser grids",
+    oracle::energy(block, state(coarse)) / best.energy, 1.15);
+  EXPECT_GT(oracle::energy(block, state(coarse)) / best.energy, 1.05);
+  struct Ratio
+  {
+    float stiff;
+    const char* name;
+    double allowed; ///< of the energy over the optimum, which the oracle knows to 1e-4
+  };
+  // The stiffer the lumps the slower they move, until they are one body: 1.02, 1.00 and 1.00 are measured.
+  for (const Ratio& ratio : { Ratio{ 9e-5f, "stiffness 1 : 1e4", 1.04 }, Ratio{ 9e-3f, "stiffness 1 : 100", 1.005 },
+         Ratio{ 0.0f, "rigid", 1.001 } })
   {
     Scene other = scene;
     for (float& c : other.constraint)
     {
-      c = c < 0.1f ? stiff : c;
+      c = c < 0.1f ? ratio.stiff : c;
     }
     const oracle::Block otherBlock = other.block();
     Simulation settled = simulate(other);
     settled.pull(probes);
     const oracle::Optimum optimum = oracle::minimise(otherBlock, held, state(settled), 1e-4);
     settled.relax(5100, 0.0);
-    const std::string ratio = stiff == 0.0f ? "rigid" : stiff < 1e-3f ? "stiffness 1 : 1e4" : "stiffness 1 : 100";
-    expectAtMost(ratio + ", energy over the optimum after 5100 sweeps",
-      oracle::energy(otherBlock, state(settled)) / optimum.energy, stiff == 0.0f ? 1.001 : 1.5);
+    const double energyOfOther = oracle::energy(otherBlock, state(settled));
+    expectAtMost(std::string(ratio.name) + ", energy over the optimum after 5100 sweeps",
+      energyOfOther / optimum.energy, ratio.allowed);
+    EXPECT_GT(energyOfOther, 0.9999 * optimum.bound);
   }
 }
 
