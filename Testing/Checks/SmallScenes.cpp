@@ -150,6 +150,7 @@ struct Way
   RelaxationMethod relaxation;
   double recovery;
   bool coarseToFine;
+  int reduction;
 };
 
 void play(const Way& way, const Index3& size)
@@ -159,6 +160,7 @@ void play(const Way& way, const Index3& size)
   const char* device = std::getenv("CHAINMAIL_TEST_DEVICE");
   settings.device = device ? device : "";
   settings.brickSize = way.brick;
+  settings.modelReduction = way.reduction;
   Simulation simulation(tissue.model(way.axes == 1), settings);
   simulation.setPropagation(way.propagation, way.policy);
   simulation.setPropagationTimes(true);
@@ -209,28 +211,31 @@ int main(int argc, char** argv)
   const Index3 block{ 7, 6, 4 };
   const std::vector<std::function<void()>> scenes{
     [&] {
-      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false }, block);
+      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false, 1 }, block);
     },
     [&] {
-      play({ large, 3, P::Envelope, C::Latest, R::Projected, 0.7, false }, block);
+      play({ large, 3, P::Envelope, C::Latest, R::Projected, 0.7, false, 1 }, block);
     },
     [&] {
-      play({ small, 3, P::Timestamp, C::Limit, R::Paper, 0.7, false }, block);
+      play({ small, 3, P::Timestamp, C::Limit, R::Paper, 0.7, false, 1 }, block);
     },
     [&] {
-      play({ large, 1, P::Timestamp, C::Latest, R::Paper, 1.0, false }, block);
+      play({ large, 1, P::Timestamp, C::Latest, R::Paper, 1.0, false, 1 }, block);
     },
     [&] {
-      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, true }, block);
+      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, true, 1 }, block);
     },
     [&] {
-      play({ large, 3, P::Timestamp, C::Latest, R::Projected, 0.7, true }, block);
+      play({ large, 3, P::Timestamp, C::Latest, R::Projected, 0.7, true, 1 }, block);
     },
     [&] {
-      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false }, { 7, 6, 1 });
+      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false, 1 }, { 7, 6, 1 });
     },
     [&] {
-      play({ small, 3, P::Timestamp, C::Latest, R::Paper, 0.5, false }, { 7, 6, 1 });
+      play({ small, 3, P::Timestamp, C::Latest, R::Paper, 0.5, false, 1 }, { 7, 6, 1 });
+    },
+    [&] {
+      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false, 2 }, { 14, 12, 4 });
     },
   };
   const std::string argument = argc > 1 ? argv[1] : "";

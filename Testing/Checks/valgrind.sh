@@ -6,16 +6,16 @@ set -u
 source=$1
 build=$2
 command -v valgrind >/dev/null || { echo "valgrind was not found"; exit 125; }
-cmake -S "$source" -B "$build" -DCHAINMAIL_ENGINE_ONLY=ON -DCHAINMAIL_HOST_KERNELS=ON -DCHAINMAIL_CHECKS=ON \
-  -DCMAKE_BUILD_TYPE=RelWithDebInfo &&
+cmake -S "$source" -B "$build" -DCHAINMAIL_ENGINE_ONLY=ON -DCHAINMAIL_HOST_KERNELS=ON \
+  -DCMAKE_BUILD_TYPE=Debug &&
   cmake --build "$build" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" --target ChainMailSmallScenes || exit 1
 program=$build/Testing/Checks/ChainMailSmallScenes
 
-# First without valgrind, which compiles the kernels; and with undefined behaviour in them found by their compiler.
-HOST_OPENCL_FLAGS="-O1 -fsanitize=undefined -fno-sanitize-recover=all" "$program" >"$build/undefined.out" 2>&1 ||
-  { echo "FAILED: undefined behaviour"; tail -n 40 "$build/undefined.out"; exit 1; }
+# First without valgrind: that compiles the kernels, in which undefined behaviour is found by their compiler.
+export HOST_OPENCL_FLAGS="-O1 -fsanitize=undefined -fno-sanitize-recover=all"
 rm -f "$build/kernels"
-HOST_OPENCL_TRACE=$build/kernels "$program" || exit 1
+HOST_OPENCL_TRACE=$build/kernels "$program" >"$build/undefined.out" 2>&1 ||
+  { echo "FAILED: undefined behaviour"; tail -n 40 "$build/undefined.out"; exit 1; }
 missing=$(comm -23 <(sed -n 's/^kernel void \([A-Za-z0-9_]*\).*/\1/p' "$source"/Kernels/*.cl | sort -u) \
   <(sort -u "$build/kernels"))
 [ -z "$missing" ] || { echo "FAILED: the scenes do not use these kernels:" $missing; exit 1; }
