@@ -27,7 +27,10 @@ std::string nameOf(const Probe& probe, std::size_t number)
   return "Probe " + std::to_string(number) + " at " + text(probe.position) + " mm along the image's axes";
 }
 
-void check(const Probe& probe, std::size_t number)
+// [voxels] Elements keep float32: far more than that is infinite there, and a wave of it would never end.
+constexpr double farthest = 1e9;
+
+void check(const Probe& probe, std::size_t number, const Vector3& spacing)
 {
   for (int a = 0; a < 3; ++a)
   {
@@ -38,6 +41,10 @@ void check(const Probe& probe, std::size_t number)
     if (!probe.anchor && !std::isfinite(probe.displacement[a]))
     {
       throw ProbeError(number, nameOf(probe, number), "has a displacement that is not finite.");
+    }
+    if (!probe.anchor && !(std::fabs(probe.displacement[a] / spacing[a]) < farthest))
+    {
+      throw ProbeError(number, nameOf(probe, number), "has a displacement of a billion voxels or more.");
     }
   }
   if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
@@ -269,7 +276,7 @@ Holds::Change Holds::take(const std::vector<Probe>& probes)
   std::vector<Pointer> left = this->holds_;
   for (std::size_t n = 0; n < probes.size(); ++n)
   {
-    check(probes[n], n);
+    check(probes[n], n, this->bricks_.model().grid().spacing);
     const auto same = std::find_if(left.begin(), left.end(),
       [&](const Pointer& hold)
       { return hold && hold->probe.position == probes[n].position && hold->probe.radius == probes[n].radius; });

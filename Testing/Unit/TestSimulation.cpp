@@ -62,7 +62,7 @@ TEST(Simulation, BadProbesNameThemselvesAndLoseNothing)
   Simulation simulation = simulate(scene);
   const Probe good = probeAt(scene, { 1, 1, 1 }, { 1.0, 0.0, 0.0 });
   const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
-  std::vector<Probe> bad(7, good);
+  std::vector<Probe> bad(8, good);
   bad[0] = probeAt(scene, { 6, 6, 6 }, { 1.0, 0.0, 0.0 }); // in the middle of air
   bad[1].position = { -5.0, 1.0, 1.0 };                    // outside
   bad[2].position = { 1.0, nan, 1.0 };
@@ -70,6 +70,7 @@ TEST(Simulation, BadProbesNameThemselvesAndLoseNothing)
   bad[4].displacement = { inf, 0.0, 0.0 };
   bad[5].radius = -1.0;
   bad[6].radius = nan;
+  bad[7].displacement = { 0.0, -std::numeric_limits<double>::max(), 0.0 }; // finite, but not in float32
   simulation.pull({ good });
   simulation.relax(3, 0.0);
   const std::vector<float> before = displacements(simulation);
