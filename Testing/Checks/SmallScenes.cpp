@@ -223,10 +223,10 @@ int main(int argc, char** argv)
       play({ large, 1, P::Timestamp, C::Latest, R::Paper, 1.0, false, 1 }, block);
     },
     [&] {
-      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, true, 1 }, block);
+      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, true, 1 }, { 9, 6, 4 });
     },
     [&] {
-      play({ large, 3, P::Timestamp, C::Latest, R::Projected, 0.7, true, 1 }, block);
+      play({ large, 3, P::Timestamp, C::Latest, R::Projected, 0.7, true, 1 }, { 9, 6, 4 });
     },
     [&] {
       play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false, 1 }, { 7, 6, 1 });
