@@ -409,13 +409,14 @@ public:
 
   ///@{
   /**
-   * 1, 2, 4 or 8: an element stands for so many voxels along each axis (of more than one voxel). Faster and smaller by
-   * its cube, nearly, and less exact. Images are still resampled, cut and carved voxel by voxel, and both outputs are
-   * on the input's grid: displacements are interpolated between elements, on their own side of every cut. An element is
-   * where one of its voxels is, and gives as much as they do on average; it is rigid or anchored where one of them is,
-   * so bone never bends, but is up to ModelReduction - 1 voxels thicker. Bodies closer than an element may stick
-   * together. Energy and forces count as those of the whole model; MaxLinkExcess, ActiveElements and
-   * RelaxationTolerance are of the elements. Any other number is an error. Default: 1.
+   * 1, 2, 4 or 8: an element stands for so many voxels along each axis (of more than one voxel). Propagation and
+   * relaxation are faster by nearly its cube, and less exact; the rest of an update takes as long as ever, and memory
+   * is not less. Images are still resampled, cut and carved voxel by voxel, and both outputs are on the input's grid:
+   * displacements are interpolated between elements, on their own side of every cut. An element is where one of its
+   * voxels is, and gives as much as they do on average; it is rigid or anchored where one of them is, so bone never
+   * bends, but is up to ModelReduction - 1 voxels thicker. Bodies closer than an element may stick together. Energy and
+   * forces count as those of the whole model; MaxLinkExcess, ActiveElements and RelaxationTolerance are of the
+   * elements. Any other number is an error. Default: 1.
    */
   vtkSetMacro(ModelReduction, int);
   vtkGetMacro(ModelReduction, int);
