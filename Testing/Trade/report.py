@@ -244,6 +244,11 @@ def main(results, pages, pictures):
     sections["machine"] = (f"Measured on {run['scenes'][0]['device']}, {run['date']}, while the machine had a load of "
                            f"{min(loads):.1f} to {max(loads):.1f}. Times are the best of "
                            f"{len(run['scenes'][0]['settings'][0]['milliseconds'])} updates.")
+    if min(loads) > run["cores"]:
+        sections["machine"] += (" It was busy with other work: errors do not depend on that, but of times little more than the order "
+                                "of magnitude can be relied on.")
+    if run["half"]:
+        sections["machine"] += " Scenes have half their voxels along each axis."
     path = os.path.join(pages, "Choosing.md")
     if os.path.isfile(path):
         with open(path) as file:
