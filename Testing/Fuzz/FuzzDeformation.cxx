@@ -353,6 +353,8 @@ struct Good
     filter->SetConflictPolicyToLimit();
     filter->SetPropagationTimes(true);
     filter->SetRelaxationMethodToProjected();
+    filter->SetRelaxationPresetToCustom();
+    filter->CoarseToFineOff();
     filter->SetElasticRecovery(1.0);
     filter->SetRelaxationIterations(12);
     filter->SetRelaxationTolerance(0.0);
