@@ -55,21 +55,21 @@ void frames(bench::Session& session, const std::string& name, vtkImageData* scan
       parts[part].push_back(drag.field("Milliseconds", part));
     }
   };
-  // How far the hand has to go for that share of the tissue to be displaced.
+  // How far the hand has to go for about that share of the tissue to be displaced; what comes nearest will do.
   double low = 0.0;
   double high = 0.0;
-  for (int tries = 0; std::fabs(displaced / elements - share) > 0.1 * share; ++tries)
+  for (int tries = 0; tries < 12 && std::fabs(displaced / elements - share) > 0.1 * share; ++tries)
   {
-    if (tries == 12)
-    {
-      throw std::runtime_error("no pull displaces " + std::to_string(share) + " of the tissue");
-    }
     if (tries > 0)
     {
       (displaced < share * elements ? low : high) = far;
       far = high == 0.0 ? 2.0 * far : 0.5 * (low + high);
     }
     session.once(frame);
+  }
+  if (displaced == 0.0)
+  {
+    throw std::runtime_error("no pull displaces any tissue");
   }
 
   for (std::vector<double>& part : parts)
@@ -79,14 +79,15 @@ void frames(bench::Session& session, const std::string& name, vtkImageData* scan
   const std::vector<double> whole = session.time(frame);
   const double relax = bench::median(parts[FilterTest::RELAX]);
   const double nanoseconds = 1e6 * relax / (displaced * iterations);
-  session.report({ name + ", " + std::to_string(static_cast<int>(std::lround(100.0 * share))) + " % displaced",
-    "10 + 10 iterations", whole,
-    { { "upload [ms]", bench::median(parts[FilterTest::UPLOAD]) },
-      { "propagate [ms]", bench::median(parts[FilterTest::PROPAGATE]) }, { "relax [ms]", relax },
-      { "resample [ms]", bench::median(parts[FilterTest::RESAMPLE]) },
-      { "download [ms]", bench::median(parts[FilterTest::DOWNLOAD]) }, { "elements", elements },
-      { "elements displaced", displaced }, { "ns per element-update", nanoseconds },
-      { "times the dense rate", nanoseconds / denseNanoseconds } } });
+  session.report(
+    { name + ", " + std::to_string(static_cast<int>(std::lround(100.0 * displaced / elements))) + " % displaced",
+      "10 + 10 iterations", whole,
+      { { "upload [ms]", bench::median(parts[FilterTest::UPLOAD]) },
+        { "propagate [ms]", bench::median(parts[FilterTest::PROPAGATE]) }, { "relax [ms]", relax },
+        { "resample [ms]", bench::median(parts[FilterTest::RESAMPLE]) },
+        { "download [ms]", bench::median(parts[FilterTest::DOWNLOAD]) }, { "elements", elements },
+        { "elements displaced", displaced }, { "ns per element-update", nanoseconds },
+        { "times the dense rate", nanoseconds / denseNanoseconds } } });
 }
 
 }
