@@ -7,8 +7,10 @@
 #include <chrono>
 #include <climits>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <stdexcept>
+#include <system_error>
 #include <unistd.h>
 
 namespace
@@ -57,6 +59,25 @@ double startOf(const std::string& cache, const std::string& device)
   return lost;
 }
 
+/// Gone with all that is in it, also where a measurement fails.
+struct TemporaryFolder
+{
+  std::string path = (std::filesystem::temp_directory_path() / "chainmail-kernels-XXXXXX").string();
+
+  TemporaryFolder()
+  {
+    if (!mkdtemp(this->path.data()))
+    {
+      throw std::runtime_error(this->path + " could not be made: set TMPDIR to a folder that can be written to");
+    }
+  }
+  ~TemporaryFolder()
+  {
+    std::error_code ignored;
+    std::filesystem::remove_all(this->path, ignored);
+  }
+};
+
 int child(const std::string& device)
 {
   const double first = workOnce(device);
@@ -76,12 +97,8 @@ int main(int argc, char** argv)
   return bench::run(argc, argv, "B7", "the start of a process",
     [](bench::Session& session)
     {
-      char folder[] = "/tmp/chainmail-kernels-XXXXXX";
-      if (!mkdtemp(folder))
-      {
-        throw std::runtime_error("no temporary folder could be made");
-      }
-      const std::string cache = folder;
+      const TemporaryFolder folder;
+      const std::string& cache = folder.path;
       session.report(
         { "first update of a process", "kernels not compiled yet", { startOf(cache, session.device()) }, {} });
       std::vector<double> later;
@@ -90,9 +107,5 @@ int main(int argc, char** argv)
         later.push_back(startOf(cache, session.device()));
       }
       session.report({ "first update of a process", "kernels in the cache", later, {} });
-      if (std::system(("rm -rf '" + cache + "'").c_str()) != 0)
-      {
-        throw std::runtime_error(cache + " could not be removed");
-      }
     });
 }
