@@ -186,7 +186,7 @@ private:
   int strideY_;
   int strideZ_;
   /// Elements between the runs of a field. Without, the axes of an element would be a power of two apart and compete
-  /// for the same lines of a CPU's cache; and kernels may read a little past the last slot.
+  /// for the same lines of a CPU's cache.
   static constexpr int skew = 272;
 
   int capacity_ = 0;
