@@ -6,24 +6,6 @@
 
 #include "brick.clh"
 
-inline uint localAddress(int i, int j, int k)
-{
-  return ((i + j + k) & 1) * COLOUR + (k * BY + j) * HALF + i / 2;
-}
-
-// The element of a brick that has address n.
-inline int3 elementAt(int n)
-{
-  const int r = n % COLOUR / HALF;
-  const int j = r % BY, k = r / BY;
-  return (int3)(2 * (n % HALF) + ((j + k + n / COLOUR) & 1), j, k);
-}
-
-inline int3 brickAt(int place, int strideY, int strideZ)
-{
-  return (int3)(place % strideY - 1, place % strideZ / strideY - 1, place / strideZ - 1);
-}
-
 // Elements of the coarser grid to the mean of those they stand for; held ones to that of the held ones.
 kernel void coarsen(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
   int strideZ, uint finerPitch, global const int* finerTable, global const int* finerPlace, int finerStrideY,
@@ -101,9 +83,7 @@ kernel void refine(global const int* list, uint finerPitch, global const int* fi
       from.x += d & 1 ? (at.x & 1 ? 1 : -1) : 0;
       from.y += d >> 1 & 1 ? (at.y & 1 ? 1 : -1) : 0;
       from.z += d >> 2 ? (at.z & 1 ? 1 : -1) : 0;
-      const uint x = from.x + BX, y = from.y + BY, z = from.z + BZ;
-      const uint slot = table[x / BX + y / BY * strideY + z / BZ * strideZ];
-      const uint coarse = slot * ELEMENTS + localAddress(x % BX, y % BY, z % BZ);
+      const uint coarse = addressOf(from, table, strideY, strideZ);
 #ifdef CUTS
       if (d == 0)
       {

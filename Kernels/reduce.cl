@@ -7,15 +7,6 @@
 
 #include "brick.clh"
 
-inline uint addressOf(int3 at, global const int* table, int strideY, int strideZ)
-{
-  // Shifted by one brick so that the division is one of non-negative numbers.
-  const uint x = at.x + BX, y = at.y + BY, z = at.z + BZ;
-  const uint i = x % BX, j = y % BY, k = z % BZ;
-  return table[x / BX + y / BY * strideY + z / BZ * strideZ] * ELEMENTS + ((i + j + k) & 1) * COLOUR +
-    (k * BY + j) * HALF + i / 2;
-}
-
 inline float mix2(float a, float b, float c, float d, float3 w)
 {
   const float low = a + w.x * (b - a), high = c + w.x * (d - c);
@@ -30,9 +21,7 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
   global const int* owner, global const float* wholeConstraint, global float* wholeDisplacement)
 {
   const uint slot = list[get_group_id(0)];
-  const int place = wholePlace[slot];
-  const int3 origin =
-    (int3)((place % wholeStrideY - 1) * BX, (place % wholeStrideZ / wholeStrideY - 1) * BY, (place / wholeStrideZ - 1) * BZ);
+  const int3 origin = brickAt(wholePlace[slot], wholeStrideY, wholeStrideZ) * (int3)(BX, BY, BZ);
   for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
   {
     const uint at = slot * ELEMENTS + n;
@@ -40,8 +29,7 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
     {
       continue;
     }
-    const int r = n % COLOUR / HALF, j = r % BY, k = r / BY;
-    const int3 voxel = origin + (int3)(2 * (n % HALF) + ((j + k + n / COLOUR) & 1), j, k);
+    const int3 voxel = origin + elementAt(n);
     int3 own = (int3)(voxel.x / FX, voxel.y / FY, voxel.z / FZ);
 #ifdef OWNERS
     if (owner[at] != 0)

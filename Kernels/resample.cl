@@ -38,16 +38,6 @@ typedef struct
   global const uchar* cut;
 } Tissue;
 
-inline uint addressOf(const Tissue* t, int i, int j, int k)
-{
-  // Shifted by one brick so that the division is one of non-negative numbers.
-  const uint x = i + BX, y = j + BY, z = k + BZ;
-  const uint slot = t->table[x / BX + y / BY * t->strideY + z / BZ * t->strideZ];
-  const uint li = x % BX, lj = y % BY, lk = z % BZ;
-  const uint colour = (li + lj + lk) & 1;
-  return slot * ELEMENTS + colour * COLOUR + (lk * BY + lj) * HALF + li / 2;
-}
-
 inline bool isElement(const Tissue* t, uint address)
 {
   return !isinf(t->constraint[address]);
@@ -95,7 +85,7 @@ inline Cell cellAt(const Tissue* t, int3 base)
   for (int n = 0; n < 8; ++n)
   {
     const int x = t->flat.x ? 0 : n & 1, y = t->flat.y ? 0 : n >> 1 & 1, z = t->flat.z ? 0 : n >> 2;
-    cell.address[n] = addressOf(t, base.x + x, base.y + y, base.z + z);
+    cell.address[n] = addressOf(base + (int3)(x, y, z), t->table, t->strideY, t->strideZ);
     cell.component[n] = n;
     if (isElement(t, cell.address[n]))
     {
@@ -196,7 +186,7 @@ inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, in
     {
       continue;
     }
-    addresses[p] = addressOf(t, i, j, k);
+    addresses[p] = addressOf((int3)(i, j, k), t->table, t->strideY, t->strideZ);
     if (isElement(t, addresses[p]))
     {
       const uint cuts = cutAt(t, addresses[p]);
@@ -333,11 +323,11 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const Tissue* t = &tissue;
   const int at = list[get_group_id(0)];
-  const int3 origin = (int3)((at % strideY - 1) * BX, (at % strideZ / strideY - 1) * BY, (at / strideZ - 1) * BZ);
+  const int3 origin = brickAt(at, strideY, strideZ) * (int3)(BX, BY, BZ);
   for (int work = get_local_id(0); work < ELEMENTS; work += get_local_size(0))
   {
     const int3 base = origin + (int3)(work % BX, work / BX % BY, work / (BX * BY));
-    if (isCarved(t, addressOf(t, base.x, base.y, base.z)))
+    if (isCarved(t, addressOf(base, t->table, t->strideY, t->strideZ)))
     {
       const int claimed = claimOf(base, output, boxFirst, boxBricks);
       if (claimed >= 0)
@@ -440,7 +430,7 @@ inline float3 offsetOf(const Tissue* t, int3 voxel, uint key)
   }
   if (key >= BORDER && all(voxel >= 0) && all(voxel < t->size.xyz))
   {
-    const uint address = addressOf(t, voxel.x, voxel.y, voxel.z);
+    const uint address = addressOf(voxel, t->table, t->strideY, t->strideZ);
     if (isElement(t, address) && all(displacementAt(t, address) == 0.0f))
     {
       return (float3)(0.0f); // tissue that rests here
