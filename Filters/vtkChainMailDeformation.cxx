@@ -567,13 +567,13 @@ void vtkChainMailDeformation::vtkInternals::Update(
   this->ProgressShown = 0.0;
   this->WantsUpdate = false;
 
+  this->CheckPointArrays(image);
   Scene scene(image);
   this->ReadScalars(inputs, scene);
   this->ReadMaterial(scene);
   this->ReadProbes(inputs[PROBES], scene);
   scene.Cuts = ReadSurfaces(inputs[CUTS], "Cuts", scene);
   scene.Carves = ReadSurfaces(inputs[CARVES], "Carves", scene);
-  this->CheckPointArrays(image);
 
   if (this->Done == Stage::Nothing || !(this->Tissue == scene.Tissue))
   {
@@ -607,12 +607,6 @@ void vtkChainMailDeformation::vtkInternals::ReadScalars(vtkInformationVector** i
     {
       throw InputError(property + " is the array \"" + (array->GetName() ? array->GetName() : "") +
                        "\", which does not hold numbers. Choose another one.");
-    }
-    if (numbers->GetNumberOfTuples() != scene.Image->GetNumberOfPoints() || numbers->GetNumberOfComponents() < 1)
-    {
-      throw InputError(property + " is an array of " + std::to_string(numbers->GetNumberOfTuples()) +
-                       " tuples, but the input image has " + std::to_string(scene.Image->GetNumberOfPoints()) +
-                       " voxels.");
     }
     return numbers;
   };

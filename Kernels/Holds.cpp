@@ -44,7 +44,7 @@ void check(const Probe& probe, std::size_t number, const Vector3& spacing)
     }
     if (!probe.anchor && !(std::fabs(probe.displacement[a] / spacing[a]) < farthest))
     {
-      throw ProbeError(number, nameOf(probe, number), "has a displacement of a billion voxels or more.");
+      throw ProbeError(number, nameOf(probe, number), "has a displacement of a billion voxels or more: move its target nearer.");
     }
   }
   if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
