@@ -18,8 +18,8 @@ unset CHAINMAIL_TEST_DEVICE
 # is inlined in any case (RULE) comes out with another instruction that oclgrind does not know.
 #
 # Scenes run as on a GPU, element by element with many work-items; two of them again as on a processor, with vectors and
-# a single work-item for a brick (WholeBuffers.cpp): large bricks, as vectors of two come out wrong in oclgrind when
-# they are optimised.
+# a single work-item for a brick (WholeBuffers.cpp). Those are not optimised either: what the optimiser makes of vectors
+# of two, halves of larger ones among them, comes out wrong in oclgrind, so that displaced tissue looks to be at rest.
 check() {
   local name=$1 scene=$2
   shift 2
@@ -40,7 +40,8 @@ for run in uninitialised-1 uninitialised-2 vectors-1 vectors-5 $(seq -f 'races-%
     uninitialised-*)
       check "$run" "${run#*-}" --uninitialized --build-options "-DRULE=inline -cl-opt-disable" 2>/dev/null & ;;
     vectors-*)
-      SMALL_SCENES_PROCESSOR=1 check "$run" "${run#*-}" --data-races --build-options -DRULE=inline 2>/dev/null & ;;
+      SMALL_SCENES_PROCESSOR=1 check "$run" "${run#*-}" --data-races --build-options "-DRULE=inline -cl-opt-disable" \
+        2>/dev/null & ;;
     *)
       check "$run" "${run#*-}" --data-races --check-api --build-options -DRULE=inline 2>/dev/null & ;;
   esac

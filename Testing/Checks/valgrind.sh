@@ -6,7 +6,7 @@ set -u
 source=$1
 build=$2
 command -v valgrind >/dev/null || { echo "valgrind was not found"; exit 125; }
-cmake -S "$source" -B "$build" -DCHAINMAIL_ENGINE_ONLY=ON -DCHAINMAIL_HOST_KERNELS=ON \
+cmake -S "$source" -B "$build" -DCHAINMAIL_ENGINE_ONLY=ON -DCHAINMAIL_HOST_KERNELS=ON -DCHAINMAIL_CHECKS=ON \
   -DCMAKE_BUILD_TYPE=Debug &&
   cmake --build "$build" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" --target ChainMailSmallScenes || exit 1
 program=$build/Testing/Checks/ChainMailSmallScenes
