@@ -14,9 +14,10 @@ namespace chainmail
 /// elements, each of which is the start of the next finer one (coarsen.cl). What a sweep carries by one voxel a coarse
 /// one carries by many.
 ///
-/// An element of a coarser grid stands for 2 x 2 x 2. It gives as much as they do on average, is rigid where at least
+/// An element of a coarser grid stands for 2 x 2 x 2. It gives about as much as they do, is rigid where at least
 /// half of them are, and held where one of them is. Its displacement is interpolated, and the result made feasible
-/// (Repair); where that did not lower the energy nothing changes.
+/// (Repair); where that did not lower the energy nothing changes. Pieces of tissue that do not hang on anything that
+/// moves stay where they are, however close.
 class CoarseToFine
 {
 public:
@@ -36,12 +37,18 @@ private:
 
   void build();
   double energy(const Elasticity& elasticity) const;
+  void cycle(const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
+  void putOthersBack(const Checkpoint& checkpoint);
 
   Bricks& bricks_;
   Holds& holds_;
   std::vector<std::unique_ptr<Level>> levels_; ///< from finer to coarser
   Propagation propagation_;
   Repair repair_;
+  Spread pieces_;
+  Field before_{ 3, sizeof(cl_float), "the displacement before a relaxation" };
+  Field marks_{ 2, sizeof(cl_float), "what hangs together" };
+  Scratch list_{ "the list of bricks" };
 };
 
 }
