@@ -358,6 +358,7 @@ struct Good
     filter->SetElasticRecovery(1.0);
     filter->SetRelaxationIterations(12);
     filter->SetRelaxationTolerance(0.0);
+    filter->SetModelReduction(1);
     filter->SetInterpolationToLinear();
     filter->ClearLabelArrays();
     filter->SetBackgroundValue(-1.0);
@@ -438,7 +439,7 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
-    filter->SetRelaxationPreset(chance.OneIn(3) ? chance.Between(-1, 2) : 0);
+    filter->SetRelaxationPreset(chance.OneIn(3) ? chance.Between(-1, 4) : 0);
     filter->SetCoarseToFine(chance.OneIn(2));
   }
   if (now())
@@ -452,6 +453,11 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   if (now())
   {
     filter->SetRelaxationTolerance(chance.Number(0.0, 0.1));
+  }
+  if (now())
+  {
+    filter->SetModelReduction(
+      chance.OneIn(6) ? chance.Of({ 0, 3, -2, 16, VTK_INT_MIN, VTK_INT_MAX }) : chance.Of({ 1, 2, 2, 4, 8 }));
   }
   if (now())
   {
@@ -615,6 +621,9 @@ private:
     {
       return;
     }
+    const int reduction = filter->GetModelReduction();
+    Require(reduction == 1 || reduction == 2 || reduction == 4 || reduction == 8,
+      "a reduction of the model that there is not was no error");
     // A wish to stop that comes after the last question whether to is too late: then the outputs are complete.
     Require(model->GetNumberOfPoints() == image->GetNumberOfPoints(), "the model is not on the image's grid");
     vtkPointData* in = image->GetPointData();
