@@ -374,7 +374,7 @@ public:
   /**
    * Whether RELAXATION_PROJECTED starts on coarser grids after a pull, cut or carve: a few iterations then get to where
    * hundreds on the fine grid alone do, for the price of some tens. Tissue then settles as far as it is free to, also
-   * far from the probes. Loose pieces that no link joins to the tissue beside them may be carried along. Default: off.
+   * far from the probes; what no link joins to tissue that moves stays, however close. Default: off.
    */
   vtkSetMacro(CoarseToFine, bool);
   vtkGetMacro(CoarseToFine, bool);
