@@ -119,19 +119,15 @@ def memory(run):
 
 
 def model_size(run):
-    parts = []
-    held = True
-    for method, name in (("iterations$", "10 + 10 iterations"), ("coarse to fine", "with coarse to fine")):
-        results = run.find("B4", method=method)
-        if len(results) < 2:
-            raise Missing("B4")
-        grows = results[-1]["figures"]["times the smallest model"]
-        held = held and grows < 1.2
-        parts.append(
-            f"{name}: {number(median(results[0]))} ms in {results[0]['scene']}, {number(median(results[-1]))} ms in "
-            f"{results[-1]['scene']}: {number(grows)} times"
-        )
-    return "; ".join(parts), held
+    results = run.find("B4")
+    if len(results) < 2:
+        raise Missing("B4")
+    grows = results[-1]["figures"]["times the smallest model"]
+    return (
+        f"{number(median(results[0]))} ms in {results[0]['scene']}, {number(median(results[-1]))} ms in "
+        f"{results[-1]['scene']}: {number(grows)} times",
+        grows < 1.2,
+    )
 
 
 def sweep(run):
