@@ -172,8 +172,8 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   this->bricks_.require(tissue);
 
   Context& context = this->bricks_.context();
-  const std::string defines = this->bricks_.defines(false);
-  const std::size_t items = this->bricks_.workItems(false);
+  const std::string defines = this->bricks_.defines(true);
+  const std::size_t items = this->bricks_.workItems(true);
   const std::size_t perBrick = this->bricks_.elementsPerBrick();
   const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
   const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };

@@ -9,11 +9,14 @@
 // Two passes over the same inversion: `claim` lets every moved cell claim the voxels it covers, the lowest claim wins;
 // `locate` finds the winner's material point. Coordinates are relative to the cell, in voxels, so float32 suffices.
 //
-// Output voxels come in bricks, too; `output` maps the bricks of a box that starts at voxel `boxFirst` (a multiple of the
-// brick size away from voxel 0) to their places in the list of those that tissue may reach, or -1.
+// Output voxels come in bricks, too; `output` maps the bricks of a box that starts at voxel `boxFirst` (a multiple of
+// the brick size away from voxel 0) to their places in the list of those that tissue may reach, or -1.
 //
-// The host guarantees: brick.clh's promise for every brick with a displaced element; WIDTH is 1; flat[axis] says that
-// the grid has a single layer there, in which case the axis takes no part.
+// Nearly all time goes into inversions, so WIDTH of them are made at once: of the voxels that a cell may cover, and of
+// a row of voxels.
+//
+// The host guarantees: brick.clh's promise for every brick with a displaced element; flat[axis] says that the grid has
+// a single layer there, in which case the axis takes no part.
 
 #include "brick.clh"
 
@@ -25,6 +28,12 @@
 
 // Local coordinates may be off by this much, so that rounding opens no gap between two cells.
 #define SLACK 1e-4f
+
+#define DOT(a, b) (a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+#define CROSS(a, b, out)                                                                                               \
+  out[0] = a[1] * b[2] - a[2] * b[1];                                                                                  \
+  out[1] = a[2] * b[0] - a[0] * b[2];                                                                                  \
+  out[2] = a[0] * b[1] - a[1] * b[0];
 
 typedef struct
 {
@@ -45,8 +54,7 @@ inline bool isElement(const Tissue* t, uint address)
 
 inline float3 displacementAt(const Tissue* t, uint address)
 {
-  return (float3)(t->flat.x ? 0.0f : t->displacement[address],
-    t->flat.y ? 0.0f : t->displacement[t->pitch + address],
+  return (float3)(t->flat.x ? 0.0f : t->displacement[address], t->flat.y ? 0.0f : t->displacement[t->pitch + address],
     t->flat.z ? 0.0f : t->displacement[2 * t->pitch + address]);
 }
 
@@ -70,18 +78,19 @@ inline bool isCarved(const Tissue* t, uint address)
 typedef struct
 {
   int3 base;
-  uint elements;         // bit n: corner n is an element
-  bool whole;            // all corners belong to one component
-  uchar component[8];    // lowest corner of the component that corner n belongs to; air corners join the nearest one;
-                         // NO_COMPONENT where it is carved
+  uint elements;      // bit n: corner n is an element
+  bool whole;         // all corners belong to one component
+  uchar component[8]; // lowest corner of the component that corner n belongs to; air corners join the nearest one;
+                      // NO_COMPONENT where it is carved
   uint address[8];
 } Cell;
 
-inline Cell cellAt(const Tissue* t, int3 base)
+RULE Cell cellAt(const Tissue* t, int3 base)
 {
   Cell cell;
   cell.base = base;
   cell.elements = 0;
+  UNROLL
   for (int n = 0; n < 8; ++n)
   {
     const int x = t->flat.x ? 0 : n & 1, y = t->flat.y ? 0 : n >> 1 & 1, z = t->flat.z ? 0 : n >> 2;
@@ -103,6 +112,7 @@ inline void findComponents(const Tissue* t, Cell* cell)
     // Nearly all cells: nothing is missing.
     uint cuts = 0;
 #ifdef CUTS
+    UNROLL
     for (int n = 0; n < 7; ++n)
     {
       cuts |= cutAt(t, cell->address[n]);
@@ -110,6 +120,7 @@ inline void findComponents(const Tissue* t, Cell* cell)
 #endif
     if (cuts == 0)
     {
+      UNROLL
       for (int n = 0; n < 8; ++n)
       {
         cell->component[n] = 0;
@@ -182,7 +193,7 @@ inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, in
     const int i = centre.x + p % 3 - 1, j = centre.y + p / 3 % 3 - 1, k = centre.z + p / 9 - 1;
     addresses[p] = 0;
     if ((t->flat.x && p % 3 != 1) || (t->flat.y && p / 3 % 3 != 1) || (t->flat.z && p / 9 != 1) || i < 0 || j < 0 ||
-      k < 0 || i >= t->size.x || j >= t->size.y || k >= t->size.z)
+        k < 0 || i >= t->size.x || j >= t->size.y || k >= t->size.z)
     {
       continue;
     }
@@ -240,8 +251,9 @@ inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, in
   return equal ? first : sum / (float)count; // tissue that moves as one takes its border along exactly
 }
 
-inline void cornersOf(const Tissue* t, const Cell* cell, int component, float3* corners)
+RULE void cornersOf(const Tissue* t, const Cell* cell, int component, float3* corners)
 {
+  UNROLL
   for (int n = 0; n < 8; ++n)
   {
     const bool own = (cell->elements >> n & 1) && cell->component[n] == component;
@@ -249,47 +261,80 @@ inline void cornersOf(const Tissue* t, const Cell* cell, int component, float3* 
   }
 }
 
-inline float3 mixed(float3 a, float3 b, float s)
-{
-  return a + s * (b - a);
-}
+// A trilinear function of each axis over a cell: c[0] + c[1] x + c[2] y + c[3] z + c[4] xy + c[5] xz + c[6] yz +
+// c[7] xyz, from its values at the corners.
+#define TRILINEAR(u, c)                                                                                                \
+  c[0] = u[0];                                                                                                         \
+  c[1] = u[1] - u[0];                                                                                                  \
+  c[2] = u[2] - u[0];                                                                                                  \
+  c[3] = u[4] - u[0];                                                                                                  \
+  c[4] = u[3] - u[2] - c[1];                                                                                           \
+  c[5] = u[5] - u[4] - c[1];                                                                                           \
+  c[6] = u[6] - u[4] - c[2];                                                                                           \
+  c[7] = (u[7] - u[6]) - (u[5] - u[4]) - c[4];
 
-// Solves x + U(x) = target, U trilinear, for local coordinates x by Newton's method. True if x lies in the cell, in the
-// component's share of it.
-inline bool invert(const Tissue* t, const Cell* cell, int component, const float3* u, float3 target, float3* out)
+// Solves x + U(x) = target for local coordinates x by Newton's method. Whether x lies in the cell.
+RULE mask inverted(real (*c)[8], const real* target, real* x)
 {
-  float3 x = target - 0.125f * (u[0] + u[1] + u[2] + u[3] + u[4] + u[5] + u[6] + u[7]);
-  bool solved = false;
+  UNROLL
+  for (int a = 0; a < 3; ++a)
+  {
+    const real middle =
+      c[a][0] + 0.5f * (c[a][1] + c[a][2] + c[a][3]) + 0.25f * (c[a][4] + c[a][5] + c[a][6]) + 0.125f * c[a][7];
+    x[a] = target[a] - middle;
+  }
+  mask solved = (mask)(0), near = (mask)(0), lost = (mask)(0);
   for (int step = 0; step < 16; ++step)
   {
-    const float3 u00 = mixed(u[0], u[1], x.x), u10 = mixed(u[2], u[3], x.x);
-    const float3 u01 = mixed(u[4], u[5], x.x), u11 = mixed(u[6], u[7], x.x);
-    const float3 u0 = mixed(u00, u10, x.y), u1 = mixed(u01, u11, x.y);
-    const float3 residual = x + mixed(u0, u1, x.z) - target;
-    if (all(fabs(residual) <= 1e-6f))
+    real r[3], d[3][3]; // residual and derivatives, d[axis along][axis of]
+    UNROLL
+    for (int a = 0; a < 3; ++a)
     {
-      solved = true;
+      const real xy = c[a][4] + x[2] * c[a][7];
+      const real yz = c[a][6] + x[0] * c[a][7];
+      d[0][a] = c[a][1] + x[1] * xy + x[2] * c[a][5];
+      d[1][a] = c[a][2] + x[0] * c[a][4] + x[2] * yz;
+      d[2][a] = c[a][3] + x[0] * c[a][5] + x[1] * yz;
+      const real u = c[a][0] + x[0] * d[0][a] + x[1] * (c[a][2] + x[2] * c[a][6]) + x[2] * c[a][3];
+      r[a] = x[a] + u - target[a];
+    }
+    const real worst = max(max(fabs(r[0]), fabs(r[1])), fabs(r[2]));
+    const mask open = (solved == 0) & (lost == 0);
+    solved |= open & (worst <= 1e-6f);
+    const mask going = open & (solved == 0);
+    if (!SOME(going))
+    {
       break;
     }
-    const float3 dx = mixed(mixed(u[1] - u[0], u[3] - u[2], x.y), mixed(u[5] - u[4], u[7] - u[6], x.y), x.z) +
-      (float3)(1.0f, 0.0f, 0.0f);
-    const float3 dy = mixed(u10 - u00, u11 - u01, x.z) + (float3)(0.0f, 1.0f, 0.0f);
-    const float3 dz = u1 - u0 + (float3)(0.0f, 0.0f, 1.0f);
-    const float3 normal = cross(dy, dz);
-    const float det = dot(dx, normal);
-    x -= (float3)(dot(residual, normal), dot(residual, cross(dz, dx)), dot(residual, cross(dx, dy))) / det;
-    if (!all(fabs(x) < 16.0f)) // far away, or not a number where the cell is flat
-    {
-      return false;
-    }
     // Large displacements are known less exactly; what rounding leaves then is no reason to leave a hole.
-    solved = all(fabs(residual) <= 1e-5f);
+    near = select(near, (mask)(worst <= 1e-5f), going);
+    d[0][0] += 1.0f;
+    d[1][1] += 1.0f;
+    d[2][2] += 1.0f;
+    real normal[3], side[3], front[3];
+    CROSS(d[1], d[2], normal)
+    CROSS(d[2], d[0], side)
+    CROSS(d[0], d[1], front)
+    const real det = DOT(d[0], normal);
+    x[0] = select(x[0], x[0] - DOT(r, normal) / det, going);
+    x[1] = select(x[1], x[1] - DOT(r, side) / det, going);
+    x[2] = select(x[2], x[2] - DOT(r, front) / det, going);
+    // Far away, or not a number where the cell is flat.
+    const mask close = (fabs(x[0]) < 16.0f) & (fabs(x[1]) < 16.0f) & (fabs(x[2]) < 16.0f);
+    lost |= going & (close == 0);
   }
-  if (!solved || any(x < -SLACK) || any(x > 1.0f + SLACK))
+  mask inside = (solved | near) & (lost == 0);
+  UNROLL
+  for (int a = 0; a < 3; ++a)
   {
-    return false;
+    inside &= (x[a] >= -SLACK) & (x[a] <= 1.0f + SLACK);
   }
-  *out = x;
+  return inside;
+}
+
+// Whether a point of a cell lies in a component's share of it.
+inline bool isShareOf(const Cell* cell, int component, float3 x)
+{
   for (int n = 0; !cell->whole && n < 8; ++n)
   {
     const float3 corner = (float3)(n & 1, n >> 1 & 1, n >> 2);
@@ -316,9 +361,9 @@ inline int claimOf(int3 voxel, global const int* output, int4 boxFirst, int4 box
 }
 
 // Cells of a brick: those whose lowest corner lies in it. list: bricks, as places in the table.
-kernel void claim(global const int* list, global const int* table, int strideY, int strideZ,
-  uint pitch, global const float* displacement, global const float* constraint, global const uchar* cut, int4 size,
-  int4 flat, int4 boxFirst, int4 boxBricks, global const int* output, volatile global uint* claims)
+kernel void claim(global const int* list, global const int* table, int strideY, int strideZ, uint pitch,
+  global const float* displacement, global const float* constraint, global const uchar* cut, int4 size, int4 flat,
+  int4 boxFirst, int4 boxBricks, global const int* output, volatile global uint* claims)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const Tissue* t = &tissue;
@@ -368,6 +413,7 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
       cornersOf(t, &cell, component, u);
       float3 low = (float3)(INFINITY), high = (float3)(-INFINITY);
       bool rests = true;
+      UNROLL
       for (int n = 0; n < 8; ++n)
       {
         const float3 corner = u[n] + (float3)(n & 1, n >> 1 & 1, n >> 2);
@@ -381,9 +427,14 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
       }
       const uint key = (uint)(base.x + size.x * (base.y + size.y * base.z)) * 8 + component;
       // Corners leave their voxels, unless they stay.
+      UNROLL
       for (int n = 0; n < 8; ++n)
       {
-        if (cell.component[n] == component)
+        // Each element once: where it is corner 0, or in the last layers.
+        const bool again =
+          (cell.elements >> n & 1) && (((n & 1) && base.x < cells.x - 1) || ((n >> 1 & 1) && base.y < cells.y - 1) ||
+                                        (n >> 2 && base.z < cells.z - 1));
+        if (cell.component[n] == component && !again)
         {
           const int claimed = claimOf(base + (int3)(flat.x ? 0 : n & 1, flat.y ? 0 : n >> 1 & 1, flat.z ? 0 : n >> 2),
             output, boxFirst, boxBricks);
@@ -395,19 +446,74 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
           }
         }
       }
-      const int3 lowest = max(convert_int3(ceil(low - SLACK)) + base, boxFirst.xyz);
-      const int3 highest = min(convert_int3(floor(high + SLACK)) + base, boxFirst.xyz + boxBricks.xyz * (int3)(BX, BY, BZ) - 1);
-      for (int z = flat.z ? base.z : lowest.z; z <= (flat.z ? base.z : highest.z); ++z)
+      int3 first = max(convert_int3(ceil(low - SLACK)) + base, boxFirst.xyz);
+      int3 last = min(convert_int3(floor(high + SLACK)) + base, boxFirst.xyz + boxBricks.xyz * (int3)(BX, BY, BZ) - 1);
+      first = (int3)(flat.x ? base.x : first.x, flat.y ? base.y : first.y, flat.z ? base.z : first.z);
+      last = (int3)(flat.x ? base.x : last.x, flat.y ? base.y : last.y, flat.z ? base.z : last.z);
+      real c[3][8];
+      UNROLL
+      for (int a = 0; a < 3; ++a)
       {
-        for (int y = flat.y ? base.y : lowest.y; y <= (flat.y ? base.y : highest.y); ++y)
+        float values[8], coefficients[8];
+        UNROLL
+        for (int n = 0; n < 8; ++n)
         {
-          for (int x = flat.x ? base.x : lowest.x; x <= (flat.x ? base.x : highest.x); ++x)
+          values[n] = a == 0 ? u[n].x : a == 1 ? u[n].y : u[n].z;
+        }
+        TRILINEAR(values, coefficients)
+        UNROLL
+        for (int n = 0; n < 8; ++n)
+        {
+          c[a][n] = (real)(coefficients[n]);
+        }
+      }
+      int3 voxel = first;
+      for (bool more = all(first <= last); more;)
+      {
+        float lanes[3][WIDTH];
+        int used = 0;
+        UNROLL
+        for (int lane = 0; lane < WIDTH; ++lane)
+        {
+          lanes[0][lane] = voxel.x - base.x;
+          lanes[1][lane] = voxel.y - base.y;
+          lanes[2][lane] = voxel.z - base.z;
+          if (more)
           {
-            const int claimed = claimOf((int3)(x, y, z), output, boxFirst, boxBricks);
-            float3 found;
-            if (claimed >= 0 && invert(t, &cell, component, u, convert_float3((int3)(x, y, z) - base), &found))
+            ++used;
+            const bool endsRow = voxel.x == last.x, endsLayer = endsRow && voxel.y == last.y;
+            more = !endsLayer || voxel.z < last.z;
+            if (more)
             {
-              const int nearest = (found.x > 0.5f) | (found.y > 0.5f) << 1 | (found.z > 0.5f) << 2;
+              voxel =
+                (int3)(endsRow ? first.x : voxel.x + 1, endsLayer ? first.y : voxel.y + endsRow, voxel.z + endsLayer);
+            }
+          }
+        }
+        const real target[3] = { LOAD(lanes[0]), LOAD(lanes[1]), LOAD(lanes[2]) };
+        real x[3];
+        const mask inside = inverted(c, target, x);
+        if (!SOME(inside))
+        {
+          continue;
+        }
+        float found[3][WIDTH];
+        int hits[WIDTH];
+        STORE(inside, hits);
+        for (int a = 0; a < 3; ++a)
+        {
+          STORE(x[a], found[a]);
+        }
+        for (int lane = 0; lane < used; ++lane)
+        {
+          const float3 place = (float3)(found[0][lane], found[1][lane], found[2][lane]);
+          if (hits[lane] && isShareOf(&cell, component, place))
+          {
+            const int3 covered = base + (int3)((int)lanes[0][lane], (int)lanes[1][lane], (int)lanes[2][lane]);
+            const int claimed = claimOf(covered, output, boxFirst, boxBricks);
+            const int nearest = (place.x > 0.5f) | (place.y > 0.5f) << 1 | (place.z > 0.5f) << 2;
+            if (claimed >= 0)
+            {
               atomic_min(claims + claimed, cell.elements >> nearest & 1 ? key : BORDER + key);
             }
           }
@@ -417,41 +523,21 @@ kernel void claim(global const int* list, global const int* table, int strideY, 
   }
 }
 
-// From a voxel to where its material was; 0 where nothing changes, NaN where nothing is left.
-inline float3 offsetOf(const Tissue* t, int3 voxel, uint key)
+// From a voxel to where its material was, where that takes no inversion: 0 where nothing changes, NaN where nothing is
+// left. Whether it is known.
+inline bool isKnown(const Tissue* t, int3 voxel, uint key, float3* offset)
 {
-  if (key == VACATED)
-  {
-    return (float3)(NAN);
-  }
+  *offset = (float3)(key == VACATED ? NAN : 0.0f);
   if (key >= RESTS)
   {
-    return (float3)(0.0f);
+    return true;
   }
   if (key >= BORDER && all(voxel >= 0) && all(voxel < t->size.xyz))
   {
     const uint address = addressOf(voxel, t->table, t->strideY, t->strideZ);
-    if (isElement(t, address) && all(displacementAt(t, address) == 0.0f))
-    {
-      return (float3)(0.0f); // tissue that rests here
-    }
+    return isElement(t, address) && all(displacementAt(t, address) == 0.0f); // tissue that rests here
   }
-  const uint claimed = key & ~BORDER;
-  const int linear = (int)(claimed / 8);
-  const int component = claimed % 8;
-  Cell cell =
-    cellAt(t, (int3)(linear % t->size.x, linear / t->size.x % t->size.y, linear / (t->size.x * t->size.y)));
-  findComponents(t, &cell);
-  float3 u[8];
-  cornersOf(t, &cell, component, u);
-  const int3 corner = voxel - cell.base;
-  const float3 target = convert_float3(corner);
-  float3 found;
-  if (invert(t, &cell, component, u, target, &found))
-  {
-    return found - target;
-  }
-  return -u[corner.x + 2 * corner.y + 4 * corner.z];
+  return false;
 }
 
 // firsts: lowest voxel of each listed brick of the output.
@@ -461,10 +547,87 @@ kernel void locate(global const int* table, int strideY, int strideZ, uint pitch
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const Tissue* t = &tissue;
-  for (uint n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  for (int work = get_local_id(0); work < ELEMENTS / WIDTH; work += get_local_size(0))
   {
+    const int n = work * WIDTH;
     const size_t at = get_group_id(0) * (size_t)ELEMENTS + n;
-    const int3 voxel = firsts[get_group_id(0)].xyz + (int3)(n % BX, n / BX % BY, n / (BX * BY));
-    vstore3(offsetOf(t, voxel, claims[at]), at, offsets);
+    const int3 begin = firsts[get_group_id(0)].xyz + (int3)(n % BX, n / BX % BY, n / (BX * BY));
+    Cell cells[WIDTH];
+    float3 corners[WIDTH][8], known[WIDTH];
+    float coefficients[3][8][WIDTH], targets[3][WIDTH];
+    int asks[WIDTH];
+    bool any = false;
+    for (int lane = 0; lane < WIDTH; ++lane)
+    {
+      const int3 voxel = begin + (int3)(lane, 0, 0);
+      const uint key = claims[at + lane];
+      asks[lane] = !isKnown(t, voxel, key, &known[lane]);
+      float3 target = (float3)(0.0f);
+      for (int m = 0; m < 8; ++m)
+      {
+        corners[lane][m] = (float3)(0.0f);
+      }
+      if (asks[lane])
+      {
+        any = true;
+        const uint claimed = key & ~BORDER;
+        const int linear = (int)(claimed / 8);
+        const int3 base = (int3)(linear % size.x, linear / size.x % size.y, linear / (size.x * size.y));
+        cells[lane] = cellAt(t, base);
+        findComponents(t, &cells[lane]);
+        cornersOf(t, &cells[lane], claimed % 8, corners[lane]);
+        target = convert_float3(voxel - base);
+      }
+      UNROLL
+      for (int a = 0; a < 3; ++a)
+      {
+        float values[8], c[8];
+        UNROLL
+        for (int m = 0; m < 8; ++m)
+        {
+          values[m] = a == 0 ? corners[lane][m].x : a == 1 ? corners[lane][m].y : corners[lane][m].z;
+        }
+        TRILINEAR(values, c)
+        UNROLL
+        for (int m = 0; m < 8; ++m)
+        {
+          coefficients[a][m][lane] = c[m];
+        }
+        targets[a][lane] = a == 0 ? target.x : a == 1 ? target.y : target.z;
+      }
+    }
+    float found[3][WIDTH];
+    int hits[WIDTH];
+    if (any)
+    {
+      real c[3][8], x[3];
+      for (int a = 0; a < 3; ++a)
+      {
+        for (int m = 0; m < 8; ++m)
+        {
+          c[a][m] = LOAD(coefficients[a][m]);
+        }
+      }
+      const real target[3] = { LOAD(targets[0]), LOAD(targets[1]), LOAD(targets[2]) };
+      const mask inside = inverted(c, target, x);
+      STORE(inside, hits);
+      for (int a = 0; a < 3; ++a)
+      {
+        STORE(x[a], found[a]);
+      }
+    }
+    for (int lane = 0; lane < WIDTH; ++lane)
+    {
+      float3 offset = known[lane];
+      if (asks[lane])
+      {
+        const float3 place = (float3)(found[0][lane], found[1][lane], found[2][lane]);
+        const float3 target = (float3)(targets[0][lane], targets[1][lane], targets[2][lane]);
+        const int corner = (int)target.x + 2 * (int)target.y + 4 * (int)target.z;
+        const int component = (claims[at + lane] & ~BORDER) % 8;
+        offset = hits[lane] && isShareOf(&cells[lane], component, place) ? place - target : -corners[lane][corner];
+      }
+      vstore3(offset, at + lane, offsets);
+    }
   }
 }
