@@ -188,6 +188,7 @@ inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, in
   const int3 centre = cell->base + (int3)(n & 1, n >> 1 & 1, n >> 2);
   uint elements = 0, cutX = 0, cutY = 0, cutZ = 0;
   uint addresses[27];
+  UNROLL
   for (int p = 0; p < 27; ++p)
   {
     const int i = centre.x + p % 3 - 1, j = centre.y + p / 3 % 3 - 1, k = centre.z + p / 9 - 1;
@@ -237,6 +238,7 @@ inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, in
   float3 first = (float3)(0.0f);
   int count = 0;
   bool equal = true;
+  UNROLL
   for (int p = 0; p < 27; ++p)
   {
     if (reached >> p & 1)
