@@ -7,12 +7,9 @@ void ActiveBricks::begin()
 {
   this->turn_ = 0;
   this->activity_.assign(this->bricks_.slots(), Activity());
-  for (int slot = 1; slot < this->bricks_.slots(); ++slot)
+  for (const int slot : this->bricks_.touchedSlots())
   {
-    if (this->bricks_.touched(slot))
-    {
-      this->note(slot, everyFace);
-    }
+    this->note(slot, everyFace);
   }
 }
 

@@ -336,6 +336,19 @@ void Bricks::clearDisplacements()
   std::fill(this->touched_.begin(), this->touched_.end(), 0);
 }
 
+std::vector<int> Bricks::touchedSlots() const
+{
+  std::vector<int> slots;
+  for (int slot = 1; slot < this->slots(); ++slot)
+  {
+    if (this->touched_[slot] != 0)
+    {
+      slots.push_back(slot);
+    }
+  }
+  return slots;
+}
+
 void Bricks::saveBefore()
 {
   this->context_->queue().enqueueCopyBuffer(this->displacement, this->before, 0, 0, sizeof(float) * 3 * this->pitch());

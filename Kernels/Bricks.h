@@ -81,8 +81,8 @@ public:
   /// All displacements to zero.
   void clearDisplacements();
 
-  /// Whether any element of a slot may be away from its rest place.
-  bool touched(int slot) const { return this->touched_[slot] != 0; }
+  /// Slots in which an element may be away from its rest place, ascending.
+  std::vector<int> touchedSlots() const;
   void touch(int slot) { this->touched_[slot] = 1; }
 
   /// Remembers the displacements as the state before a wave, or goes back to it.

@@ -230,13 +230,10 @@ public:
     this->bricks_.clearDisplacements();
     this->hold(held);
     std::set<int> needed;
-    for (int slot = 1; slot < this->finer_.slots(); ++slot)
+    for (const int slot : this->finer_.touchedSlots())
     {
-      if (this->finer_.touched(slot))
-      {
-        const Index3 origin = this->finer_.origin(this->finer_.brick(slot));
-        needed.insert(this->bricks_.brickAt(origin[0] / 2, origin[1] / 2, origin[2] / 2));
-      }
+      const Index3 origin = this->finer_.origin(this->finer_.brick(slot));
+      needed.insert(this->bricks_.brickAt(origin[0] / 2, origin[1] / 2, origin[2] / 2));
     }
     const std::vector<int> bricks(needed.begin(), needed.end());
     this->bricks_.require(bricks);
@@ -279,12 +276,8 @@ public:
     std::set<int> needed;
     const Index3 size = this->bricks_.size();
     const Grid& fine = this->finer_.model().grid();
-    for (int slot = 1; slot < this->bricks_.slots(); ++slot)
+    for (const int slot : this->bricks_.touchedSlots())
     {
-      if (!this->bricks_.touched(slot))
-      {
-        continue;
-      }
       const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
       for (int n = 0; n < 8; ++n)
       {
@@ -456,15 +449,11 @@ void CoarseToFine::cycle(const Elasticity& elasticity, double tolerance, const C
 void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
 {
   Context& context = this->bricks_.context();
-  std::vector<int> slots;
+  const std::vector<int> slots = this->bricks_.touchedSlots();
   std::vector<int> bricks;
-  for (int slot = 1; slot < this->bricks_.slots(); ++slot)
+  for (const int slot : slots)
   {
-    if (this->bricks_.touched(slot))
-    {
-      slots.push_back(slot);
-      bricks.push_back(this->bricks_.brick(slot));
-    }
+    bricks.push_back(this->bricks_.brick(slot));
   }
   this->bricks_.keep(this->marks_);
   const auto run = [&](const char* name, bool withPlaces)

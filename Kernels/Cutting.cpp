@@ -66,12 +66,8 @@ public:
     : bricks_(bricks)
   {
     const std::size_t count = bricks.elementsPerBrick();
-    for (int slot = 1; slot < bricks.slots(); ++slot)
+    for (const int slot : bricks.touchedSlots())
     {
-      if (!bricks.touched(slot))
-      {
-        continue;
-      }
       std::vector<float>& values = this->moved_[bricks.brick(slot)];
       bricks.readSlot(slot, values);
       Bounds& bounds = this->bounds_[bricks.brick(slot)];

@@ -44,7 +44,8 @@ void check(const Probe& probe, std::size_t number, const Vector3& spacing)
     }
     if (!probe.anchor && !(std::fabs(probe.displacement[a] / spacing[a]) < farthest))
     {
-      throw ProbeError(number, nameOf(probe, number), "has a displacement of a billion voxels or more: move its target nearer.");
+      throw ProbeError(
+        number, nameOf(probe, number), "has a displacement of a billion voxels or more: move its target nearer.");
     }
   }
   if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
@@ -145,18 +146,8 @@ std::vector<std::size_t> elementsAround(Bricks& bricks, const Probe& probe, std:
 
   // Tissue that has moved, brick by brick.
   std::unordered_set<int> displaced;
-  const auto touched = [&]
-  {
-    for (int slot = 1; slot < bricks.slots(); ++slot)
-    {
-      if (bricks.touched(slot))
-      {
-        return true;
-      }
-    }
-    return false;
-  };
-  const std::vector<BrickFigures> figures = touched() ? measureBricks(bricks) : std::vector<BrickFigures>();
+  const std::vector<BrickFigures> figures =
+    bricks.touchedSlots().empty() ? std::vector<BrickFigures>() : measureBricks(bricks);
   const Index3 size = bricks.size();
   const std::size_t count = bricks.elementsPerBrick();
   std::vector<float> u;

@@ -498,12 +498,8 @@ void ModelReduction::expand()
   const std::size_t count = static_cast<std::size_t>(this->bricks_.elementsPerBrick());
   std::set<int> needed;
   std::vector<float> u;
-  for (int slot = 1; slot < this->bricks_.slots(); ++slot)
+  for (const int slot : this->bricks_.touchedSlots())
   {
-    if (!this->bricks_.touched(slot))
-    {
-      continue;
-    }
     this->bricks_.readSlot(slot, u);
     const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
     for (int k = origin[2]; k < std::min(origin[2] + size[2], grid.size[2]); ++k)

@@ -21,12 +21,9 @@ void Repair::run(Propagation& propagation, const Checkpoint& checkpoint)
 {
   Context& context = this->bricks_.context();
   std::vector<int> touched;
-  for (int slot = 1; slot < this->bricks_.slots(); ++slot)
+  for (const int slot : this->bricks_.touchedSlots())
   {
-    if (this->bricks_.touched(slot))
-    {
-      touched.push_back(this->bricks_.brick(slot));
-    }
+    touched.push_back(this->bricks_.brick(slot));
   }
   this->bricks_.keep(this->upper_);
   // New bricks are at rest and so are bounds of 0: what they get as their memory is right.

@@ -404,12 +404,8 @@ void Simulation::Impl::displacements(float* out)
   const std::size_t count = bricks.elementsPerBrick();
   std::fill(out, out + 3 * grid.voxels(), 0.0f);
   std::vector<float> values;
-  for (int slot = 1; slot < bricks.slots(); ++slot)
+  for (const int slot : bricks.touchedSlots())
   {
-    if (!bricks.touched(slot))
-    {
-      continue;
-    }
     bricks.readSlot(slot, values);
     const Index3 first = bricks.origin(bricks.brick(slot));
     for (int k = first[2]; k < std::min(first[2] + size[2], grid.size[2]); ++k)

@@ -92,10 +92,10 @@ Box readBox(Bricks& bricks)
   const Index3 brickSize = bricks.size();
   Index3 first = grid.size;
   Index3 last{ -1, -1, -1 };
-  for (int slot = 1; slot < bricks.slots(); ++slot)
+  for (const int slot : bricks.touchedSlots())
   {
     const Index3 origin = bricks.origin(bricks.brick(slot));
-    for (int a = 0; bricks.touched(slot) && a < 3; ++a)
+    for (int a = 0; a < 3; ++a)
     {
       first[a] = std::min(first[a], std::max(0, origin[a] - 1));
       last[a] = std::max(last[a], std::min(grid.size[a] - 1, origin[a] + brickSize[a]));
