@@ -451,8 +451,8 @@ TEST(Metamorphic, OffsetsOfResamplingMoveExactlyUnderTranslationAndScaling)
   }
 }
 
-/// How far two results of Newton's iteration for the same place may be apart, in voxels: it stops at a residual of 1e-6,
-/// or 1e-5 where it cannot do better.
+/// How far two results of Newton's iteration for the same place may be apart, in voxels: it stops at a residual of
+/// 1e-6, or 1e-5 where it cannot do better.
 constexpr double samePlace = 5e-5;
 
 bool isSamePlace(const Vector3& a, const Vector3& b)
