@@ -38,6 +38,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <new>
@@ -96,6 +97,25 @@ std::string ListArrays(vtkFieldData* arrays)
     }
   }
   return list.empty() ? "It has none." : "It has: " + list + ".";
+}
+
+//------------------------------------------------------------------------------
+/// An array of zeros. The system gives memory to the parts that are written to, when they are: most of a scan is at
+/// rest.
+template <typename ArrayType> vtkSmartPointer<ArrayType> MakeZeros(const char* name, int components, vtkIdType tuples)
+{
+  using Value = typename ArrayType::ValueType;
+  const vtkIdType values = components * tuples;
+  auto array = vtkSmartPointer<ArrayType>::New();
+  array->SetName(name);
+  array->SetNumberOfComponents(components);
+  auto zeros = static_cast<Value*>(std::calloc(values, sizeof(Value)));
+  if (!zeros)
+  {
+    throw std::bad_alloc();
+  }
+  array->SetArray(zeros, values, 0, vtkAbstractArray::VTK_DATA_ARRAY_FREE);
+  return array;
 }
 
 //------------------------------------------------------------------------------
@@ -1300,12 +1320,9 @@ void vtkChainMailDeformation::vtkInternals::FetchTissue(const Scene& scene)
 void vtkChainMailDeformation::vtkInternals::FetchDisplacement(const Scene& scene)
 {
   const vtkIdType voxels = scene.Image->GetNumberOfPoints();
-  auto displacement = vtkSmartPointer<vtkFloatArray>::New();
-  displacement->SetName("Displacement");
-  displacement->SetNumberOfComponents(3);
-  displacement->SetNumberOfTuples(voxels);
+  const auto displacement = MakeZeros<vtkFloatArray>("Displacement", 3, voxels);
   float* u = displacement->GetPointer(0);
-  this->Simulation->displacements(u);
+  this->Simulation->displacements(u, true);
   if (scene.Space.IsRotated())
   {
     vtkSMPTools::For(0, voxels,
@@ -1313,7 +1330,10 @@ void vtkChainMailDeformation::vtkInternals::FetchDisplacement(const Scene& scene
       {
         for (vtkIdType v = first; v < last; ++v)
         {
-          scene.Space.VectorToWorld(u + 3 * v, u + 3 * v);
+          if (u[3 * v] != 0.0f || u[3 * v + 1] != 0.0f || u[3 * v + 2] != 0.0f)
+          {
+            scene.Space.VectorToWorld(u + 3 * v, u + 3 * v);
+          }
         }
       });
   }
@@ -1336,17 +1356,17 @@ void vtkChainMailDeformation::vtkInternals::FetchTimes(const Scene& scene)
   vtkSMPTools::For(0, voxels,
     [&](vtkIdType first, vtkIdType last)
     {
-      for (vtkIdType n = first * axes; n < last * axes; ++n)
+      for (int a = 0; a < axes; ++a)
       {
-        // Where no wave came it is negative, and stays so.
-        t[n] = t[n] > 0.0f ? static_cast<float>(t[n] * spacing[n % axes]) : t[n];
+        for (vtkIdType n = first * axes + a; n < last * axes; n += axes)
+        {
+          // Where no wave came it is negative, and stays so.
+          t[n] = t[n] > 0.0f ? static_cast<float>(t[n] * spacing[a]) : t[n];
+        }
       }
     });
-  auto wavefront = vtkSmartPointer<vtkIntArray>::New();
-  wavefront->SetName("Wavefront");
-  wavefront->SetNumberOfComponents(axes);
-  wavefront->SetNumberOfTuples(voxels);
-  this->Simulation->wavefronts(wavefront->GetPointer(0));
+  const auto wavefront = MakeZeros<vtkIntArray>("Wavefront", axes, voxels);
+  this->Simulation->wavefronts(wavefront->GetPointer(0), true);
   this->PropagationTime = time;
   this->Wavefront = wavefront;
 }

@@ -1,7 +1,9 @@
 #include "Arrivals.h"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
+#include <numeric>
 
 namespace chainmail
 {
@@ -93,57 +95,54 @@ void Arrivals::clear()
   this->bricks_.context().queue().finish();
 }
 
-template <typename T> void Arrivals::read(const Field& field, T nothing, T* out) const
+// Overwrites where a wave came.
+template <typename T> void Arrivals::read(const Field& field, T* out) const
 {
-  const Grid& grid = this->bricks_.model().grid();
-  const Index3 size = this->bricks_.size();
-  const std::size_t count = static_cast<std::size_t>(this->bricks_.elementsPerBrick());
-  const std::size_t axes = field.runs;
-  std::fill(out, out + axes * grid.voxels(), nothing);
+  static_assert(sizeof(T) == sizeof(cl_int), "fields are read as integers");
   if (!field.buffer())
   {
     return;
   }
-  std::vector<cl_int> fronts;
-  std::vector<T> values;
-  for (int slot = 1; slot < this->bricks_.slots(); ++slot)
-  {
-    this->bricks_.readSlot(this->front_, slot, fronts);
-    if (std::all_of(fronts.begin(), fronts.end(), [](cl_int front) { return front == 0; }))
+  const std::size_t axes = field.runs;
+  std::vector<int> slots(this->bricks_.slots() - 1);
+  std::iota(slots.begin(), slots.end(), 1);
+  this->bricks_.readSlots<cl_int>({ { this->front_.buffer, axes }, { field.buffer, axes } }, slots,
+    [&](int slot, const Bricks::SlotValues<cl_int>& values)
     {
-      continue;
-    }
-    this->bricks_.readSlot(field, slot, values);
-    const Index3 first = this->bricks_.origin(this->bricks_.brick(slot));
-    const bool carved = this->bricks_.carvedBricks().count(this->bricks_.brick(slot)) > 0;
-    for (int k = first[2]; k < std::min(first[2] + size[2], grid.size[2]); ++k)
-    {
-      for (int j = first[1]; j < std::min(first[1] + size[1], grid.size[1]); ++j)
+      const int brick = this->bricks_.brick(slot);
+      const auto cut = this->bricks_.cuts().find(brick);
+      const std::uint8_t* cutBits = cut == this->bricks_.cuts().end() ? nullptr : cut->second.data();
+      for (const Bricks::Row& row : this->bricks_.rows(brick))
       {
-        for (int i = first[0]; i < std::min(first[0] + size[0], grid.size[0]); ++i)
+        for (int i = 0; i < row.count; ++i)
         {
-          const std::uint32_t local = this->bricks_.local(i, j, k);
+          const std::uint32_t local = row.local(i);
           for (std::size_t a = 0; a < axes; ++a)
           {
-            if (fronts[a * count + local] != 0 && !(carved && this->bricks_.carved(i, j, k)))
+            if (values(a, local) != 0 && !(cutBits && (cutBits[local] & Bricks::carvedBit) != 0))
             {
-              out[axes * grid.at(i, j, k) + a] = values[a * count + local];
+              const cl_int bits = values(axes + a, local);
+              std::memcpy(out + axes * (row.voxel + i) + a, &bits, sizeof(bits));
             }
           }
         }
       }
-    }
-  }
+    });
 }
 
 void Arrivals::readTimes(float* out) const
 {
-  this->read<float>(this->time_, -1.0f, out);
+  std::fill(out, out + this->time_.runs * this->bricks_.model().grid().voxels(), -1.0f);
+  this->read(this->time_, out);
 }
 
-void Arrivals::readFronts(int* out) const
+void Arrivals::readFronts(int* out, bool zeroed) const
 {
-  this->read<int>(this->front_, 0, out);
+  if (!zeroed)
+  {
+    std::fill(out, out + this->front_.runs * this->bricks_.model().grid().voxels(), 0);
+  }
+  this->read(this->front_, out);
 }
 
 }

@@ -27,15 +27,15 @@ public:
 
   void clear();
 
-  /// Whole grids, axes() interleaved values a voxel: -1 and 0 where no wave came.
+  /// Whole grids, axes() interleaved values a voxel: -1 and 0 where no wave came. `zeroed`: all of `out` is 0 already.
   void readTimes(float* out) const;
-  void readFronts(int* out) const;
+  void readFronts(int* out, bool zeroed) const;
 
   const Field& time() const { return this->time_; }
   const Field& front() const { return this->front_; }
 
 private:
-  template <typename T> void read(const Field& field, T nothing, T* out) const;
+  template <typename T> void read(const Field& field, T* out) const;
 
   Bricks& bricks_;
   Spread spread_;

@@ -124,6 +124,27 @@ std::uint32_t Bricks::address(int i, int j, int k) const
   return static_cast<std::uint32_t>(this->slot(this->brickAt(i, j, k))) * this->elements_ + this->local(i, j, k);
 }
 
+std::vector<Bricks::Row> Bricks::rows(int brick) const
+{
+  const Grid& grid = this->model_->grid();
+  const Index3 first = this->origin(brick);
+  Index3 end;
+  for (int a = 0; a < 3; ++a)
+  {
+    end[a] = std::min(first[a] + this->size_[a], grid.size[a]);
+  }
+  std::vector<Row> rows;
+  for (int k = first[2]; k < end[2]; ++k)
+  {
+    for (int j = first[1]; j < end[1]; ++j)
+    {
+      rows.push_back({ grid.at(first[0], j, k), end[0] - first[0],
+        { this->local(first[0], j, k), this->local(first[0] + 1, j, k) } });
+    }
+  }
+  return rows;
+}
+
 bool Bricks::fill(int brick, std::vector<float>& out) const
 {
   const Grid& grid = this->model_->grid();
@@ -349,6 +370,20 @@ std::vector<int> Bricks::touchedSlots() const
   return slots;
 }
 
+std::vector<int> Bricks::slotsAround(const std::vector<int>& slots) const
+{
+  std::set<int> around(slots.begin(), slots.end());
+  for (const int slot : slots)
+  {
+    for (int direction = 0; direction < 6; ++direction)
+    {
+      around.insert(this->slot(this->neighbour(this->brick(slot), direction)));
+    }
+  }
+  around.erase(0);
+  return { around.begin(), around.end() };
+}
+
 void Bricks::saveBefore()
 {
   this->context_->queue().enqueueCopyBuffer(this->displacement, this->before, 0, 0, sizeof(float) * 3 * this->pitch());
@@ -432,12 +467,6 @@ void readRuns(Context& context, const cl::Buffer& field, std::size_t axes, std::
 void Bricks::readSlot(int slot, std::vector<float>& out)
 {
   readRuns(*this->context_, this->displacement, 3, this->pitch(), slot, this->elements_, out);
-}
-
-void Bricks::readSlot(int slot, std::vector<float>& displacements, std::vector<float>& constraints)
-{
-  this->readSlot(slot, displacements);
-  readRuns(*this->context_, this->constraint, this->model_->axes(), this->pitch(), slot, this->elements_, constraints);
 }
 
 std::uint8_t Bricks::cutBits(int i, int j, int k) const

@@ -2,6 +2,7 @@
 
 #include "Model.h"
 #include "OpenCL.h"
+#include "Threads.h"
 
 #include <cstdint>
 #include <set>
@@ -66,6 +67,16 @@ public:
   std::uint32_t address(int i, int j, int k) const;
   std::uint32_t local(int i, int j, int k) const;
 
+  /// Elements of a brick that lie beside each other along x, in the grid.
+  struct Row
+  {
+    std::size_t voxel; ///< Grid::at of the first
+    int count;
+    std::uint32_t firsts[2]; ///< `local` of the first two
+    std::uint32_t local(int n) const { return this->firsts[n & 1] + static_cast<std::uint32_t>(n >> 1); }
+  };
+  std::vector<Row> rows(int brick) const;
+
   // --- Memory
   // ---------------------------------------------------------------------------------------------------------
 
@@ -83,6 +94,8 @@ public:
 
   /// Slots in which an element may be away from its rest place, ascending.
   std::vector<int> touchedSlots() const;
+  /// These and those that share a face with one of them, ascending.
+  std::vector<int> slotsAround(const std::vector<int>& slots) const;
   void touch(int slot) { this->touched_[slot] = 1; }
 
   /// Remembers the displacements as the state before a wave, or goes back to it.
@@ -96,8 +109,31 @@ public:
   std::vector<float> displacements(const std::vector<std::uint32_t>& addresses);
   /// All displacements of one slot, 3 runs of elementsPerBrick() values in the order of addresses.
   void readSlot(int slot, std::vector<float>& out);
-  /// And its signed constraints, axes() such runs.
-  void readSlot(int slot, std::vector<float>& displacements, std::vector<float>& constraints);
+
+  /// What readSlots() found in a slot: the value of a place (`local`) in a run; runs are counted through all fields.
+  template <typename T> class SlotValues
+  {
+  public:
+    SlotValues(const T* first, std::size_t pitch)
+      : first_(first)
+      , pitch_(pitch)
+    {
+    }
+    T operator()(std::size_t run, std::uint32_t local) const { return this->first_[run * this->pitch_ + local]; }
+
+  private:
+    const T* first_;
+    std::size_t pitch_;
+  };
+  struct Runs
+  {
+    const cl::Buffer& buffer;
+    std::size_t count;
+  };
+  /// Reads fields of 4-byte values in these slots (ascending), many at once, as each transfer takes its time. Calls
+  /// visit(slot, SlotValues<T>) for each, from several threads.
+  template <typename T, typename Visit>
+  void readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const;
 
   /// The same for a field of 4-byte values.
   void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
@@ -109,17 +145,6 @@ public:
     std::vector<float> bits(values.size());
     std::copy_n(values.data(), values.size(), reinterpret_cast<std::int32_t*>(bits.data()));
     this->set(field, addresses, bits);
-  }
-  template <typename T> void readSlot(const Field& field, int slot, std::vector<T>& out) const
-  {
-    const std::size_t count = static_cast<std::size_t>(this->elements_);
-    out.resize(field.runs * count);
-    for (std::size_t run = 0; run < field.runs; ++run)
-    {
-      this->context_->queue().enqueueReadBuffer(field.buffer, CL_TRUE,
-        sizeof(T) * (run * this->pitch() + static_cast<std::size_t>(slot) * count), sizeof(T) * count,
-        out.data() + run * count);
-    }
   }
 
   // --- What cuts and carves removed
@@ -202,6 +227,49 @@ private:
   mutable Scratch addresses_{ "a list of elements" };
   mutable Scratch values_{ "a list of elements" };
 };
+
+template <typename T, typename Visit>
+void Bricks::readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const
+{
+  // Slots between two that are wanted are read, too, where that is less work than a transfer of its own.
+  constexpr std::size_t valuesPerTransfer = std::size_t(1) << 20;
+  constexpr std::size_t valuesBetween = std::size_t(1) << 16;
+  const std::size_t elements = static_cast<std::size_t>(this->elements_);
+  std::vector<T> values;
+  for (std::size_t begin = 0, end = 0; begin < slots.size(); begin = end)
+  {
+    end = begin + 1;
+    while (end < slots.size() && elements * (slots[end] - slots[begin]) < valuesPerTransfer &&
+           elements * (slots[end] - slots[end - 1]) <= valuesBetween)
+    {
+      ++end;
+    }
+    const std::size_t first = elements * slots[begin];
+    const std::size_t pitch = elements * (slots[end - 1] - slots[begin] + 1);
+    std::size_t runs = 0;
+    for (const Runs& field : fields)
+    {
+      runs += field.count;
+    }
+    values.resize(runs * pitch);
+    T* out = values.data();
+    for (const Runs& field : fields)
+    {
+      for (std::size_t run = 0; run < field.count; ++run, out += pitch)
+      {
+        this->context_->queue().enqueueReadBuffer(
+          field.buffer, CL_FALSE, sizeof(T) * (run * this->pitch() + first), sizeof(T) * pitch, out);
+      }
+    }
+    this->context_->queue().finish();
+    inParallel(end - begin,
+      [&](std::size_t n)
+      {
+        const int slot = slots[begin + n];
+        visit(slot, SlotValues<T>(values.data() + elements * (slot - slots[begin]), pitch));
+      });
+  }
+}
 
 /// Best brick for a device.
 Index3 defaultBrickSize(const DeviceInfo& device);

@@ -65,19 +65,30 @@ public:
   explicit Places(Bricks& bricks)
     : bricks_(bricks)
   {
-    const std::size_t count = bricks.elementsPerBrick();
-    for (const int slot : bricks.touchedSlots())
+    const std::vector<int> slots = bricks.touchedSlots();
+    for (const int slot : slots)
     {
-      std::vector<float>& values = this->moved_[bricks.brick(slot)];
-      bricks.readSlot(slot, values);
-      Bounds& bounds = this->bounds_[bricks.brick(slot)];
-      for (int a = 0; a < 3; ++a)
-      {
-        const auto range = std::minmax_element(values.begin() + a * count, values.begin() + (a + 1) * count);
-        bounds.low[a] = std::min(0.0f, *range.first);
-        bounds.high[a] = std::max(0.0f, *range.second);
-      }
+      this->moved_[bricks.brick(slot)];
+      this->bounds_[bricks.brick(slot)];
     }
+    const std::size_t count = bricks.elementsPerBrick();
+    bricks.readSlots<float>({ { bricks.displacement, 3 } }, slots,
+      [&](int slot, const Bricks::SlotValues<float>& u)
+      {
+        std::vector<float>& values = this->moved_.at(bricks.brick(slot));
+        Bounds& bounds = this->bounds_.at(bricks.brick(slot));
+        values.resize(3 * count);
+        for (int a = 0; a < 3; ++a)
+        {
+          for (std::uint32_t n = 0; n < count; ++n)
+          {
+            values[a * count + n] = u(a, n);
+          }
+          const auto range = std::minmax_element(values.begin() + a * count, values.begin() + (a + 1) * count);
+          bounds.low[a] = std::min(0.0f, *range.first);
+          bounds.high[a] = std::max(0.0f, *range.second);
+        }
+      });
   }
 
   Vector3 at(int i, int j, int k) const

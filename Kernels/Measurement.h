@@ -6,7 +6,7 @@
 namespace chainmail
 {
 
-/// Figures of one brick (measure.cl).
+/// Figures of one brick (measure.cl); those of a brick at rest that were not taken are 0.
 struct BrickFigures
 {
   float energy[3];

@@ -47,9 +47,9 @@ public:
   RelaxResult relax(int iterations, double tolerance);
   std::vector<ProbeResult> probes();
   Statistics measure();
-  void displacements(float* out);
+  void displacements(float* out, bool zeroed);
   void propagationTimes(float* out);
-  void wavefronts(int* out);
+  void wavefronts(int* out, bool zeroed);
   void clusters(int* out);
   void elements(std::uint8_t* out);
   void links(std::uint8_t* out);
@@ -396,33 +396,28 @@ Statistics Simulation::Impl::measure()
   return statistics;
 }
 
-void Simulation::Impl::displacements(float* out)
+void Simulation::Impl::displacements(float* out, bool zeroed)
 {
   const Grid& grid = this->model_->grid();
   Bricks& bricks = this->voxels();
-  const Index3 size = bricks.size();
-  const std::size_t count = bricks.elementsPerBrick();
-  std::fill(out, out + 3 * grid.voxels(), 0.0f);
-  std::vector<float> values;
-  for (const int slot : bricks.touchedSlots())
+  if (!zeroed)
   {
-    bricks.readSlot(slot, values);
-    const Index3 first = bricks.origin(bricks.brick(slot));
-    for (int k = first[2]; k < std::min(first[2] + size[2], grid.size[2]); ++k)
+    std::fill(out, out + 3 * grid.voxels(), 0.0f);
+  }
+  bricks.readSlots<float>({ { bricks.displacement, 3 } }, bricks.touchedSlots(),
+    [&](int slot, const Bricks::SlotValues<float>& u)
     {
-      for (int j = first[1]; j < std::min(first[1] + size[1], grid.size[1]); ++j)
+      for (const Bricks::Row& row : bricks.rows(bricks.brick(slot)))
       {
-        for (int i = first[0]; i < std::min(first[0] + size[0], grid.size[0]); ++i)
+        for (int i = 0; i < row.count; ++i)
         {
-          const std::uint32_t local = bricks.local(i, j, k);
           for (std::size_t a = 0; a < 3; ++a)
           {
-            out[3 * grid.at(i, j, k) + a] = static_cast<float>(values[a * count + local] * grid.spacing[a]);
+            out[3 * (row.voxel + i) + a] = static_cast<float>(u(a, row.local(i)) * grid.spacing[a]);
           }
         }
       }
-    }
-  }
+    });
 }
 
 void Simulation::Impl::propagationTimes(float* out)
@@ -441,15 +436,15 @@ void Simulation::Impl::propagationTimes(float* out)
   this->reduction_->spread(times, -1.0f, out);
 }
 
-void Simulation::Impl::wavefronts(int* out)
+void Simulation::Impl::wavefronts(int* out, bool zeroed)
 {
   if (!this->reduction_)
   {
-    this->waves_.arrivals().readFronts(out);
+    this->waves_.arrivals().readFronts(out, zeroed);
     return;
   }
   std::vector<int> fronts(this->bricks_.model().grid().voxels() * this->model_->axes());
-  this->waves_.arrivals().readFronts(fronts.data());
+  this->waves_.arrivals().readFronts(fronts.data(), true);
   this->reduction_->spread(fronts, 0, out);
 }
 
@@ -646,9 +641,9 @@ Statistics Simulation::measure() const
   return translated([&] { return this->impl_->measure(); });
 }
 
-void Simulation::displacements(float* out) const
+void Simulation::displacements(float* out, bool zeroed) const
 {
-  translated([&] { this->impl_->displacements(out); });
+  translated([&] { this->impl_->displacements(out, zeroed); });
 }
 
 void Simulation::propagationTimes(float* out) const
@@ -656,9 +651,9 @@ void Simulation::propagationTimes(float* out) const
   translated([&] { this->impl_->propagationTimes(out); });
 }
 
-void Simulation::wavefronts(int* out) const
+void Simulation::wavefronts(int* out, bool zeroed) const
 {
-  translated([&] { this->impl_->wavefronts(out); });
+  translated([&] { this->impl_->wavefronts(out, zeroed); });
 }
 
 void Simulation::clusters(int* out) const

@@ -191,15 +191,17 @@ public:
   Statistics measure() const;
 
   /// Displacements of all voxels of the grid [mm], 3 interleaved floats each; 0 in air. Where the model is reduced,
-  /// those of a cut's lips change with the cut.
-  void displacements(float* out) const;
+  /// those of a cut's lips change with the cut. `zeroed`: all of `out` is 0 already; then only memory of tissue that
+  /// may have moved is written to.
+  void displacements(float* out, bool zeroed = false) const;
 
   /// When the last wave that came to each element did so: the length of the shortest path of links from the probe
   /// [fractions of the spacing], `axes()` interleaved values a voxel; -1 where none came.
   void propagationTimes(float* out) const;
 
-  /// The number of that wave since reset(), from 1 on, likewise; 0 where none came.
-  void wavefronts(int* out) const;
+  /// The number of that wave since reset(), from 1 on, likewise; 0 where none came. `zeroed` as for
+  /// displacements().
+  void wavefronts(int* out, bool zeroed = false) const;
 
   /// Rigid cluster of each element and axis: equal numbers move as one; -1 where the element is not rigid. `axes()`
   /// interleaved values a voxel, numbered from 0 in order of the clusters' first voxels.

@@ -120,50 +120,55 @@ Box readBox(Bricks& bricks)
   {
     box.cuts.assign(box.voxels(), 0);
   }
-  std::vector<float> u;
-  std::vector<float> c;
-  const std::size_t count = bricks.elementsPerBrick();
+  std::vector<int> slots;
   for (int slot = 1; slot < bricks.slots(); ++slot)
   {
     const Index3 origin = bricks.origin(bricks.brick(slot));
-    Index3 from;
-    Index3 to;
-    bool empty = false;
+    bool inside = true;
     for (int a = 0; a < 3; ++a)
     {
-      from[a] = std::max(origin[a], first[a]);
-      to[a] = std::min(origin[a] + brickSize[a] - 1, last[a]);
-      empty = empty || from[a] > to[a];
+      inside = inside && origin[a] <= last[a] && origin[a] + brickSize[a] > first[a];
     }
-    if (empty)
+    if (inside)
     {
-      continue;
+      slots.push_back(slot);
     }
-    bricks.readSlot(slot, u, c);
-    for (int k = from[2]; k <= to[2]; ++k)
+  }
+  bricks.readSlots<float>({ { bricks.displacement, 3 }, { bricks.constraint, static_cast<std::size_t>(axes) } }, slots,
+    [&](int slot, const Bricks::SlotValues<float>& values)
     {
-      for (int j = from[1]; j <= to[1]; ++j)
+      const Index3 origin = bricks.origin(bricks.brick(slot));
+      Index3 from;
+      Index3 to;
+      for (int a = 0; a < 3; ++a)
       {
-        for (int i = from[0]; i <= to[0]; ++i)
+        from[a] = std::max(origin[a], first[a]);
+        to[a] = std::min(origin[a] + brickSize[a] - 1, last[a]);
+      }
+      for (int k = from[2]; k <= to[2]; ++k)
+      {
+        for (int j = from[1]; j <= to[1]; ++j)
         {
-          const std::size_t n = (i - first[0]) + box.step(1) * (j - first[1]) + box.step(2) * (k - first[2]);
-          const std::uint32_t local = bricks.local(i, j, k);
-          for (int a = 0; a < 3; ++a)
+          for (int i = from[0]; i <= to[0]; ++i)
           {
-            box.u[a][n] = u[a * count + local];
-            if (a < axes)
+            const std::size_t n = (i - first[0]) + box.step(1) * (j - first[1]) + box.step(2) * (k - first[2]);
+            const std::uint32_t local = bricks.local(i, j, k);
+            for (int a = 0; a < 3; ++a)
             {
-              box.c[a][n] = c[a * count + local];
+              box.u[a][n] = values(a, local);
+              if (a < axes)
+              {
+                box.c[a][n] = values(3 + a, local);
+              }
             }
-          }
-          if (!box.cuts.empty())
-          {
-            box.cuts[n] = bricks.cutBits(i, j, k);
+            if (!box.cuts.empty())
+            {
+              box.cuts[n] = bricks.cutBits(i, j, k);
+            }
           }
         }
       }
-    }
-  }
+    });
   return box;
 }
 

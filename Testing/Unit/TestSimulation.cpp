@@ -132,6 +132,38 @@ TEST(Simulation, ResetIsExactlyRest)
   EXPECT_TRUE(sameBits(displacements(simulation), displacements(fresh)));
 }
 
+TEST(Simulation, WhoBringsZerosGetsTheSameAndKeepsUntouchedMemory)
+{
+  const Scene scene({ 70, 20, 20 }, 0.1f);
+  Simulation simulation = simulate(scene, { 8, 4, 4 });
+  simulation.setPropagationTimes(true);
+  simulation.pull({ probeAt(scene, { 10, 10, 10 }, { 1.0, 0.5, 0.0 }) });
+  simulation.relax(5, 0.0);
+  const std::vector<float> u = displacements(simulation);
+  std::vector<int> fronts(scene.grid.voxels(), 7);
+  simulation.wavefronts(fronts.data());
+  // Whatever is there before counts for nothing.
+  std::vector<float> dirty(u.size(), 5.0f);
+  simulation.displacements(dirty.data());
+  EXPECT_TRUE(sameBits(dirty, u));
+  std::vector<float> zeros(u.size(), 0.0f);
+  simulation.displacements(zeros.data(), true);
+  EXPECT_TRUE(sameBits(zeros, u));
+  std::vector<int> none(fronts.size(), 0);
+  simulation.wavefronts(none.data(), true);
+  EXPECT_EQ(none, fronts);
+  EXPECT_GT(std::count(fronts.begin(), fronts.end(), 1), 100);
+  EXPECT_EQ(std::count(fronts.begin(), fronts.end(), 7), 0);
+  // Far from all that moved nothing is written: a mark survives.
+  const std::size_t far = scene.grid.at(69, 19, 19);
+  zeros[3 * far] = 3.0f;
+  none[far] = 3;
+  simulation.displacements(zeros.data(), true);
+  simulation.wavefronts(none.data(), true);
+  EXPECT_EQ(zeros[3 * far], 3.0f);
+  EXPECT_EQ(none[far], 3);
+}
+
 TEST(Simulation, CanBeMovedAndManyMayLive)
 {
   Scene scene({ 10, 10, 10 });

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <thread>
+#include <vector>
+
+namespace chainmail
+{
+
+/// Calls body(n) for every n below `count`, in any order, from as many threads as the host has cores. Where a call
+/// throws, no further ones are begun, and the caller gets the exception of one of them.
+template <typename Body> void inParallel(std::size_t count, const Body& body)
+{
+  std::atomic<std::size_t> next{ 0 };
+  std::exception_ptr error;
+  std::atomic<bool> failed{ false };
+  const auto work = [&]
+  {
+    try
+    {
+      for (std::size_t n = next++; n < count && !failed; n = next++)
+      {
+        body(n);
+      }
+    }
+    catch (...)
+    {
+      if (!failed.exchange(true))
+      {
+        error = std::current_exception();
+      }
+    }
+  };
+  std::vector<std::thread> threads;
+  const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
+  while (threads.size() + 1 < std::min(cores, count))
+  {
+    threads.emplace_back(work);
+  }
+  work();
+  for (std::thread& thread : threads)
+  {
+    thread.join();
+  }
+  if (error)
+  {
+    std::rethrow_exception(error);
+  }
+}
+
+}
