@@ -72,6 +72,12 @@ inline bool isCarved(const Tissue* t, uint address)
   return cutAt(t, address) >> 6 & 1;
 }
 
+// The point that corner n of a cell is.
+RULE int3 cornerAt(const Tissue* t, int3 base, int n)
+{
+  return base + (int3)(t->flat.x ? 0 : n & 1, t->flat.y ? 0 : n >> 1 & 1, t->flat.z ? 0 : n >> 2);
+}
+
 #define NO_COMPONENT 8
 
 // Corner n of a cell: bit 0 x, bit 1 y, bit 2 z.
@@ -85,21 +91,28 @@ typedef struct
   uint address[8];
 } Cell;
 
-RULE Cell cellAt(const Tissue* t, int3 base)
+// `elements`: of the cell, bit n: corner n.
+RULE Cell cellOf(const Tissue* t, int3 base, uint elements)
 {
   Cell cell;
   cell.base = base;
-  cell.elements = 0;
+  cell.elements = elements;
   UNROLL
   for (int n = 0; n < 8; ++n)
   {
-    const int x = t->flat.x ? 0 : n & 1, y = t->flat.y ? 0 : n >> 1 & 1, z = t->flat.z ? 0 : n >> 2;
-    cell.address[n] = addressOf(base + (int3)(x, y, z), t->table, t->strideY, t->strideZ);
+    cell.address[n] = addressOf(cornerAt(t, base, n), t->table, t->strideY, t->strideZ);
     cell.component[n] = n;
-    if (isElement(t, cell.address[n]))
-    {
-      cell.elements |= 1u << n;
-    }
+  }
+  return cell;
+}
+
+RULE Cell cellAt(const Tissue* t, int3 base)
+{
+  Cell cell = cellOf(t, base, 0);
+  UNROLL
+  for (int n = 0; n < 8; ++n)
+  {
+    cell.elements |= isElement(t, cell.address[n]) ? 1u << n : 0;
   }
   return cell;
 }
@@ -180,40 +193,48 @@ inline void findComponents(const Tissue* t, Cell* cell)
   }
 }
 
-// The displacement of corner n of a component that it is not part of: the mean over the elements of the 3 x 3 x 3 grid
-// points around the corner that links within these points join to the component. Cells that share the corner and the
-// tissue around it get the same value, so their virtual cells fit together.
-inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, int n)
+// The 3 x 3 x 3 grid points around one: bit x + 3 y + 9 z. Which are elements, and which of these are cut from the next
+// point along an axis.
+typedef struct
 {
-  const int3 centre = cell->base + (int3)(n & 1, n >> 1 & 1, n >> 2);
-  uint elements = 0, cutX = 0, cutY = 0, cutZ = 0;
-  uint addresses[27];
+  uint elements, cutX, cutY, cutZ;
+} Around;
+
+inline Around aroundPoint(const Tissue* t, int3 centre)
+{
+  Around around = { 0, 0, 0, 0 };
   UNROLL
   for (int p = 0; p < 27; ++p)
   {
-    const int i = centre.x + p % 3 - 1, j = centre.y + p / 3 % 3 - 1, k = centre.z + p / 9 - 1;
-    addresses[p] = 0;
-    if ((t->flat.x && p % 3 != 1) || (t->flat.y && p / 3 % 3 != 1) || (t->flat.z && p / 9 != 1) || i < 0 || j < 0 ||
-        k < 0 || i >= t->size.x || j >= t->size.y || k >= t->size.z)
+    const int3 at = centre + (int3)(p % 3 - 1, p / 3 % 3 - 1, p / 9 - 1);
+    if (any(at < 0) || any(at >= t->size.xyz))
     {
       continue;
     }
-    addresses[p] = addressOf((int3)(i, j, k), t->table, t->strideY, t->strideZ);
-    if (isElement(t, addresses[p]))
+    const uint address = addressOf(at, t->table, t->strideY, t->strideZ);
+    if (isElement(t, address))
     {
-      const uint cuts = cutAt(t, addresses[p]);
-      elements |= 1u << p;
-      cutX |= (cuts >> 1 & 1) << p;
-      cutY |= (cuts >> 3 & 1) << p;
-      cutZ |= (cuts >> 5 & 1) << p;
+      const uint cuts = cutAt(t, address);
+      around.elements |= 1u << p;
+      around.cutX |= (cuts >> 1 & 1) << p;
+      around.cutY |= (cuts >> 3 & 1) << p;
+      around.cutZ |= (cuts >> 5 & 1) << p;
     }
   }
+  return around;
+}
+
+// The displacement of corner n of a component that it is not part of: the mean over the elements of the 3 x 3 x 3 grid
+// points around the corner that links within these points join to the component. Cells that share the corner and the
+// tissue around it get the same value, so their virtual cells fit together.
+inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, int n, Around around)
+{
   // Links to the next point along each axis, if both ends are elements.
   const uint notLastX = 0x36DB6DBu; // p % 3 < 2
   const uint notLastY = 0x0FC7E3Fu; // p / 3 % 3 < 2
-  const uint linkX = elements & elements >> 1 & ~cutX & notLastX;
-  const uint linkY = elements & elements >> 3 & ~cutY & notLastY;
-  const uint linkZ = elements & elements >> 9 & ~cutZ;
+  const uint linkX = around.elements & around.elements >> 1 & ~around.cutX & notLastX;
+  const uint linkY = around.elements & around.elements >> 3 & ~around.cutY & notLastY;
+  const uint linkZ = around.elements & around.elements >> 9 & ~around.cutZ;
   uint reached = 0;
   for (int m = 0; m < 8; ++m)
   {
@@ -230,9 +251,10 @@ inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, in
     reached |= (reached & linkY) << 3 | (reached >> 3 & linkY);
     reached |= (reached & linkZ) << 9 | (reached >> 9 & linkZ);
   }
-  if (reached >> 13 & 1)
+  const int3 centre = cornerAt(t, cell->base, n);
+  if (reached >> 13 & 1) // joined to the component around the end of a cut
   {
-    return displacementAt(t, addresses[13]); // joined to the component around the end of a cut
+    return displacementAt(t, addressOf(centre, t->table, t->strideY, t->strideZ));
   }
   float3 sum = (float3)(0.0f);
   float3 first = (float3)(0.0f);
@@ -243,7 +265,8 @@ inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, in
   {
     if (reached >> p & 1)
     {
-      const float3 u = displacementAt(t, addresses[p]);
+      const int3 at = centre + (int3)(p % 3 - 1, p / 3 % 3 - 1, p / 9 - 1);
+      const float3 u = displacementAt(t, addressOf(at, t->table, t->strideY, t->strideZ));
       first = count == 0 ? u : first;
       equal = equal && all(u == first);
       sum += u;
@@ -253,13 +276,19 @@ inline float3 virtualCorner(const Tissue* t, const Cell* cell, int component, in
   return equal ? first : sum / (float)count; // tissue that moves as one takes its border along exactly
 }
 
-RULE void cornersOf(const Tissue* t, const Cell* cell, int component, float3* corners)
+RULE bool isOwn(const Cell* cell, int component, int n)
+{
+  return (cell->elements >> n & 1) && cell->component[n] == component;
+}
+
+// `around`: of the corners that are not the component's own.
+RULE void cornersOf(const Tissue* t, const Cell* cell, int component, const Around* around, float3* corners)
 {
   UNROLL
   for (int n = 0; n < 8; ++n)
   {
-    const bool own = (cell->elements >> n & 1) && cell->component[n] == component;
-    corners[n] = own ? displacementAt(t, cell->address[n]) : virtualCorner(t, cell, component, n);
+    corners[n] =
+      isOwn(cell, component, n) ? displacementAt(t, cell->address[n]) : virtualCorner(t, cell, component, n, around[n]);
   }
 }
 
@@ -348,180 +377,284 @@ inline bool isShareOf(const Cell* cell, int component, float3 x)
   return cell->whole;
 }
 
-// Where the claim on an output voxel is kept; -1 where nobody asks for the voxel.
-inline int claimOf(int3 voxel, global const int* output, int4 boxFirst, int4 boxBricks)
+typedef struct
 {
-  const int3 at = voxel - boxFirst.xyz;
+  int4 boxFirst, boxBricks;
+  global const int* places;
+  volatile global uint* claims;
+} Output;
+
+// Claims an output voxel, if anybody asks for it.
+inline void claimVoxel(const Output* o, int3 voxel, uint key)
+{
+  const int3 at = voxel - o->boxFirst.xyz;
   const int3 brick = at / (int3)(BX, BY, BZ);
-  if (any(at < 0) || any(brick >= boxBricks.xyz))
+  if (any(at < 0) || any(brick >= o->boxBricks.xyz))
   {
-    return -1;
+    return;
   }
-  const int place = output[brick.x + boxBricks.x * (brick.y + boxBricks.y * brick.z)];
-  const int3 local3 = at - brick * (int3)(BX, BY, BZ);
-  return place < 0 ? -1 : place * ELEMENTS + local3.x + BX * (local3.y + BY * local3.z);
+  const int place = o->places[brick.x + o->boxBricks.x * (brick.y + o->boxBricks.y * brick.z)];
+  if (place >= 0)
+  {
+    const int3 local3 = at - brick * (int3)(BX, BY, BZ);
+    atomic_min(o->claims + place * ELEMENTS + local3.x + BX * (local3.y + BY * local3.z), key);
+  }
+}
+
+// What of the tissue is where in a part of a brick, and two points around it: a bit for each point, so that a cell
+// knows at once whether there is something to do. Rows along x begin one point before the part.
+#define PART_X (BX < 32 ? BX : 32)
+#define PART_Z (BZ < 8 ? BZ : 8)
+#define AROUND_Y (BY + 3)
+#define AROUND_ROWS (AROUND_Y * (PART_Z + 3))
+typedef struct
+{
+  ulong elements[AROUND_ROWS];
+  ulong moved[AROUND_ROWS]; // elements that are not at their rest place
+  ulong near[BY * PART_Z];  // of cells: whether one of the 4 x 4 x 4 points around is such an element
+#ifdef CUTS
+  ulong cutX[AROUND_ROWS], cutY[AROUND_ROWS], cutZ[AROUND_ROWS];
+#endif
+} Part;
+
+// begin: the point that bit 0 of the first row is for.
+inline void lookAround(const Tissue* t, int3 begin, local Part* part)
+{
+  for (int row = get_local_id(0); row < AROUND_ROWS; row += get_local_size(0))
+  {
+    const int y = begin.y + row % AROUND_Y, z = begin.z + row / AROUND_Y;
+    const bool outside = y < 0 || z < 0 || y >= t->size.y || z >= t->size.z;
+    const int end = outside ? 0 : min(begin.x + PART_X + 3, t->size.x);
+    ulong elements = 0, moved = 0, cutX = 0, cutY = 0, cutZ = 0;
+    for (int x = max(begin.x, 0); x < end; ++x)
+    {
+      const uint address = addressOf((int3)(x, y, z), t->table, t->strideY, t->strideZ);
+      if (isElement(t, address))
+      {
+        const ulong bit = (ulong)1 << (x - begin.x);
+        const uint cuts = cutAt(t, address);
+        elements |= bit;
+        moved |= any(displacementAt(t, address) != 0.0f) ? bit : 0;
+        cutX |= cuts >> 1 & 1 ? bit : 0;
+        cutY |= cuts >> 3 & 1 ? bit : 0;
+        cutZ |= cuts >> 5 & 1 ? bit : 0;
+      }
+    }
+    part->elements[row] = elements;
+    part->moved[row] = moved;
+#ifdef CUTS
+    part->cutX[row] = cutX;
+    part->cutY[row] = cutY;
+    part->cutZ[row] = cutZ;
+#endif
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int row = get_local_id(0); row < BY * PART_Z; row += get_local_size(0))
+  {
+    ulong moved = 0;
+    UNROLL
+    for (int n = 0; n < 16; ++n)
+    {
+      moved |= part->moved[row % BY + n % 4 + AROUND_Y * (row / BY + n / 4)];
+    }
+    part->near[row] = moved << 1 | moved | moved >> 1 | moved >> 2;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+}
+
+// Which corners of a cell at a place of a part have their bit set.
+RULE uint cornerBits(const Tissue* t, local const ulong* rows, int3 at)
+{
+  uint bits = 0;
+  UNROLL
+  for (int n = 0; n < 4; ++n)
+  {
+    const ulong row = rows[at.y + (t->flat.y ? 0 : n & 1) + AROUND_Y * (at.z + (t->flat.z ? 0 : n >> 1))] >> at.x;
+    bits |= (uint)(t->flat.x ? (row & 1) * 3 : row & 3) << 2 * n;
+  }
+  return bits;
+}
+
+// The 3 x 3 x 3 points around one, likewise.
+RULE uint bitsAround(local const ulong* rows, int3 centre)
+{
+  uint bits = 0;
+  UNROLL
+  for (int n = 0; n < 9; ++n)
+  {
+    bits |= (uint)(rows[centre.y + n % 3 - 1 + AROUND_Y * (centre.z + n / 3 - 1)] >> (centre.x - 1) & 7) << 3 * n;
+  }
+  return bits;
+}
+
+RULE Around aroundIn(local const Part* part, int3 centre)
+{
+  Around around = { bitsAround(part->elements, centre), 0, 0, 0 };
+#ifdef CUTS
+  around.cutX = bitsAround(part->cutX, centre);
+  around.cutY = bitsAround(part->cutY, centre);
+  around.cutZ = bitsAround(part->cutZ, centre);
+#endif
+  return around;
+}
+
+// The voxels that a component of a cell covers, and those that its corners leave.
+inline void claimComponent(const Tissue* t, const Output* o, const Cell* cell, int component, const Around* around)
+{
+  const int3 base = cell->base, cells = max(t->size.xyz - 1, 1);
+  const int4 size = t->size, flat = t->flat;
+  float3 u[8];
+  cornersOf(t, cell, component, around, u);
+  float3 low = (float3)(INFINITY), high = (float3)(-INFINITY);
+  bool rests = true;
+  UNROLL
+  for (int n = 0; n < 8; ++n)
+  {
+    const float3 corner = u[n] + (float3)(n & 1, n >> 1 & 1, n >> 2);
+    low = min(low, corner);
+    high = max(high, corner);
+    rests = rests && all(u[n] == 0.0f);
+  }
+  if (rests)
+  {
+    return;
+  }
+  const uint key = (uint)(base.x + size.x * (base.y + size.y * base.z)) * 8 + component;
+  // Corners leave their voxels, unless they stay.
+  UNROLL
+  for (int n = 0; n < 8; ++n)
+  {
+    // Each element once: where it is corner 0, or in the last layers.
+    const bool again =
+      (cell->elements >> n & 1) &&
+      (((n & 1) && base.x < cells.x - 1) || ((n >> 1 & 1) && base.y < cells.y - 1) || (n >> 2 && base.z < cells.z - 1));
+    if (cell->component[n] == component && !again)
+    {
+      // Air that moved less than a voxel away takes its surroundings along, so that no seam opens there.
+      const bool follows = !(cell->elements >> n & 1) && all(fabs(u[n]) < 1.0f);
+      claimVoxel(o, cornerAt(t, base, n), all(u[n] == 0.0f) ? RESTS : follows ? BORDER + key : VACATED);
+    }
+  }
+  int3 first = max(convert_int3(ceil(low - SLACK)) + base, o->boxFirst.xyz);
+  int3 last =
+    min(convert_int3(floor(high + SLACK)) + base, o->boxFirst.xyz + o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1);
+  first = (int3)(flat.x ? base.x : first.x, flat.y ? base.y : first.y, flat.z ? base.z : first.z);
+  last = (int3)(flat.x ? base.x : last.x, flat.y ? base.y : last.y, flat.z ? base.z : last.z);
+  real c[3][8];
+  UNROLL
+  for (int a = 0; a < 3; ++a)
+  {
+    float values[8], coefficients[8];
+    UNROLL
+    for (int n = 0; n < 8; ++n)
+    {
+      values[n] = a == 0 ? u[n].x : a == 1 ? u[n].y : u[n].z;
+    }
+    TRILINEAR(values, coefficients)
+    UNROLL
+    for (int n = 0; n < 8; ++n)
+    {
+      c[a][n] = (real)(coefficients[n]);
+    }
+  }
+  int3 voxel = first;
+  for (bool more = all(first <= last); more;)
+  {
+    float lanes[3][WIDTH];
+    int used = 0;
+    UNROLL
+    for (int lane = 0; lane < WIDTH; ++lane)
+    {
+      lanes[0][lane] = voxel.x - base.x;
+      lanes[1][lane] = voxel.y - base.y;
+      lanes[2][lane] = voxel.z - base.z;
+      if (more)
+      {
+        ++used;
+        const bool endsRow = voxel.x == last.x, endsLayer = endsRow && voxel.y == last.y;
+        more = !endsLayer || voxel.z < last.z;
+        if (more)
+        {
+          voxel = (int3)(endsRow ? first.x : voxel.x + 1, endsLayer ? first.y : voxel.y + endsRow, voxel.z + endsLayer);
+        }
+      }
+    }
+    const real target[3] = { LOAD(lanes[0]), LOAD(lanes[1]), LOAD(lanes[2]) };
+    real x[3];
+    const mask inside = inverted(c, target, x);
+    if (!SOME(inside))
+    {
+      continue;
+    }
+    float found[3][WIDTH];
+    int hits[WIDTH];
+    STORE(inside, hits);
+    for (int a = 0; a < 3; ++a)
+    {
+      STORE(x[a], found[a]);
+    }
+    for (int lane = 0; lane < used; ++lane)
+    {
+      const float3 place = (float3)(found[0][lane], found[1][lane], found[2][lane]);
+      if (hits[lane] && isShareOf(cell, component, place))
+      {
+        const int3 covered = base + (int3)((int)lanes[0][lane], (int)lanes[1][lane], (int)lanes[2][lane]);
+        const int nearest = (place.x > 0.5f) | (place.y > 0.5f) << 1 | (place.z > 0.5f) << 2;
+        claimVoxel(o, covered, cell->elements >> nearest & 1 ? key : BORDER + key);
+      }
+    }
+  }
+}
+
+// at: the cell's place in the part.
+inline void claimCell(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base)
+{
+  if (isCarved(t, addressOf(base, t->table, t->strideY, t->strideZ)))
+  {
+    claimVoxel(o, base, VACATED);
+  }
+  const uint elements = cornerBits(t, part->elements, at);
+  const bool near = part->near[at.y - 1 + BY * (at.z - 1)] >> at.x & 1;
+  if (any(base >= max(t->size.xyz - 1, 1)) || elements == 0 || !near ||
+      (elements == 255 && cornerBits(t, part->moved, at) == 0))
+  {
+    return;
+  }
+  Cell cell = cellOf(t, base, elements);
+  findComponents(t, &cell);
+  Around around[8];
+  for (int n = 0; n < 8 && !(cell.whole && elements == 255); ++n)
+  {
+    around[n] = aroundIn(part, cornerAt(t, at, n));
+  }
+  for (int component = 0; component < 8; ++component)
+  {
+    if (isOwn(&cell, component, component))
+    {
+      claimComponent(t, o, &cell, component, around);
+    }
+  }
 }
 
 // Cells of a brick: those whose lowest corner lies in it. list: bricks, as places in the table.
 kernel void claim(global const int* list, global const int* table, int strideY, int strideZ, uint pitch,
   global const float* displacement, global const float* constraint, global const uchar* cut, int4 size, int4 flat,
-  int4 boxFirst, int4 boxBricks, global const int* output, volatile global uint* claims)
+  int4 boxFirst, int4 boxBricks, global const int* places, volatile global uint* claims)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
-  const Tissue* t = &tissue;
-  const int at = list[get_group_id(0)];
-  const int3 origin = brickAt(at, strideY, strideZ) * (int3)(BX, BY, BZ);
-  for (int work = get_local_id(0); work < ELEMENTS; work += get_local_size(0))
+  const Output output = { boxFirst, boxBricks, places, claims };
+  const int3 origin = brickAt(list[get_group_id(0)], strideY, strideZ) * (int3)(BX, BY, BZ);
+  local Part part;
+  for (int n = 0; n < BX / PART_X * (BZ / PART_Z); ++n)
   {
-    const int3 base = origin + (int3)(work % BX, work / BX % BY, work / (BX * BY));
-    if (isCarved(t, addressOf(base, t->table, t->strideY, t->strideZ)))
+    const int3 begin = origin + (int3)(n % (BX / PART_X) * PART_X, 0, n / (BX / PART_X) * PART_Z) - 1;
+    lookAround(&tissue, begin, &part);
+    for (int work = get_local_id(0); work < PART_X * BY * PART_Z; work += get_local_size(0))
     {
-      const int claimed = claimOf(base, output, boxFirst, boxBricks);
-      if (claimed >= 0)
-      {
-        atomic_min(claims + claimed, VACATED);
-      }
+      const int3 at = (int3)(work % PART_X, work / PART_X % BY, work / (PART_X * BY)) + 1;
+      claimCell(&tissue, &output, &part, at, begin + at);
     }
-    const int3 cells = max(size.xyz - 1, 1);
-    if (any(base >= cells))
-    {
-      continue;
-    }
-    Cell cell = cellAt(t, base);
-    if (cell.elements == 0)
-    {
-      continue;
-    }
-    if (cell.elements == 255)
-    {
-      bool rests = true;
-      for (int n = 0; rests && n < 8; ++n)
-      {
-        rests = all(displacementAt(t, cell.address[n]) == 0.0f);
-      }
-      if (rests)
-      {
-        continue;
-      }
-    }
-    findComponents(t, &cell);
-    for (int component = 0; component < 8; ++component)
-    {
-      if (!(cell.elements >> component & 1) || cell.component[component] != component)
-      {
-        continue;
-      }
-      float3 u[8];
-      cornersOf(t, &cell, component, u);
-      float3 low = (float3)(INFINITY), high = (float3)(-INFINITY);
-      bool rests = true;
-      UNROLL
-      for (int n = 0; n < 8; ++n)
-      {
-        const float3 corner = u[n] + (float3)(n & 1, n >> 1 & 1, n >> 2);
-        low = min(low, corner);
-        high = max(high, corner);
-        rests = rests && all(u[n] == 0.0f);
-      }
-      if (rests)
-      {
-        continue;
-      }
-      const uint key = (uint)(base.x + size.x * (base.y + size.y * base.z)) * 8 + component;
-      // Corners leave their voxels, unless they stay.
-      UNROLL
-      for (int n = 0; n < 8; ++n)
-      {
-        // Each element once: where it is corner 0, or in the last layers.
-        const bool again =
-          (cell.elements >> n & 1) && (((n & 1) && base.x < cells.x - 1) || ((n >> 1 & 1) && base.y < cells.y - 1) ||
-                                        (n >> 2 && base.z < cells.z - 1));
-        if (cell.component[n] == component && !again)
-        {
-          const int claimed = claimOf(base + (int3)(flat.x ? 0 : n & 1, flat.y ? 0 : n >> 1 & 1, flat.z ? 0 : n >> 2),
-            output, boxFirst, boxBricks);
-          if (claimed >= 0)
-          {
-            // Air that moved less than a voxel away takes its surroundings along, so that no seam opens there.
-            const bool follows = !(cell.elements >> n & 1) && all(fabs(u[n]) < 1.0f);
-            atomic_min(claims + claimed, all(u[n] == 0.0f) ? RESTS : follows ? BORDER + key : VACATED);
-          }
-        }
-      }
-      int3 first = max(convert_int3(ceil(low - SLACK)) + base, boxFirst.xyz);
-      int3 last = min(convert_int3(floor(high + SLACK)) + base, boxFirst.xyz + boxBricks.xyz * (int3)(BX, BY, BZ) - 1);
-      first = (int3)(flat.x ? base.x : first.x, flat.y ? base.y : first.y, flat.z ? base.z : first.z);
-      last = (int3)(flat.x ? base.x : last.x, flat.y ? base.y : last.y, flat.z ? base.z : last.z);
-      real c[3][8];
-      UNROLL
-      for (int a = 0; a < 3; ++a)
-      {
-        float values[8], coefficients[8];
-        UNROLL
-        for (int n = 0; n < 8; ++n)
-        {
-          values[n] = a == 0 ? u[n].x : a == 1 ? u[n].y : u[n].z;
-        }
-        TRILINEAR(values, coefficients)
-        UNROLL
-        for (int n = 0; n < 8; ++n)
-        {
-          c[a][n] = (real)(coefficients[n]);
-        }
-      }
-      int3 voxel = first;
-      for (bool more = all(first <= last); more;)
-      {
-        float lanes[3][WIDTH];
-        int used = 0;
-        UNROLL
-        for (int lane = 0; lane < WIDTH; ++lane)
-        {
-          lanes[0][lane] = voxel.x - base.x;
-          lanes[1][lane] = voxel.y - base.y;
-          lanes[2][lane] = voxel.z - base.z;
-          if (more)
-          {
-            ++used;
-            const bool endsRow = voxel.x == last.x, endsLayer = endsRow && voxel.y == last.y;
-            more = !endsLayer || voxel.z < last.z;
-            if (more)
-            {
-              voxel =
-                (int3)(endsRow ? first.x : voxel.x + 1, endsLayer ? first.y : voxel.y + endsRow, voxel.z + endsLayer);
-            }
-          }
-        }
-        const real target[3] = { LOAD(lanes[0]), LOAD(lanes[1]), LOAD(lanes[2]) };
-        real x[3];
-        const mask inside = inverted(c, target, x);
-        if (!SOME(inside))
-        {
-          continue;
-        }
-        float found[3][WIDTH];
-        int hits[WIDTH];
-        STORE(inside, hits);
-        for (int a = 0; a < 3; ++a)
-        {
-          STORE(x[a], found[a]);
-        }
-        for (int lane = 0; lane < used; ++lane)
-        {
-          const float3 place = (float3)(found[0][lane], found[1][lane], found[2][lane]);
-          if (hits[lane] && isShareOf(&cell, component, place))
-          {
-            const int3 covered = base + (int3)((int)lanes[0][lane], (int)lanes[1][lane], (int)lanes[2][lane]);
-            const int claimed = claimOf(covered, output, boxFirst, boxBricks);
-            const int nearest = (place.x > 0.5f) | (place.y > 0.5f) << 1 | (place.z > 0.5f) << 2;
-            if (claimed >= 0)
-            {
-              atomic_min(claims + claimed, cell.elements >> nearest & 1 ? key : BORDER + key);
-            }
-          }
-        }
-      }
-    }
+    barrier(CLK_LOCAL_MEM_FENCE);
   }
 }
 
@@ -577,7 +710,15 @@ kernel void locate(global const int* table, int strideY, int strideZ, uint pitch
         const int3 base = (int3)(linear % size.x, linear / size.x % size.y, linear / (size.x * size.y));
         cells[lane] = cellAt(t, base);
         findComponents(t, &cells[lane]);
-        cornersOf(t, &cells[lane], claimed % 8, corners[lane]);
+        Around around[8];
+        for (int m = 0; m < 8; ++m)
+        {
+          if (!isOwn(&cells[lane], claimed % 8, m))
+          {
+            around[m] = aroundPoint(t, cornerAt(t, base, m));
+          }
+        }
+        cornersOf(t, &cells[lane], claimed % 8, around, corners[lane]);
         target = convert_float3(voxel - base);
       }
       UNROLL

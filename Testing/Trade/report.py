@@ -1,6 +1,6 @@
-"""Turns what measure.py left into the tables of Data/Choosing.md and its plots:
+"""Turns what measure.py left into the tables of Data/Choosing.md and its plots, and into the short table of the README:
 
-    python3 Testing/Trade/report.py RESULTS PAGES PICTURES
+    python3 Testing/Trade/report.py RESULTS PAGES PICTURES [README]
 
 RESULTS: the folder with trade.json. PAGES: folder with Choosing.md, in which what stands between markers is replaced; where
 there is none, the tables alone are written. PICTURES: folder for trade.png and trade-elements.png."""
@@ -75,6 +75,26 @@ def presets(run):
              "error of the worst hundredth [%]", "energy above the least [%]", "frame of a drag [ms]",
              "error on arrival, and settled [%]"], rows))
     return "\n\n".join(parts)
+
+
+def summary(run):
+    """What is offered, in short: how far from the optimum on each scene, and how far from finite elements."""
+    directions = {"up": "a pull up", "aside": "a drag aside"}
+    against = {(case["settings"], case["direction"]): min(case["against"], key=lambda other: other["rms"])
+               for case in (run["elements"] or {}).get("cases", []) if case.get("against") and case["contrast"] is None}
+    ways = [way for way in directions if any(way == direction for _, direction in against)]
+    rows = []
+    for name in run["scenes"][0]["presets"]:
+        cells = [f"`{name}`"]
+        for scene in run["scenes"]:
+            row = scene["presets"][name]
+            cells.append(f"{number(fastest(row))} ms, {percent(row['share'])} %")
+        for way in ways:
+            other = against.get((name, way))
+            cells.append(f"{percent(other['rms'])} %" if other else "-")
+        rows.append(cells)
+    return table(["`RelaxationPreset`"] + [f"{scene['scene']}, {scene['elements'] / 1e6:.2g} M elements" for scene in run["scenes"]]
+                 + [f"from finite elements, {directions[way]}" for way in ways], rows)
 
 
 def grid(run):
@@ -235,7 +255,20 @@ def plot_elements(run, path):
     figure.savefig(path, dpi=110)
 
 
-def main(results, pages, pictures):
+def replace(path, sections):
+    """Puts texts between their markers in a page."""
+    with open(path) as file:
+        page = file.read()
+    for name, text in sections.items():
+        begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+        if begin not in page or end not in page:
+            sys.exit(f"{path} has no place for {name}")
+        page = re.sub(f"(?s){re.escape(begin)}.*{re.escape(end)}", lambda _: f"{begin}\n{text}\n{end}", page)
+    with open(path, "w") as file:
+        file.write(page)
+
+
+def main(results, pages, pictures, readme=None):
     with open(os.path.join(results, "trade.json")) as file:
         run = json.load(file)
     sections = {"presets": presets(run), "grid": grid(run), "switches": switches(run), "reference": references(run),
@@ -250,21 +283,15 @@ def main(results, pages, pictures):
     if run["half"]:
         sections["machine"] += " Scenes have half their voxels along each axis."
     path = os.path.join(pages, "Choosing.md")
-    if os.path.isfile(path):
-        with open(path) as file:
-            page = file.read()
-    else:
-        page = "".join(f"<!-- {name}: begin -->\n<!-- {name}: end -->\n\n" for name in sections)
-    for name, text in sections.items():
-        begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
-        if begin not in page or end not in page:
-            sys.exit(f"{path} has no place for {name}")
-        page = re.sub(f"(?s){re.escape(begin)}.*{re.escape(end)}", lambda _: f"{begin}\n{text}\n{end}", page)
-    with open(path, "w") as file:
-        file.write(page)
+    if not os.path.isfile(path):
+        with open(path, "w") as file:
+            file.write("".join(f"<!-- {name}: begin -->\n<!-- {name}: end -->\n\n" for name in sections))
+    replace(path, sections)
+    if readme:
+        replace(readme, {"trade": summary(run) + "\n\n" + sections["machine"]})
     plot_trade(run, os.path.join(pictures, "trade.png"))
     plot_elements(run, os.path.join(pictures, "trade-elements.png"))
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:4])
+    main(*sys.argv[1:5])

@@ -452,6 +452,69 @@ TEST(Resample, SingleSlice)
   }
 }
 
+// A column of equal layers that moves along them shows the same in each, but for the outermost ones: and so does a
+// single layer alone, air that its border takes along or leaves behind included.
+TEST(Resample, ASingleSliceShowsWhatALayerOfAColumnDoes)
+{
+  const auto shape = [](int axis, int thickness)
+  {
+    Index3 size{ 22, 20, 18 };
+    size[axis] = thickness;
+    Scene scene(size, 0.0f);
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        const Vector3 p{ i - 9.0, j - 8.0, k - 8.0 };
+        const double x = p[(axis + 1) % 3], y = p[(axis + 2) % 3];
+        if (x * x + 2.0 * y * y > 20.0 || (x > 1 && y > 1) || (x == -2 && y == 0))
+        {
+          scene.air(i, j, k);
+        }
+      });
+    return scene;
+  };
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    for (const double step : { 0.4, 1.0, 2.3 })
+    {
+      SCOPED_TRACE(testing::Message() << "flat along axis " << axis << ", moved by " << step);
+      Index3 grabbed{ 9, 8, 8 };
+      Vector3 shift{ step, -1.5 * step, 0.8 * step };
+      shift[axis] = 0.0;
+      std::vector<Picture> pictures;
+      for (const int thickness : { 1, 7 })
+      {
+        const Scene scene = shape(axis, thickness);
+        grabbed[axis] = thickness / 2;
+        Simulation simulation = simulate(scene);
+        simulation.pull({ probeAt(scene, grabbed, shift) });
+        pictures.push_back(resample(simulation));
+      }
+      int moved = 0, vacated = 0;
+      pictures[0].each(
+        [&](int i, int j, int k)
+        {
+          Index3 middle{ i, j, k };
+          middle[axis] = 3;
+          const Vector3 layer = pictures[1](middle[0], middle[1], middle[2]);
+          EXPECT_EQ(pictures[0].vacated(i, j, k), std::isnan(layer[0])) << i << ' ' << j << ' ' << k;
+          if (!std::isnan(layer[0]))
+          {
+            const Vector3 alone = pictures[0](i, j, k);
+            for (int a = 0; a < 3; ++a)
+            {
+              ASSERT_NEAR(alone[a], layer[a], 1e-5) << i << ' ' << j << ' ' << k; // Newton stops there
+            }
+          }
+          moved += layer != Vector3{ 0, 0, 0 };
+          vacated += std::isnan(layer[0]);
+        });
+      EXPECT_GT(moved, 40);
+      EXPECT_GT(vacated, step > 1.0 ? 20 : -1);
+    }
+  }
+}
+
 // Two bodies on one place: the winner is fixed, both whole elsewhere.
 TEST(Resample, OverlapShowsOneOfTheTwo)
 {
