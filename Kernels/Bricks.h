@@ -110,6 +110,18 @@ public:
   /// All displacements of one slot, 3 runs of elementsPerBrick() values in the order of addresses.
   void readSlot(int slot, std::vector<float>& out);
 
+  /// Sets values of a field, `runs` interleaved ones an element.
+  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+  {
+    this->set(field.buffer, static_cast<int>(field.runs), addresses, values);
+  }
+  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<std::int32_t>& values)
+  {
+    std::vector<float> bits(values.size());
+    std::copy_n(values.data(), values.size(), reinterpret_cast<std::int32_t*>(bits.data()));
+    this->set(field, addresses, bits);
+  }
+
   /// What readSlots() found in a slot: the value of a place (`local`) in a run; runs are counted through all fields.
   template <typename T> class SlotValues
   {
@@ -134,18 +146,6 @@ public:
   /// visit(slot, SlotValues<T>) for each, from several threads.
   template <typename T, typename Visit>
   void readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const;
-
-  /// The same for a field of 4-byte values.
-  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
-  {
-    this->set(field.buffer, static_cast<int>(field.runs), addresses, values);
-  }
-  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<std::int32_t>& values)
-  {
-    std::vector<float> bits(values.size());
-    std::copy_n(values.data(), values.size(), reinterpret_cast<std::int32_t*>(bits.data()));
-    this->set(field, addresses, bits);
-  }
 
   // --- What cuts and carves removed
   // -----------------------------------------------------------------------------------
