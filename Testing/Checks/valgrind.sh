@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Runs the scenes of SmallScenes under valgrind's memcheck, with the kernels as C++: kernels that PoCL compiles use
 # instructions that valgrind does not know, and PoCL and the compiler inside it make thousands of reports of their own.
-# So all code is the project's and nothing is suppressed. The engine is built anew in the folder $2 from the sources $1.
+# So all code is the project's, and nothing of it is suppressed. The engine is built anew in the folder $2 from the
+# sources $1.
 set -u
 source=$1
 build=$2
@@ -23,8 +24,8 @@ missing=$(comm -23 <(sed -n 's/^kernel void \([A-Za-z0-9_]*\).*/\1/p' "$source"/
 # What the process still points to when it ends is no leak: the libraries of kernels stay open.
 scenes=$("$program" --count) || exit 1
 seq 0 $((scenes - 1)) | xargs -P "$(nproc)" -I @ sh -c 'valgrind --quiet --error-exitcode=9 --leak-check=full \
-  --errors-for-leak-kinds=definite,indirect,possible --track-origins=yes "$1" @ >"$2/valgrind-@.log" 2>&1' sh \
-  "$program" "$build"
+  --errors-for-leak-kinds=definite,indirect,possible --track-origins=yes --suppressions="$3" "$1" @ \
+  >"$2/valgrind-@.log" 2>&1' sh "$program" "$build" "$source/Testing/Checks/valgrind.supp"
 status=$?
 grep -l '^==' "$build"/valgrind-*.log | xargs -r cat
 for ((scene = 0; scene < scenes; ++scene)); do
