@@ -148,29 +148,22 @@ std::vector<Bricks::Row> Bricks::rows(int brick) const
 bool Bricks::fill(int brick, std::vector<float>& out) const
 {
   const Grid& grid = this->model_->grid();
-  const Index3 first = this->origin(brick);
   const int axes = this->model_->axes();
-  const int count = std::min(this->size_[0], grid.size[0] - first[0]);
   std::fill(out.begin(), out.end(), -std::numeric_limits<float>::infinity());
-  std::vector<float> row(static_cast<std::size_t>(count) * axes);
+  std::vector<float> constraints(static_cast<std::size_t>(this->size_[0]) * axes);
   // A brick that was carved empty keeps its memory: mend() may fill it again.
   bool tissue = this->carvedBricks_.count(brick) > 0;
-  for (int k = 0; k < std::min(this->size_[2], grid.size[2] - first[2]); ++k)
+  for (const Row& row : this->rows(brick))
   {
-    for (int j = 0; j < std::min(this->size_[1], grid.size[1] - first[1]); ++j)
+    const Index3 first = grid.indexOf(row.voxel);
+    this->row(first[0], first[1], first[2], row.count, constraints.data());
+    for (int i = 0; i < row.count; ++i)
     {
-      this->row(first[0], first[1] + j, first[2] + k, count, row.data());
-      const int r = k * this->size_[1] + j;
-      for (int i = 0; i < count; ++i)
+      for (int a = 0; a < axes; ++a)
       {
-        const int colour = (i + j + k) & 1;
-        const std::size_t at = colour * (this->elements_ / 2) + r * (this->size_[0] / 2) + (i >> 1);
-        for (int a = 0; a < axes; ++a)
-        {
-          out[static_cast<std::size_t>(a) * this->elements_ + at] = row[i * axes + a];
-        }
-        tissue = tissue || !std::isinf(row[i * axes]);
+        out[static_cast<std::size_t>(a) * this->elements_ + row.local(i)] = constraints[i * axes + a];
       }
+      tissue = tissue || !std::isinf(constraints[i * axes]);
     }
   }
   return tissue;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <exception>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -36,9 +37,16 @@ template <typename Body> void inParallel(std::size_t count, const Body& body)
   };
   std::vector<std::thread> threads;
   const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
-  while (threads.size() + 1 < std::min(cores, count))
+  try
   {
-    threads.emplace_back(work);
+    while (threads.size() + 1 < std::min(cores, count))
+    {
+      threads.emplace_back(work);
+    }
+  }
+  catch (const std::system_error&)
+  {
+    // The system gives no more: those that there are do all.
   }
   work();
   for (std::thread& thread : threads)
