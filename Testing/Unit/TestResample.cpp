@@ -510,7 +510,10 @@ TEST(Resample, ASingleSliceShowsWhatALayerOfAColumnDoes)
           vacated += std::isnan(layer[0]);
         });
       EXPECT_GT(moved, 40);
-      EXPECT_GT(vacated, step > 1.0 ? 20 : -1);
+      if (step > 1.0)
+      {
+        EXPECT_GT(vacated, 20);
+      }
     }
   }
 }
