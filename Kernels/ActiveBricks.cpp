@@ -1,59 +1,222 @@
 #include "ActiveBricks.h"
 
+#include "RigidClusters.h"
+
+#include <algorithm>
+#include <cstring>
+
 namespace chainmail
 {
 
-void ActiveBricks::begin()
+namespace
 {
-  this->turn_ = 0;
-  this->activity_.assign(this->bricks_.slots(), Activity());
-  for (const int slot : this->bricks_.touchedSlots())
-  {
-    this->note(slot, everyFace);
-  }
+
+// As active.clh has them.
+constexpr int noted = 2;
+constexpr int ready = 3;
+constexpr int ever = 128;
+constexpr int waits = 256;
+constexpr int calledOff = 0;
+constexpr int largestMove = 1;
+
+/// So long before the first sweep that it no longer counts.
+constexpr int never = -2;
+
+/// No move is as small.
+constexpr float goesOn = -1.0f;
+
 }
 
-void ActiveBricks::note(int slot, int faces)
+/// Rows for slots that are new.
+void ActiveBricks::fit()
 {
-  if (faces == 0)
-  {
-    return;
-  }
-  this->bricks_.touch(slot);
-  // Others than pending() may have given memory to bricks.
+  int slot = this->activity_.rows();
   this->activity_.resize(this->bricks_.slots());
-  Activity& activity = this->activity_[slot];
-  activity.any = this->turn_;
-  for (int d = 0; d < 6; ++d)
+  for (; slot < this->activity_.rows(); ++slot)
   {
-    if (faces & (1 << d))
+    this->activity_[slot][noted] = never;
+  }
+  for (slot = 1; slot < this->activity_.rows(); ++slot)
+  {
+    this->activity_[slot][ready] = this->bricks_.ready(this->bricks_.brick(slot)) ? 1 : 0;
+  }
+  if (this->clusters_)
+  {
+    for (const int brick : this->clusters_->inactiveBricks())
     {
-      activity.face[d] = this->turn_;
+      this->activity_[this->bricks_.slot(brick)][ready] = 0;
+      for (int d = 0; d < 6; ++d)
+      {
+        this->activity_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][ready] = 0;
+      }
     }
   }
 }
 
-std::vector<int> ActiveBricks::pending()
+void ActiveBricks::begin(RigidClusters* clusters)
 {
-  this->activity_.resize(this->bricks_.slots());
-  const int since = this->turn_ - this->turns_;
+  this->clusters_ = clusters;
+  this->sweep_ = 0;
+  this->resume_ = 0;
+  this->waited_ = false;
+  this->largest_ = 0.0f;
+  this->activity_.clear(0);
+  this->fit();
+  const std::vector<int> touched = this->bricks_.touchedSlots();
+  for (const int slot : touched)
+  {
+    this->activity_[slot][noted] = -1;
+  }
+  this->makeReady(this->bricks_.slotsAround(touched));
+}
+
+void ActiveBricks::beginBatch(int sweeps)
+{
+  if (this->activity_.rows() < this->bricks_.slots()) // others may have given memory to bricks
+  {
+    this->activity_.fromDevice(this->bricks_.context());
+    this->fit();
+    this->activity_.toDevice(this->bricks_.context());
+  }
+  this->log_.clear(1 + 3 * sweeps);
+  std::memcpy(&this->log_[0][largestMove], &this->largest_, sizeof(this->largest_));
+  this->log_.toDevice(this->bricks_.context());
+  this->turns_.clear();
+  this->begun_ = 0;
+}
+
+void ActiveBricks::beginSweep(float enough)
+{
+  this->before_ = this->first_;
+  this->first_ = this->begun_ == 0 && this->waited_ ? 0 : static_cast<int>(this->turns_.size()) + 1;
+  this->enough_ = this->begun_ == 0 ? goesOn : enough;
+  ++this->begun_;
+}
+
+bool ActiveBricks::takesTurn(int kind)
+{
+  if (this->begun_ == 1 && kind < this->resume_)
+  {
+    return false;
+  }
+  this->turns_.push_back({ this->sweep_ + this->begun_ - 1, kind, this->enough_ });
+  this->enough_ = goesOn;
+  return true;
+}
+
+cl_int4 ActiveBricks::turn() const
+{
+  const int launch = static_cast<int>(this->turns_.size());
+  return { { launch, this->before_, this->turns_.back().sweep, launch == 1 && this->waited_ ? 1 : 0 } };
+}
+
+void ActiveBricks::bind(cl::Kernel& kernel, int& argument) const
+{
+  kernel.setArg(argument++, this->activity());
+  kernel.setArg(argument++, this->log());
+  kernel.setArg(argument++, this->turn());
+  kernel.setArg(argument++, this->turns_.back().enough);
+}
+
+std::vector<float> ActiveBricks::endBatch()
+{
+  this->log_.fromDevice(this->bricks_.context());
+  std::vector<float> done;
+  std::size_t n = 0;
+  for (; n < this->turns_.size(); ++n)
+  {
+    if (!done.empty() && done.back() <= this->turns_[n].enough)
+    {
+      break;
+    }
+    const cl_int* entry = this->log_[static_cast<int>(n) + 1];
+    float largest;
+    std::memcpy(&largest, entry + largestMove, sizeof(largest));
+    this->largest_ = std::max(this->largest_, largest);
+    if (entry[calledOff] != 0)
+    {
+      break;
+    }
+    if (n + 1 == this->turns_.size() || this->turns_[n + 1].sweep != this->turns_[n].sweep)
+    {
+      done.push_back(this->largest_);
+      this->largest_ = 0.0f;
+    }
+  }
+  this->sweep_ += static_cast<int>(done.size());
+  this->resume_ = 0;
+  this->waited_ = false;
+  if (n < this->turns_.size())
+  {
+    this->touch();
+    std::vector<int> slots;
+    for (int slot = 1; slot < this->activity_.rows(); ++slot)
+    {
+      if (this->activity_[slot][this->turns_[n].kind] & waits)
+      {
+        slots.push_back(slot);
+      }
+    }
+    if (!slots.empty())
+    {
+      this->resume_ = this->turns_[n].kind;
+      this->waited_ = true;
+      this->makeReady(slots);
+    }
+  }
+  return done;
+}
+
+void ActiveBricks::makeReady(const std::vector<int>& slots)
+{
   std::vector<int> bricks;
-  for (int slot = 1; slot < this->bricks_.slots(); ++slot)
+  std::vector<int> around;
+  for (const int slot : slots)
   {
     const int brick = this->bricks_.brick(slot);
-    bool active = this->activity_[slot].any >= since;
-    for (int d = 0; !active && d < 6; ++d)
+    bricks.push_back(brick);
+    around.push_back(brick);
+    for (int d = 0; d < 6; ++d)
     {
-      const int near = this->bricks_.slot(this->bricks_.neighbour(brick, d));
-      active = near > 0 && this->activity_[near].face[Bricks::opposite(d)] >= since;
-    }
-    if (active)
-    {
-      bricks.push_back(brick);
+      around.push_back(this->bricks_.neighbour(brick, d));
     }
   }
   this->bricks_.require(bricks);
-  return bricks;
+  if (this->clusters_)
+  {
+    this->clusters_->activate(around);
+  }
+  this->fit();
+  this->activity_.toDevice(this->bricks_.context());
+}
+
+void ActiveBricks::note(const std::vector<int>& bricks)
+{
+  if (bricks.empty())
+  {
+    return;
+  }
+  this->activity_.fromDevice(this->bricks_.context());
+  this->fit();
+  for (const int brick : bricks)
+  {
+    this->bricks_.touch(this->bricks_.slot(brick));
+    this->activity_[this->bricks_.slot(brick)][noted] = this->sweep_ - 1;
+  }
+  this->activity_.toDevice(this->bricks_.context());
+}
+
+void ActiveBricks::touch()
+{
+  this->activity_.fromDevice(this->bricks_.context());
+  for (int slot = 1; slot < this->activity_.rows(); ++slot)
+  {
+    const cl_int* row = this->activity_[slot];
+    if (((row[0] | row[1]) & ever) != 0 || row[noted] >= 0)
+    {
+      this->bricks_.touch(slot);
+    }
+  }
 }
 
 }

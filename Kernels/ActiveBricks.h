@@ -1,51 +1,81 @@
 #pragma once
 
 #include "Bricks.h"
+#include "SharedTable.h"
 
-#include <array>
 #include <vector>
 
 namespace chainmail
 {
 
+class RigidClusters;
+
 /// Which bricks a relaxation has to visit: those in which something can change. That is exact: an element stays put, to
 /// the bit, when neither it nor a neighbour moved since its last turn, so results do not depend on the size of bricks.
+///
+/// The device keeps the account (active.clh). The host launches all turns of several sweeps, a batch, and then looks at
+/// what became of them: what follows a turn in which a brick lacks memory, or a sweep that comes to rest, the device
+/// has called off by itself.
 class ActiveBricks
 {
 public:
-  /// Faces of a brick, as movedFaces() of brick.clh has them; all, and something within.
-  static constexpr int everyFace = 127;
-
-  /// `turns`: an element has its turn once in so many.
-  ActiveBricks(Bricks& bricks, int turns)
+  explicit ActiveBricks(Bricks& bricks)
     : bricks_(bricks)
-    , turns_(turns)
   {
   }
 
-  /// All that was ever touched may move.
-  void begin();
+  /// All that was ever touched may move. Clusters (null: none) take part from the moment something moves in their
+  /// bricks or beside them.
+  void begin(RigidClusters* clusters);
 
-  /// The next turn.
-  void advance() { ++this->turn_; }
+  /// The next sweeps; at most so many.
+  void beginBatch(int sweeps);
+  /// The next sweep. It is called off where the one before, of the same batch, moved nothing by more than `enough`.
+  void beginSweep(float enough);
+  /// A turn of the sweep: of a kind that active.clh knows, or of the clusters. False where the batch before has had it.
+  bool takesTurn(int kind);
+  static constexpr int ofClusters = 2;
+  /// The largest move in each sweep of the batch that is done. A sweep may be half done: it is the next batch's first.
+  std::vector<float> endBatch();
 
-  /// Something moved in a slot in this turn.
-  void note(int slot, int faces);
+  /// After a batch: something else has moved elements of these bricks.
+  void note(const std::vector<int>& bricks);
+  /// After a batch: tells Bricks what was touched.
+  void touch();
 
-  /// Bricks that something moved in, or beside, since the last turn of the same elements. Gives them memory.
-  std::vector<int> pending();
+  // For the launches of a turn: ACTIVE_ARGUMENTS of active.clh, all or single ones, and the number of work-groups.
+  void bind(cl::Kernel& kernel, int& argument) const;
+  const cl::Buffer& activity() const { return this->activity_.buffer(); }
+  const cl::Buffer& log() const { return this->log_.buffer(); }
+  cl_int4 turn() const;
+  std::size_t groups() const { return static_cast<std::size_t>(this->activity_.rows()) - 1; }
 
 private:
-  struct Activity
+  struct Turn
   {
-    int any = -1000;                                                         ///< turn in which an element last moved
-    std::array<int, 6> face{ { -1000, -1000, -1000, -1000, -1000, -1000 } }; ///< one that touches this face
+    int sweep;
+    int kind;
+    float enough; ///< of a sweep that this begins; negative: it goes on anyhow
   };
 
+  void fit();
+  void makeReady(const std::vector<int>& slots);
+
   Bricks& bricks_;
-  int turns_;
-  std::vector<Activity> activity_;
-  int turn_ = 0;
+  RigidClusters* clusters_ = nullptr;
+  SharedTable activity_{ 4, "the list of active bricks" };
+  SharedTable log_{ 2, "the list of active bricks" };
+
+  int sweep_ = 0;  ///< number of the next sweep, or of the one that is half done
+  int resume_ = 0; ///< the turn that one goes on with: of bricks that waited; and without, its first
+  bool waited_ = false;
+  float largest_ = 0.0f; ///< move so far
+
+  std::vector<Turn> turns_; ///< those of the batch; launches count from 1
+  int begun_ = 0;           ///< sweeps of the batch
+  int first_ = 0;           ///< launch of the sweep
+  int before_ = 0;          ///< that of the sweep before
+  float enough_ = -1.0f;
 };
 
 }

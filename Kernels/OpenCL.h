@@ -105,6 +105,7 @@ public:
     context.write(buffer, 0, values);
     return buffer;
   }
+  const cl::Buffer& get() const { return this->buffer_; }
   std::size_t bytes() const { return this->bytes_; }
 
 private:

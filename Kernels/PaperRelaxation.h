@@ -21,7 +21,7 @@ class PaperRelaxation
 public:
   explicit PaperRelaxation(Bricks& bricks)
     : bricks_(bricks)
-    , active_(bricks, 1)
+    , active_(bricks)
   {
   }
 
@@ -34,13 +34,11 @@ public:
   void release() { this->bricks_.drop(this->next_); }
 
 private:
-  float relaxAll(float still, const Elasticity& elasticity, const WavesUnderWay* waves);
+  void relaxAll(int iteration, bool back, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
 
   Bricks& bricks_;
   ActiveBricks active_;
   Field next_{ 3, sizeof(cl_float), "the state after an iteration of the published relaxation" };
-  Scratch list_{ "the list of active bricks" };
-  Scratch result_{ "the list of active bricks" };
 };
 
 }

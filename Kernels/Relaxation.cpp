@@ -3,7 +3,6 @@
 #include "TightGroups.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace chainmail
 {
@@ -16,6 +15,9 @@ namespace
 /// often after each turn in which there was none to move, and before a relaxation counts as converged.
 constexpr float restingMove = 1e-3f;
 constexpr int sweepsPerGroupTurn = 8;
+
+/// Sweeps that are launched in one go.
+constexpr int sweepsPerBatch = 8;
 
 /// Over-relaxation of a sweep: Chebyshev's sequence, which starts at 1 (best for the first few sweeps, where most
 /// energy goes) and rises to finalOmega (best for long ones).
@@ -45,34 +47,14 @@ void WavesUnderWay::bind(cl::Kernel& kernel, int& argument) const
   kernel.setArg(argument++, static_cast<cl_int>(this->iteration));
 }
 
-/// Something moved somewhere in these bricks.
-void Relaxation::note(const std::vector<int>& bricks)
-{
-  for (const int brick : bricks)
-  {
-    this->active_.note(this->bricks_.slot(brick), ActiveBricks::everyFace);
-  }
-}
-
-float Relaxation::relaxColour(
+void Relaxation::relaxColour(
   int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
 {
-  std::vector<int> list = this->active_.pending();
-  for (int& entry : list)
-  {
-    entry = this->bricks_.slot(entry);
-  }
-  if (list.empty())
-  {
-    return 0.0f;
-  }
   Context& context = this->bricks_.context();
-  std::vector<cl_int2> result(list.size());
-  const cl::Buffer& resultBuffer = this->result_.sized(context, sizeof(cl_int2) * result.size());
   const std::string defines = this->bricks_.defines(true) + elasticity.defines() + (waves ? " -DWAVES" : "");
   cl::Kernel kernel = context.kernel("relax.cl", defines, "relax");
   int argument = 0;
-  kernel.setArg(argument++, this->list_.holding(context, list));
+  this->active_.bind(kernel, argument);
   kernel.setArg(argument++, static_cast<cl_int>(colour));
   kernel.setArg(argument++, omega);
   kernel.setArg(argument++, still);
@@ -82,75 +64,75 @@ float Relaxation::relaxColour(
   kernel.setArg(argument++, this->bricks_.displacement);
   kernel.setArg(argument++, this->bricks_.constraint);
   kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-  kernel.setArg(argument++, resultBuffer);
   if (waves)
   {
     waves->bind(kernel, argument);
   }
-  const std::size_t items = this->bricks_.workItems(true);
-  context.runGroups(kernel, list.size(), items);
-  context.read(resultBuffer, result);
-
-  float largest = 0.0f;
-  for (std::size_t n = 0; n < list.size(); ++n)
-  {
-    float move;
-    std::memcpy(&move, &result[n].s[1], sizeof(move));
-    largest = std::max(largest, move);
-    this->active_.note(list[n], result[n].s[0]);
-  }
-  return largest;
+  context.runGroups(kernel, this->active_.groups(), this->bricks_.workItems(true));
 }
 
 RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves,
   int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
 {
-  this->active_.begin();
+  this->active_.begin(waves ? nullptr : &clusters);
   const float still = stillResidual(tolerance);
 
   if (firstSweep == 0)
   {
     this->groupPeriod_ = this->sweepsSinceGroups_ = sweepsPerGroupTurn;
   }
+  // A sweep that moves no more than this is the last for the time being: so many sweeps from now.
+  const auto restingMoveAfter = [&](int sweeps)
+  {
+    const bool groupsMayMove = !waves && this->sweepsSinceGroups_ + sweeps >= this->groupPeriod_;
+    return std::max(static_cast<float>(tolerance), groupsMayMove ? restingMove : 0.0f);
+  };
   RelaxResult result;
   while (result.iterations < iterations && !result.converged)
   {
-    checkpoint(result.iterations);
-    const float omega = omegaOf(firstSweep + result.iterations);
-    float largest = 0.0f;
-    for (int colour = 0; colour < 2; ++colour)
+    const int sweeps = std::min(sweepsPerBatch, iterations - result.iterations);
+    this->active_.beginBatch(sweeps);
+    for (int n = 0; n < sweeps; ++n)
     {
-      this->active_.advance();
-      largest = std::max(largest, this->relaxColour(colour, omega, still, elasticity, waves));
-    }
-
-    this->active_.advance();
-    if (!waves)
-    {
-      // Clusters take part before any of their neighbours can have moved: from the moment something moves in their
-      // brick or beside it.
-      clusters.activate(this->active_.pending());
-      std::vector<int> moved;
-      largest = std::max(largest, clusters.relax(omega, still, elasticity, moved));
-      this->note(moved);
-
-      ++this->sweepsSinceGroups_;
-      if (largest <= tolerance || (largest <= restingMove && this->sweepsSinceGroups_ >= this->groupPeriod_))
+      checkpoint(result.iterations + n);
+      const float omega = omegaOf(firstSweep + result.iterations + n);
+      this->active_.beginSweep(restingMoveAfter(n));
+      for (int colour = 0; colour < 2; ++colour)
       {
-        this->sweepsSinceGroups_ = 0;
-        moved.clear();
-        const float ofGroups = moveTightGroups(this->bricks_, elasticity, still, moved);
-        this->groupPeriod_ = ofGroups > 0.0f ? sweepsPerGroupTurn : 2 * this->groupPeriod_;
-        largest = std::max(largest, ofGroups);
-        this->note(moved);
-        clusters.refresh();
+        if (this->active_.takesTurn(colour))
+        {
+          this->relaxColour(colour, omega, still, elasticity, waves);
+        }
+      }
+      if (!waves && clusters.anyActive() && this->active_.takesTurn(ActiveBricks::ofClusters))
+      {
+        clusters.relax(omega, still, elasticity, this->active_);
       }
     }
 
-    ++result.iterations;
-    result.largestMove = largest;
-    result.converged = largest <= tolerance;
+    for (const float largest : this->active_.endBatch())
+    {
+      ++result.iterations;
+      result.largestMove = largest;
+      if (!waves && largest <= restingMoveAfter(1))
+      {
+        this->sweepsSinceGroups_ = 0;
+        this->active_.touch();
+        std::vector<int> moved;
+        const float ofGroups = moveTightGroups(this->bricks_, elasticity, still, moved);
+        this->groupPeriod_ = ofGroups > 0.0f ? sweepsPerGroupTurn : 2 * this->groupPeriod_;
+        result.largestMove = std::max(result.largestMove, static_cast<double>(ofGroups));
+        this->active_.note(moved);
+        clusters.refresh();
+      }
+      else
+      {
+        ++this->sweepsSinceGroups_;
+      }
+      result.converged = result.largestMove <= tolerance;
+    }
   }
+  this->active_.touch();
   return result;
 }
 

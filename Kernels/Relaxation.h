@@ -33,7 +33,7 @@ class Relaxation
 public:
   explicit Relaxation(Bricks& bricks)
     : bricks_(bricks)
-    , active_(bricks, 3)
+    , active_(bricks)
   {
   }
 
@@ -42,15 +42,12 @@ public:
     int iterations, double tolerance, const std::function<void(int)>& checkpoint);
 
 private:
-  float relaxColour(int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
-  void note(const std::vector<int>& bricks);
+  void relaxColour(int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
 
   Bricks& bricks_;
   ActiveBricks active_;
   int groupPeriod_ = 0; ///< sweeps between turns of tight groups
   int sweepsSinceGroups_ = 0;
-  Scratch list_{ "the list of active bricks" };
-  Scratch result_{ "the list of active bricks" };
 };
 
 }

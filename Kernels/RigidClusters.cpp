@@ -297,57 +297,58 @@ void RigidClusters::refresh()
   this->places_ = this->bricks_.context().upload(this->bricks_.displacements(firsts), "the rigid clusters");
 }
 
-float RigidClusters::relax(float omega, float still, const Elasticity& elasticity, std::vector<int>& moved)
+std::vector<int> RigidClusters::inactiveBricks() const
 {
-  if (this->chunkList_.empty())
+  std::vector<int> bricks;
+  for (const Cluster& cluster : this->clusters_)
   {
-    return 0.0f;
+    if (!cluster.held && !cluster.active)
+    {
+      bricks.insert(bricks.end(), cluster.bricks.begin(), cluster.bricks.end());
+    }
   }
+  return bricks;
+}
+
+void RigidClusters::relax(float omega, float still, const Elasticity& elasticity, const ActiveBricks& bricks)
+{
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(false) + elasticity.defines();
 
   cl::Kernel gather = context.kernel("clusters.cl", defines, "clusterGather");
-  gather.setArg(0, this->chunks_);
-  gather.setArg(1, this->links_);
-  gather.setArg(2, this->places_);
-  gather.setArg(3, elasticity.slack);
-  gather.setArg(4, this->bricks_.pitch());
-  gather.setArg(5, this->bricks_.displacement);
-  gather.setArg(6, this->bricks_.constraint);
-  gather.setArg(7, this->partial_);
-  context.runOver(gather, 8, this->chunkList_.size());
+  gather.setArg(0, bricks.log());
+  gather.setArg(1, bricks.turn());
+  gather.setArg(2, this->chunks_);
+  gather.setArg(3, this->links_);
+  gather.setArg(4, this->places_);
+  gather.setArg(5, elasticity.slack);
+  gather.setArg(6, this->bricks_.pitch());
+  gather.setArg(7, this->bricks_.displacement);
+  gather.setArg(8, this->bricks_.constraint);
+  gather.setArg(9, this->partial_);
+  context.runOver(gather, 10, this->chunkList_.size());
 
   cl::Kernel move = context.kernel("clusters.cl", defines, "clusterMove");
-  move.setArg(0, this->heads_);
-  move.setArg(1, omega);
-  move.setArg(2, still);
-  move.setArg(3, this->partial_);
-  move.setArg(4, this->places_);
-  move.setArg(5, this->moves_);
-  context.runOver(move, 6, this->active_.size());
+  move.setArg(0, bricks.log());
+  move.setArg(1, bricks.turn());
+  move.setArg(2, this->heads_);
+  move.setArg(3, omega);
+  move.setArg(4, still);
+  move.setArg(5, this->partial_);
+  move.setArg(6, this->places_);
+  move.setArg(7, this->moves_);
+  context.runOver(move, 8, this->active_.size());
 
   cl::Kernel scatter = context.kernel("clusters.cl", defines, "clusterScatter");
-  scatter.setArg(0, this->members_);
-  scatter.setArg(1, this->heads_);
-  scatter.setArg(2, this->places_);
-  scatter.setArg(3, this->moves_);
-  scatter.setArg(4, this->bricks_.pitch());
-  scatter.setArg(5, this->bricks_.displacement);
-  context.runOver(scatter, 6, this->memberList_.size());
-
-  std::vector<float> moves(this->active_.size());
-  context.read(this->moves_, moves);
-  float largest = 0.0f;
-  for (std::size_t n = 0; n < moves.size(); ++n)
-  {
-    if (moves[n] != 0.0f)
-    {
-      largest = std::max(largest, moves[n]);
-      const std::vector<int>& bricks = this->clusters_[this->active_[n]].bricks;
-      moved.insert(moved.end(), bricks.begin(), bricks.end());
-    }
-  }
-  return largest;
+  scatter.setArg(0, bricks.activity());
+  scatter.setArg(1, bricks.turn());
+  scatter.setArg(2, this->members_);
+  scatter.setArg(3, this->heads_);
+  scatter.setArg(4, this->places_);
+  scatter.setArg(5, this->moves_);
+  scatter.setArg(6, this->bricks_.pitch());
+  scatter.setArg(7, this->bricks_.displacement);
+  context.runOver(scatter, 8, this->memberList_.size());
 }
 
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "ActiveBricks.h"
 #include "Bricks.h"
 #include "Elasticity.h"
 
@@ -26,14 +27,17 @@ public:
   /// Starts a relaxation: no cluster is active; those that hold an anchor or one of these voxels (Grid::at) never are.
   void begin(const std::vector<std::size_t>& heldVoxels);
 
-  /// Makes the clusters of a brick take part from now on. Gives their bricks memory.
+  /// Makes the clusters of these bricks take part from now on. Gives their bricks memory.
   void activate(const std::vector<int>& bricks);
+  bool anyActive() const { return !this->chunkList_.empty(); }
+  /// Bricks of clusters that could move, but do not take part.
+  std::vector<int> inactiveBricks() const;
 
   /// Reads again where the active clusters are, after others than relax() have moved them.
   void refresh();
 
-  /// One update of every active cluster. `moved` gets the bricks of those that moved; returns the largest move.
-  float relax(float omega, float still, const Elasticity& elasticity, std::vector<int>& moved);
+  /// Launches their turn: one update of every active cluster.
+  void relax(float omega, float still, const Elasticity& elasticity, const ActiveBricks& bricks);
 
 private:
   struct Cluster

@@ -3,15 +3,18 @@
 //
 // The host guarantees: all members of a cluster are at the same place, none is held, its links' other ends are not
 // rigid, and their bricks are in memory.
+//
+// activity, log, turn: see active.clh.
 
+#include "active.clh"
 #include "brick.clh"
 #include "element.clh"
 
 // chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4]: the fields of Neighbours.
-kernel void clusterGather(global const int4* chunks, global const uint* links, global const float* places, float slack,
+kernel void clusterGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links, global const float* places, float slack,
   uint pitch, global const float* displacement, global const float* constraint, global float* partial, uint count)
 {
-  if (get_global_id(0) >= count)
+  if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
   {
     return;
   }
@@ -32,12 +35,21 @@ kernel void clusterGather(global const int4* chunks, global const uint* links, g
 }
 
 // cluster: first chunk, number of chunks, axis (-1 for all three). moves: how far it went, 0 if it stayed.
-kernel void clusterMove(global const int4* clusters, float omega, float still, global const float* partial,
+kernel void clusterMove(global int* log, int4 turn, global const int4* clusters, float omega, float still, global const float* partial,
   global float* places, global float* moves, uint count)
 {
   const uint id = get_global_id(0);
   if (id >= count)
   {
+    return;
+  }
+  if (isCalledOff(log, turn, -1.0f))
+  {
+    moves[id] = 0.0f;
+    if (id == 0)
+    {
+      log[2 * turn.x] = 1;
+    }
     return;
   }
   const int4 cluster = clusters[id];
@@ -63,10 +75,14 @@ kernel void clusterMove(global const int4* clusters, float omega, float still, g
     move = max(move, fabs(next - u));
   }
   moves[id] = move;
+  if (move > 0.0f)
+  {
+    atomic_max(&log[2 * turn.x + 1], as_int(move));
+  }
 }
 
 // member: address, cluster.
-kernel void clusterScatter(global const uint2* members, global const int4* clusters, global const float* places,
+kernel void clusterScatter(global int* activity, int4 turn, global const uint2* members, global const int4* clusters, global const float* places,
   global const float* moves, uint pitch, global float* displacement, uint count)
 {
   if (get_global_id(0) >= count)
@@ -78,6 +94,7 @@ kernel void clusterScatter(global const uint2* members, global const int4* clust
   {
     return;
   }
+  atomic_max(&activity[ROW_OF_SLOT * (member.x / ELEMENTS) + NOTED], turn.z);
   for (int axis = 0; axis < 3; ++axis)
   {
     if (clusters[member.y].z < 0 || clusters[member.y].z == axis)

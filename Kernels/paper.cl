@@ -3,29 +3,31 @@
 //
 // WAVES: of these elements only those that waves.clh says.
 //
-// The host guarantees: brick.clh's promise; outside the bricks of the list both copies are the same.
-//
-// result[group]: faces that moved elements touch (movedFaces), and the largest move as the bits of a float.
+// The host guarantees: a work-group for each slot but 0, brick.clh's promise of bricks that are ready (active.clh); at
+// first both copies are the same. A brick has its turn once more after one in which nothing in it moved, and so they are
+// wherever it has none.
 
+#include "active.clh"
 #include "brick.clh"
 #include "element.clh"
 #include "waves.clh"
 
-kernel void relaxAll(global const int* list, float still, float slack, uint pitch, global const int* table,
+kernel void relaxAll(ACTIVE_ARGUMENTS, int kind, float still, float slack, uint pitch, global const int* table,
   global const int* place, int strideY, int strideZ, global const float* displacement, global float* after,
-  global const float* constraint, global const uchar* cut, global int2* result WAVES_ARGUMENTS)
+  global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
 {
   local int faces;
   local int largest;
   const int lid = get_local_id(0);
-  const uint slot = list[get_group_id(0)];
+  const uint slot = get_group_id(0) + 1;
+  const int has = turnOf(slot, kind, activity, log, turn, enough, table, place, strideY, strideZ);
   if (lid == 0)
   {
     faces = 0;
     largest = 0;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  for (int colour = 0; colour < 2; ++colour)
+  for (int colour = 0; has == 3 && colour < 2; ++colour)
   {
     for (int work = lid; work < VECTORS; work += get_local_size(0))
     {
@@ -77,6 +79,6 @@ kernel void relaxAll(global const int* list, float still, float slack, uint pitc
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lid == 0)
   {
-    result[get_group_id(0)] = (int2)(faces, largest);
+    noteTurn(has, faces, largest, slot, kind, activity, log, turn, enough);
   }
 }

@@ -3,10 +3,10 @@
 //
 // WAVES: of the free elements only those that waves.clh says.
 //
-// The host guarantees: the state is feasible, brick.clh's promise.
-//
-// result[group]: faces that moved elements touch (movedFaces), and the largest move as the bits of a float.
+// The host guarantees: a work-group for each slot but 0, the state is feasible, brick.clh's promise of bricks that are
+// ready (active.clh).
 
+#include "active.clh"
 #include "brick.clh"
 #include "element.clh"
 #include "waves.clh"
@@ -68,38 +68,42 @@ RULE float relaxPiece(const int odd, const Site* s, float omega, float still, fl
   return largest;
 }
 
-kernel void relax(global const int* list, int colour, float omega, float still, float slack, uint pitch,
+kernel void relax(ACTIVE_ARGUMENTS, int colour, float omega, float still, float slack, uint pitch,
   global const int* table, global const int* place, int strideY, int strideZ, global float* displacement,
-  global const float* constraint, global const uchar* cut, global int2* result WAVES_ARGUMENTS)
+  global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
 {
   local int faces;
   local int largest;
   const int lid = get_local_id(0);
-  const uint slot = list[get_group_id(0)];
+  const uint slot = get_group_id(0) + 1;
+  const int has = turnOf(slot, colour, activity, log, turn, enough, table, place, strideY, strideZ);
   if (lid == 0)
   {
     faces = 0;
     largest = 0;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  int touched = 0;
-  float move = 0.0f;
-  for (int work = lid; work < VECTORS; work += get_local_size(0))
+  if (has == 3)
   {
-    const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+    int touched = 0;
+    float move = 0.0f;
+    for (int work = lid; work < VECTORS; work += get_local_size(0))
+    {
+      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
 #define PIECE(odd)                                                                                                     \
   relaxPiece(odd, &s, omega, still, slack, pitch, displacement, constraint, cut, &touched WAVES_PASSED_ON)
-    move = max(move, s.odd ? PIECE(1) : PIECE(0));
+      move = max(move, s.odd ? PIECE(1) : PIECE(0));
 #undef PIECE
-  }
-  if (touched)
-  {
-    atomic_or(&faces, touched);
-    atomic_max(&largest, as_int(move));
+    }
+    if (touched)
+    {
+      atomic_or(&faces, touched);
+      atomic_max(&largest, as_int(move));
+    }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lid == 0)
   {
-    result[get_group_id(0)] = (int2)(faces, largest);
+    noteTurn(has, faces, largest, slot, colour, activity, log, turn, enough);
   }
 }
