@@ -10,7 +10,7 @@ namespace chainmail
 
 Arrivals::Arrivals(Bricks& bricks)
   : bricks_(bricks)
-  , spread_(bricks, "arrive.cl", "arrive", 1)
+  , spread_(bricks, "arrive.cl", "arrive")
   , time_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
   , front_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "wavefront numbers" }
   , arrival_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
@@ -52,24 +52,18 @@ void Arrivals::follow(const std::vector<const Hold*>& sources, int front, const 
     bricks.insert(bricks.end(), source->bricks.begin(), source->bricks.end());
   }
 
-  std::set<int> visited;
   this->spread_.start(bricks);
-  for (int turn = 0; !this->spread_.finished(); turn = 1 - turn)
-  {
-    checkpoint();
-    this->spread_.turn(turn,
-      [this](cl::Kernel& kernel, int& argument)
-      {
-        kernel.setArg(argument++, this->bricks_.displacement);
-        kernel.setArg(argument++, this->bricks_.before);
-        kernel.setArg(argument++, this->bricks_.constraint);
-        kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-        kernel.setArg(argument++, this->arrival_.buffer);
-      });
-    visited.insert(this->spread_.slots().begin(), this->spread_.slots().end());
-  }
+  this->spread_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
+    [this](cl::Kernel& kernel, int& argument)
+    {
+      kernel.setArg(argument++, this->bricks_.displacement);
+      kernel.setArg(argument++, this->bricks_.before);
+      kernel.setArg(argument++, this->bricks_.constraint);
+      kernel.setArg(argument++, this->bricks_.cutsOrNothing());
+      kernel.setArg(argument++, this->arrival_.buffer);
+    });
 
-  const std::vector<int> slots(visited.begin(), visited.end());
+  const std::vector<int> slots = this->spread_.seen();
   Scratch list("the list of active bricks");
   cl::Kernel kernel = context.kernel("arrive.cl", this->bricks_.defines(true), "record");
   kernel.setArg(0, list.holding(context, slots));

@@ -367,7 +367,7 @@ CoarseToFine::CoarseToFine(Bricks& bricks, Holds& holds)
   , holds_(holds)
   , propagation_(bricks)
   , repair_(bricks)
-  , pieces_(bricks, "pieces.cl", "join", 1)
+  , pieces_(bricks, "pieces.cl", "join")
 {
 }
 
@@ -480,17 +480,13 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   };
   run("mark", true);
   this->pieces_.start(bricks);
-  for (int turn = 0; !this->pieces_.finished(); turn = 1 - turn)
-  {
-    checkpoint();
-    this->pieces_.turn(turn,
-      [this](cl::Kernel& kernel, int& argument)
-      {
-        kernel.setArg(argument++, this->bricks_.constraint);
-        kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-        kernel.setArg(argument++, this->marks_.buffer);
-      });
-  }
+  this->pieces_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
+    [this](cl::Kernel& kernel, int& argument)
+    {
+      kernel.setArg(argument++, this->bricks_.constraint);
+      kernel.setArg(argument++, this->bricks_.cutsOrNothing());
+      kernel.setArg(argument++, this->marks_.buffer);
+    });
   run("putBack", false);
   this->bricks_.drop(this->marks_);
 }

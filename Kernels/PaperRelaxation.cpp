@@ -48,15 +48,17 @@ RelaxResult PaperRelaxation::run(const Elasticity& elasticity, const WavesUnderW
   const float still = stillResidual(tolerance);
 
   RelaxResult result;
+  int launched = 0;
   while (result.iterations < iterations && !result.converged)
   {
     const int batch = std::min(iterationsPerBatch, iterations - result.iterations);
     this->active_.beginBatch(batch);
     for (int n = 0; n < batch; ++n)
     {
-      checkpoint(result.iterations + n);
-      this->active_.beginSweep(static_cast<float>(tolerance));
       const int iteration = result.iterations + n;
+      launched = std::max(launched, iteration);
+      checkpoint(launched);
+      this->active_.beginSweep(static_cast<float>(tolerance));
       if (this->active_.takesTurn(iteration % 2))
       {
         this->relaxAll(iteration, n % 2 == 1, still, elasticity, waves);

@@ -1,7 +1,6 @@
 #include "Propagation.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace chainmail
 {
@@ -12,52 +11,48 @@ double Propagation::Conflict::largest() const
     *std::max_element(this->tooLow.begin(), this->tooLow.end()));
 }
 
+Propagation::Conflict Propagation::conflict() const
+{
+  Conflict conflict;
+  for (int a = 0; a < 3; ++a)
+  {
+    conflict.tooHigh[a] = this->spread_.extremes()[2 * a];
+    conflict.tooLow[a] = this->spread_.extremes()[2 * a + 1];
+  }
+  return conflict;
+}
+
 void Propagation::start(const std::vector<int>& bricks)
 {
-  this->conflict_ = Conflict();
   this->spread_.start(bricks);
 }
 
-int Propagation::run(int iterations, double enough, const Checkpoint& checkpoint)
+int Propagation::run(int iterations, float enough, const Checkpoint& checkpoint)
 {
-  int done = 0;
-  while (!this->finished() && this->conflict_.largest() <= enough && (iterations == 0 || done < iterations))
+  const auto touch = [this]
   {
-    checkpoint();
-    this->turn(0);
-    if (this->conflict_.largest() <= enough)
+    for (const int slot : this->spread_.changed())
     {
-      this->turn(1);
+      this->bricks_.touch(slot);
     }
-    ++done;
+  };
+  try
+  {
+    const int done = this->spread_.run(iterations, enough, checkpoint,
+      [this](cl::Kernel& kernel, int& argument)
+      {
+        kernel.setArg(argument++, this->bricks_.displacement);
+        kernel.setArg(argument++, this->bricks_.before);
+        kernel.setArg(argument++, this->bricks_.constraint);
+        kernel.setArg(argument++, this->bricks_.cutsOrNothing());
+      });
+    touch();
+    return done;
   }
-  return done;
-}
-
-void Propagation::turn(int parity)
-{
-  this->spread_.turn(parity,
-    [this](cl::Kernel& kernel, int& argument)
-    {
-      kernel.setArg(argument++, this->bricks_.displacement);
-      kernel.setArg(argument++, this->bricks_.before);
-      kernel.setArg(argument++, this->bricks_.constraint);
-      kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-    });
-  for (std::size_t n = 0; n < this->spread_.slots().size(); ++n)
+  catch (...)
   {
-    const cl_int* result = this->spread_.resultOf(n);
-    if (result[0] != 0)
-    {
-      this->bricks_.touch(this->spread_.slots()[n]);
-    }
-    float values[6];
-    std::memcpy(values, result + 1, sizeof(values));
-    for (int a = 0; a < 3; ++a)
-    {
-      this->conflict_.tooHigh[a] = std::max(this->conflict_.tooHigh[a], static_cast<double>(values[2 * a]));
-      this->conflict_.tooLow[a] = std::max(this->conflict_.tooLow[a], static_cast<double>(values[2 * a + 1]));
-    }
+    touch(); // where memory ends, say: what the wave has moved is to be seen
+    throw;
   }
 }
 

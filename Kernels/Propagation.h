@@ -12,7 +12,7 @@ class Propagation
 public:
   explicit Propagation(Bricks& bricks)
     : bricks_(bricks)
-    , spread_(bricks, "propagate.cl", "propagate", 7)
+    , spread_(bricks, "propagate.cl", "propagate", 6)
   {
   }
 
@@ -31,17 +31,14 @@ public:
   /// Lets it travel for at most so many iterations (0: to the end), each one turn of all bricks that it has reached. A
   /// conflict of more than `enough` ends it where it is; conflict() is then at most the whole conflict. Returns the
   /// number of iterations.
-  int run(int iterations, double enough, const Checkpoint& checkpoint);
+  int run(int iterations, float enough, const Checkpoint& checkpoint);
 
   bool finished() const { return this->spread_.finished(); }
-  const Conflict& conflict() const { return this->conflict_; }
+  Conflict conflict() const;
 
 private:
-  void turn(int parity);
-
   Bricks& bricks_;
   Spread spread_;
-  Conflict conflict_;
 };
 
 }

@@ -88,13 +88,15 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
     return std::max(static_cast<float>(tolerance), groupsMayMove ? restingMove : 0.0f);
   };
   RelaxResult result;
+  int launched = 0;
   while (result.iterations < iterations && !result.converged)
   {
     const int sweeps = std::min(sweepsPerBatch, iterations - result.iterations);
     this->active_.beginBatch(sweeps);
     for (int n = 0; n < sweeps; ++n)
     {
-      checkpoint(result.iterations + n);
+      launched = std::max(launched, result.iterations + n);
+      checkpoint(launched);
       const float omega = omegaOf(firstSweep + result.iterations + n);
       this->active_.beginSweep(restingMoveAfter(n));
       for (int colour = 0; colour < 2; ++colour)

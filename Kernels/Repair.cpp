@@ -7,7 +7,7 @@ namespace chainmail
 
 Repair::Repair(Bricks& bricks)
   : bricks_(bricks)
-  , spread_(bricks, "repair.cl", "bound", 1)
+  , spread_(bricks, "repair.cl", "bound")
   , upper_{ 3, sizeof(cl_float), "bounds of displacements" }
 {
 }
@@ -32,29 +32,17 @@ void Repair::run(Propagation& propagation, const Checkpoint& checkpoint)
   this->bricks_.saveBefore();
 
   this->spread_.start(touched);
-  std::set<int> changed;
-  for (int turn = 0; !this->spread_.finished(); turn = 1 - turn)
-  {
-    checkpoint();
-    this->spread_.turn(turn,
-      [this](cl::Kernel& kernel, int& argument)
-      {
-        kernel.setArg(argument++, this->bricks_.constraint);
-        kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-        kernel.setArg(argument++, this->bricks_.before);
-        kernel.setArg(argument++, this->upper_.buffer);
-      });
-    for (std::size_t n = 0; n < this->spread_.slots().size(); ++n)
+  this->spread_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
+    [this](cl::Kernel& kernel, int& argument)
     {
-      if (*this->spread_.resultOf(n) != 0)
-      {
-        changed.insert(this->spread_.slots()[n]);
-      }
-    }
-  }
-  if (!changed.empty())
+      kernel.setArg(argument++, this->bricks_.constraint);
+      kernel.setArg(argument++, this->bricks_.cutsOrNothing());
+      kernel.setArg(argument++, this->bricks_.before);
+      kernel.setArg(argument++, this->upper_.buffer);
+    });
+  const std::vector<int> slots = this->spread_.changed();
+  if (!slots.empty())
   {
-    const std::vector<int> slots(changed.begin(), changed.end());
     std::vector<int> bricks;
     for (const int slot : slots)
     {
@@ -71,7 +59,7 @@ void Repair::run(Propagation& propagation, const Checkpoint& checkpoint)
     kernel.setArg(5, this->bricks_.displacement);
     context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
     propagation.start(bricks);
-    propagation.run(0, std::numeric_limits<double>::infinity(), checkpoint);
+    propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
   }
   this->bricks_.drop(this->upper_);
 }

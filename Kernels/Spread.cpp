@@ -1,5 +1,8 @@
 #include "Spread.h"
 
+#include <algorithm>
+#include <cstring>
+
 namespace chainmail
 {
 
@@ -7,8 +10,19 @@ namespace
 {
 
 // As spread.clh has them.
-constexpr int everyFace = 63;
+constexpr int pending = 0;
 constexpr int anything = 64;
+constexpr int again = 128;
+constexpr int state = 1;
+constexpr int ready = 1;
+constexpr int wasSeen = 2;
+constexpr int hasChanged = 4;
+constexpr int calledOff = 1;
+constexpr int passedOn = 2;
+constexpr int wentAgain = 4;
+
+/// Iterations that are launched in one go, when the ones before met no brick without memory.
+constexpr int mostPerBatch = 16;
 
 }
 
@@ -19,82 +33,182 @@ int Spread::parityOf(int brick) const
   return (origin[0] / size[0] + origin[1] / size[1] + origin[2] / size[2]) & 1;
 }
 
+/// Rows for all slots, and which bricks have their memory.
+void Spread::fit()
+{
+  this->visits_.resize(this->bricks_.slots());
+  for (int slot = 1; slot < this->visits_.rows(); ++slot)
+  {
+    this->visits_[slot][state] |= this->bricks_.ready(this->bricks_.brick(slot)) ? ready : 0;
+  }
+  this->visits_.toDevice(this->bricks_.context());
+}
+
 void Spread::start(const std::vector<int>& bricks)
 {
-  this->pending_[0].clear();
-  this->pending_[1].clear();
+  this->bricks_.require(bricks);
+  this->visits_.clear(this->bricks_.slots());
   for (const int brick : bricks)
   {
-    this->pending_[this->parityOf(brick)][brick] = anything;
-  }
-  // What changed may lie beside a face.
-  for (const int brick : bricks)
-  {
-    this->notify(brick, this->parityOf(brick), everyFace);
-  }
-}
-
-/// Something changed at these faces of a brick.
-void Spread::notify(int brick, int parity, int faces)
-{
-  for (int d = 0; d < 6; ++d)
-  {
-    if (faces & (1 << d))
+    this->visits_[this->bricks_.slot(brick)][pending] = anything;
+    // What changed may lie beside a face.
+    for (int d = 0; d < 6; ++d)
     {
-      this->pending_[1 - parity][this->bricks_.neighbour(brick, d)] |= 1 << Bricks::opposite(d);
+      this->visits_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][pending] |= 1 << Bricks::opposite(d);
     }
   }
+  this->visits_[0][pending] = 0;
+  this->finished_ = true;
+  for (int slot = 1; slot < this->visits_.rows(); ++slot)
+  {
+    this->finished_ = this->finished_ && this->visits_[slot][pending] == 0;
+  }
+  this->fit();
+  this->goesOn_[0] = this->goesOn_[1] = false;
+  this->parity_ = 0;
+  this->waited_ = false;
+  std::fill(this->extremes_.begin(), this->extremes_.end(), 0.0f);
+  this->ofTurn_.assign(this->extremes_.size(), 0.0f);
 }
 
-void Spread::turn(int parity, const std::function<void(cl::Kernel&, int&)>& bind)
+bool Spread::isBeyond(float enough) const
 {
-  std::vector<int> wanted;
-  for (const auto& [brick, before] : this->pending_[parity])
-  {
-    wanted.push_back(brick);
-  }
-  this->bricks_.require(wanted);
-  this->slots_.clear();
-  this->list_.clear();
-  for (const auto& [brick, before] : this->pending_[parity])
-  {
-    if (this->bricks_.slot(brick) > 0)
-    {
-      this->slots_.push_back(this->bricks_.slot(brick));
-      this->list_.push_back({ { this->slots_.back(), before } });
-    }
-  }
-  this->pending_[parity].clear();
-  if (this->slots_.empty())
-  {
-    return;
-  }
+  return std::any_of(this->extremes_.begin(), this->extremes_.end(), [&](float value) { return value > enough; });
+}
 
-  const Index3 size = this->bricks_.size();
+void Spread::launch(const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const Bind& bind)
+{
   Context& context = this->bricks_.context();
-  this->values_.resize(this->results_ * this->slots_.size());
-  const cl::Buffer& result = this->result_.sized(context, sizeof(cl_int) * this->values_.size());
+  this->log_.clear(1 + static_cast<int>(turns.size()));
+  std::copy_n(this->ofTurn_.data(), this->ofTurn_.size(), reinterpret_cast<float*>(this->log_[0] + 1));
+  this->log_.toDevice(context);
+  const Index3 size = this->bricks_.size();
   cl::Kernel kernel = context.kernel(this->file_, this->bricks_.defines(true), this->name_);
-  int argument = 0;
-  kernel.setArg(argument++, this->listBuffer_.holding(context, this->list_));
-  kernel.setArg(argument++, static_cast<cl_int>(size[0] + size[1] + size[2]));
-  kernel.setArg(argument++, this->bricks_.pitch());
+  kernel.setArg(0, this->visits_.buffer());
+  kernel.setArg(1, this->log_.buffer());
+  kernel.setArg(3, enough);
+  kernel.setArg(4, this->bricks_.pitch());
+  int argument = 5;
   this->bricks_.bindTable(kernel, argument);
   bind(kernel, argument);
-  kernel.setArg(argument++, result);
-  context.runGroups(kernel, this->slots_.size(), this->bricks_.workItems(true));
-  context.read(result, this->values_);
-
-  for (std::size_t n = 0; n < this->slots_.size(); ++n)
+  for (std::size_t n = 0; n < turns.size(); ++n)
   {
-    const int brick = this->bricks_.brick(this->slots_[n]);
-    const int faces = *this->resultOf(n);
-    this->notify(brick, parity, faces);
-    if (faces & 128)
+    if (turns[n].parity == 0 || n == 0)
     {
-      this->pending_[parity][brick] = anything;
+      checkpoint();
+    }
+    kernel.setArg(2,
+      cl_int4{ { static_cast<cl_int>(n) + 1, turns[n].parity, turns[n].waited ? 1 : 0, size[0] + size[1] + size[2] } });
+    context.runGroups(kernel, static_cast<std::size_t>(this->visits_.rows()) - 1, this->bricks_.workItems(true));
+  }
+  this->log_.fromDevice(context);
+}
+
+int Spread::run(int iterations, float enough, const Checkpoint& checkpoint, const Bind& bind)
+{
+  Context& context = this->bricks_.context();
+  int done = 0;
+  int batch = 1;
+  while (!this->finished_ && !this->isBeyond(enough) && (iterations == 0 || done < iterations))
+  {
+    if (this->visits_.rows() < this->bricks_.slots()) // others may have given memory to bricks
+    {
+      this->visits_.fromDevice(context);
+      this->fit();
+    }
+    std::vector<Turn> turns;
+    for (int n = 0; n < (iterations == 0 ? batch : std::min(batch, iterations - done)); ++n)
+    {
+      for (int parity = n == 0 ? this->parity_ : 0; parity < 2; ++parity)
+      {
+        turns.push_back({ parity, turns.empty() && this->waited_ });
+      }
+    }
+    this->launch(turns, enough, checkpoint, bind);
+
+    batch = std::min(2 * batch, mostPerBatch);
+    this->parity_ = 0;
+    this->waited_ = false;
+    for (std::size_t n = 0; n < turns.size() && !this->finished_; ++n)
+    {
+      const int parity = turns[n].parity;
+      const cl_int* entry = this->log_[static_cast<int>(n) + 1];
+      const int flags = entry[0];
+      for (std::size_t m = 0; m < this->extremes_.size(); ++m)
+      {
+        float value;
+        std::memcpy(&value, entry + 1 + m, sizeof(value));
+        this->ofTurn_[m] = std::max(this->ofTurn_[m], value);
+      }
+      if (!turns[n].waited)
+      {
+        this->goesOn_[parity] = false;
+      }
+      this->goesOn_[parity] = this->goesOn_[parity] || (flags & wentAgain) != 0;
+      // What is passed on to the first parity is left for the next iteration.
+      this->goesOn_[0] = this->goesOn_[0] || (parity == 1 && (flags & passedOn) != 0);
+      if (flags & calledOff)
+      {
+        this->parity_ = parity;
+        this->waited_ = true;
+        batch = 1;
+        std::vector<int> bricks;
+        this->visits_.fromDevice(context);
+        for (int slot = 1; slot < this->visits_.rows(); ++slot)
+        {
+          const int brick = this->bricks_.brick(slot);
+          if ((this->visits_[slot][pending] & (again - 1)) != 0 && (this->visits_[slot][state] & ready) == 0 &&
+              this->parityOf(brick) == parity)
+          {
+            bricks.push_back(brick);
+          }
+        }
+        this->bricks_.require(bricks);
+        this->fit();
+        break;
+      }
+      for (std::size_t m = 0; m < this->extremes_.size(); ++m)
+      {
+        this->extremes_[m] = std::max(this->extremes_[m], this->ofTurn_[m]);
+        this->ofTurn_[m] = 0.0f;
+      }
+      const bool beyond = this->isBeyond(enough);
+      if (parity == 1 || beyond)
+      {
+        ++done;
+      }
+      this->finished_ = parity == 1 && !this->goesOn_[0] && !this->goesOn_[1];
+      if (beyond)
+      {
+        break;
+      }
     }
   }
+  return done;
+}
+
+std::vector<int> Spread::slotsWith(int flags)
+{
+  this->visits_.fromDevice(this->bricks_.context());
+  std::vector<int> slots;
+  for (int slot = 1; slot < this->visits_.rows(); ++slot)
+  {
+    if (this->visits_[slot][state] & flags)
+    {
+      slots.push_back(slot);
+    }
+  }
+  return slots;
+}
+
+std::vector<int> Spread::seen()
+{
+  return this->slotsWith(wasSeen);
+}
+
+std::vector<int> Spread::changed()
+{
+  return this->slotsWith(hasChanged);
 }
 
 }

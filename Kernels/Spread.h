@@ -1,9 +1,9 @@
 #pragma once
 
 #include "Bricks.h"
+#include "SharedTable.h"
 
 #include <functional>
-#include <map>
 #include <vector>
 
 namespace chainmail
@@ -12,50 +12,65 @@ namespace chainmail
 /// Called between launches; throws to stop.
 using Checkpoint = std::function<void()>;
 
-/// Something that spreads from brick to brick until nothing changes any more, by a kernel that updates bricks in place.
-/// Bricks of one parity (of the brick grid) never touch, so one launch may update all of them.
-///
-/// The kernel's first arguments are the list of slots, each with what changed before, the number of rounds within a
-/// brick that surely suffices, the pitch and brick.clh's table; its last is `result`, some ints for each brick of which
-/// the first are the faces that changed elements touch, as spread.clh says.
+/// Something that spreads from brick to brick until nothing changes any more, by a kernel that updates bricks in place
+/// (spread.clh). The device finds out which bricks have something to do; the host launches several turns at once and
+/// then gives memory to the bricks that what spreads has come to.
 class Spread
 {
 public:
-  /// `results`: ints per brick.
-  Spread(Bricks& bricks, const char* file, const char* kernel, int results)
+  /// Sets the kernel's own arguments, which follow SPREAD_ARGUMENTS, pitch and brick.clh's table.
+  using Bind = std::function<void(cl::Kernel&, int&)>;
+
+  /// `extremes`: EXTREMES of the kernel.
+  Spread(Bricks& bricks, const char* file, const char* kernel, int extremes = 0)
     : bricks_(bricks)
     , file_(file)
     , name_(kernel)
-    , results_(results)
+    , log_(1 + extremes, "the list of active bricks")
+    , extremes_(extremes, 0.0f)
   {
   }
 
   /// Begins in these bricks and those beside them.
   void start(const std::vector<int>& bricks);
 
-  bool finished() const { return this->pending_[0].empty() && this->pending_[1].empty(); }
+  bool finished() const { return this->finished_; }
 
-  /// One launch over all bricks of a parity that have to be looked at. `bind` sets the kernel's own arguments.
-  void turn(int parity, const std::function<void(cl::Kernel&, int&)>& bind);
+  /// Lets it spread for at most so many iterations (0: to the end), each one turn of all bricks that it has reached. An
+  /// extreme of more than `enough` ends it where it is. Returns the number of iterations.
+  int run(int iterations, float enough, const Checkpoint& checkpoint, const Bind& bind);
 
-  /// The slots of the last launch, and the results of each.
-  const std::vector<int>& slots() const { return this->slots_; }
-  const cl_int* resultOf(std::size_t n) const { return this->values_.data() + n * this->results_; }
+  /// The largest of each so far.
+  const std::vector<float>& extremes() const { return this->extremes_; }
+
+  /// Slots that were looked at since the start, and those in which something changed, ascending.
+  std::vector<int> seen();
+  std::vector<int> changed();
 
 private:
+  struct Turn
+  {
+    int parity;
+    bool waited; ///< it is for bricks that lacked memory when their turn came
+  };
+
   int parityOf(int brick) const;
-  void notify(int brick, int parity, int faces);
+  void fit();
+  void launch(const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const Bind& bind);
+  bool isBeyond(float enough) const;
+  std::vector<int> slotsWith(int flags);
 
   Bricks& bricks_;
   const char* file_;
   const char* name_;
-  std::size_t results_;
-  std::map<int, int> pending_[2]; ///< by parity: brick, and what changed before (spread.clh)
-  std::vector<cl_int2> list_;
-  std::vector<int> slots_;
-  std::vector<cl_int> values_;
-  Scratch listBuffer_{ "the list of active bricks" };
-  Scratch result_{ "the list of active bricks" };
+  SharedTable visits_{ 2, "the list of active bricks" };
+  SharedTable log_;
+  std::vector<float> extremes_;
+  std::vector<float> ofTurn_; ///< extremes of a turn that is half done
+  bool finished_ = true;
+  bool goesOn_[2] = {}; ///< after the last turn of each parity: something is left to do
+  int parity_ = 0;      ///< of the next turn
+  bool waited_ = false;
 };
 
 }

@@ -230,18 +230,18 @@ void Waves::attempt()
     }
     bricks.insert(bricks.end(), wave.holds[n]->bricks.begin(), wave.holds[n]->bricks.end());
   }
-  wave.enough = 0.0;
+  wave.enough = 0.0f;
   for (int a = 0; a < 3; ++a)
   {
     wave.tolerance[a] = rounding(furthest[a]);
-    wave.enough = std::max<double>(wave.enough, wave.tolerance[a]);
+    wave.enough = std::max(wave.enough, wave.tolerance[a]);
   }
   if (wave.holds.size() == 1)
   {
     // A wave that is much too long would run through all tissue: it ends where it meets a large conflict.
     for (int a = 0; a < 3; ++a)
     {
-      wave.enough = std::max(wave.enough, 0.2 * std::fabs(wave.to[a]));
+      wave.enough = std::max(wave.enough, 0.2f * std::fabs(wave.to[a]));
     }
   }
   ++wave.attempts;
@@ -255,7 +255,7 @@ void Waves::attempt()
 bool Waves::settled()
 {
   Wave& wave = *this->wave_;
-  const Propagation::Conflict& conflict = this->propagation_.conflict();
+  const Propagation::Conflict conflict = this->propagation_.conflict();
   bool compatible = true;
   for (int a = 0; a < 3; ++a)
   {

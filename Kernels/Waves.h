@@ -55,7 +55,7 @@ private:
     std::array<bool, 3> stays{};            ///< axes that a single one cannot move along
     std::array<int, 3> lastWay{};           ///< signs of its last small corrections
     std::array<float, 3> tolerance{};       ///< conflict on an axis that is no more than rounding
-    double enough = 0.0;                    ///< conflict that ends an attempt early
+    float enough = 0.0f;                    ///< conflict that ends an attempt early
     int attempts = 0;
   };
 

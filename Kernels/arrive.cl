@@ -1,8 +1,8 @@
 // When an envelope wave came to each element: the length of the shortest path of links from the probe through elements
 // that the wave moved. In place, in any order: times only fall.
 //
-// The host guarantees: bricks of one launch do not touch each other, `before` is the state in front of the wave and
-// `displacement` the one behind it, `arrival` is 0 at the probes and else +infinity at first, brick.clh's promise.
+// The host guarantees: `before` is the state in front of the wave and `displacement` the one behind it, `arrival` is 0 at
+// the probes and else +infinity at first, brick.clh's promise of bricks that are ready.
 //
 // arrival: the time; its sign bit is set where the element did not move and so does not pass the wave on.
 
@@ -44,18 +44,15 @@ RULE int arriveAt(const Site* s, uint pitch, global const float* displacement, g
   return touched;
 }
 
-// list: slot and what changed before; result: faces (spread.clh).
-kernel void arrive(global const int2* list, int rounds, uint pitch, global const int* table, global const int* place,
-  int strideY, int strideZ, global const float* displacement, global const float* before,
-  global const float* constraint, global const uchar* cut, global float* arrival, global int* result)
+kernel void arrive(SPREAD_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
+  int strideZ, global const float* displacement, global const float* before, global const float* constraint,
+  global const uchar* cut, global float* arrival)
 {
-  const int lid = get_local_id(0);
-  const uint slot = list[get_group_id(0)].x;
-  const int from = list[get_group_id(0)].y;
+  SPREAD_TO
   SPREAD(arriveAt(&s, pitch, displacement, before, constraint, cut, arrival))
   if (lid == 0)
   {
-    result[get_group_id(0)] = faces;
+    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
 }
 

@@ -4,7 +4,7 @@
 //
 // marks: [0] something in the piece is held, [1] something in it is strained; 1 or 0.
 //
-// The host guarantees: bricks of one launch of `join` do not touch each other, brick.clh's promise.
+// The host guarantees: brick.clh's promise of bricks that are ready.
 
 #include "brick.clh"
 #include "element.clh"
@@ -60,18 +60,15 @@ RULE int joinAt(const Site* s, uint pitch, global const float* constraint, globa
   return movedFaces(s, changed);
 }
 
-// From link to link. list: slot and what changed before; result: faces (spread.clh).
-kernel void join(global const int2* list, int rounds, uint pitch, global const int* table, global const int* place,
-  int strideY, int strideZ, global const float* constraint, global const uchar* cut, global float* marks,
-  global int* result)
+// From link to link.
+kernel void join(SPREAD_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
+  int strideZ, global const float* constraint, global const uchar* cut, global float* marks)
 {
-  const int lid = get_local_id(0);
-  const uint slot = list[get_group_id(0)].x;
-  const int from = list[get_group_id(0)].y;
+  SPREAD_TO
   SPREAD(joinAt(&s, pitch, constraint, cut, marks))
   if (lid == 0)
   {
-    result[get_group_id(0)] = faces;
+    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
 }
 

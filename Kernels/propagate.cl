@@ -1,12 +1,12 @@
 // A wave through the tissue: every element into the bounds that the moved ones around it set (element.clh), until
 // nothing in the brick changes. In place, in any order: raised values only grow and lowered ones only fall.
 //
-// The host guarantees: bricks of one launch do not touch each other (one parity of the brick grid), `before` is a
-// feasible state, moved tissue differs from it or is held, brick.clh's promise.
+// The host guarantees: `before` is a feasible state, moved tissue differs from it or is held, brick.clh's promise of
+// bricks that are ready (spread.clh).
 //
-// list: slot and what changed before (spread.clh).
-// result[group * 7]: faces (spread.clh), then for each axis how much too high and too low the moved tissue is for what
-// is held, as the bits of floats.
+// Extremes: for each axis how much too high and too low the moved tissue is for what is held.
+
+#define EXTREMES 6
 
 #include "brick.clh"
 #include "element.clh"
@@ -88,38 +88,24 @@ RULE int anyHeld(const Site* s, uint pitch, global const float* constraint)
   return SOME(held);
 }
 
-kernel void propagate(global const int2* list, int rounds, uint pitch, global const int* table, global const int* place,
-  int strideY, int strideZ, global float* displacement, global const float* before, global const float* constraint,
-  global const uchar* cut, global int* result)
+kernel void propagate(SPREAD_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
+  int strideZ, global float* displacement, global const float* before, global const float* constraint,
+  global const uchar* cut)
 {
-  local int largest[6];
-  const int lid = get_local_id(0);
-  const uint slot = list[get_group_id(0)].x;
-  const int from = list[get_group_id(0)].y;
-  for (int n = lid; n < 6; n += get_local_size(0))
-  {
-    largest[n] = 0;
-  }
+  SPREAD_TO
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
 #define WAVE(odd, beside) wave(odd, beside, &s, pitch, displacement, before, constraint, cut, conflict)
   SPREAD(anyHeld(&s, pitch, constraint) ? WAVE(s.odd, 1) : (s.odd ? WAVE(1, 0) : WAVE(0, 0)))
 #undef WAVE
-  barrier(CLK_LOCAL_MEM_FENCE);
   for (int n = 0; n < 6; ++n)
   {
     if (conflict[n] > 0.0f)
     {
-      atomic_max(&largest[n], as_int(conflict[n]));
+      atomic_max(&log[turn.x * ROW_OF_LOG + 1 + n], as_int(conflict[n]));
     }
   }
-  barrier(CLK_LOCAL_MEM_FENCE);
   if (lid == 0)
   {
-    global int* row = result + get_group_id(0) * 7;
-    row[0] = faces;
-    for (int n = 0; n < 6; ++n)
-    {
-      row[1 + n] = largest[n];
-    }
+    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
 }

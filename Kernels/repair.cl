@@ -1,8 +1,7 @@
 // Makes a state feasible: `bound` finds min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)) over all elements j, in place
 // and in any order, `settle` takes their mean.
 //
-// The host guarantees: bricks of one launch do not touch each other, both bounds are the displacement at first,
-// brick.clh's promise.
+// The host guarantees: both bounds are the displacement at first, brick.clh's promise of bricks that are ready.
 
 #include "brick.clh"
 #include "element.clh"
@@ -45,18 +44,14 @@ RULE int boundAt(const Site* s, uint pitch, global const float* constraint, glob
   return touched;
 }
 
-// list: slot and what changed before; result: faces (spread.clh).
-kernel void bound(global const int2* list, int rounds, uint pitch, global const int* table, global const int* place,
-  int strideY, int strideZ, global const float* constraint, global const uchar* cut, global float* lower,
-  global float* upper, global int* result)
+kernel void bound(SPREAD_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
+  int strideZ, global const float* constraint, global const uchar* cut, global float* lower, global float* upper)
 {
-  const int lid = get_local_id(0);
-  const uint slot = list[get_group_id(0)].x;
-  const int from = list[get_group_id(0)].y;
+  SPREAD_TO
   SPREAD(boundAt(&s, pitch, constraint, cut, lower, upper))
   if (lid == 0)
   {
-    result[get_group_id(0)] = faces;
+    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
 }
 
