@@ -6,8 +6,8 @@
 //
 // activity, log, turn: see active.clh.
 
-#include "active.clh"
 #include "brick.clh"
+#include "active.clh"
 #include "element.clh"
 
 // chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4]: the fields of Neighbours.

@@ -7,8 +7,8 @@
 // first both copies are the same. A brick has its turn once more after one in which nothing in it moved, and so they are
 // wherever it has none.
 
-#include "active.clh"
 #include "brick.clh"
+#include "active.clh"
 #include "element.clh"
 #include "waves.clh"
 
@@ -16,24 +16,16 @@ kernel void relaxAll(ACTIVE_ARGUMENTS, int kind, float still, float slack, uint 
   global const int* place, int strideY, int strideZ, global const float* displacement, global float* after,
   global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
 {
-  local int faces;
-  local int largest;
-  const int lid = get_local_id(0);
+  local Turn mine;
   const uint slot = get_group_id(0) + 1;
-  const int has = turnOf(slot, kind, activity, log, turn, enough, table, place, strideY, strideZ);
-  if (lid == 0)
+  beginTurn(&mine, slot, kind, activity, log, turn, enough, table, place, strideY, strideZ);
+  int touched = 0;
+  float move = 0.0f;
+  for (int colour = 0; mine.has == HAS_TURN && colour < 2; ++colour)
   {
-    faces = 0;
-    largest = 0;
-  }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  for (int colour = 0; has == 3 && colour < 2; ++colour)
-  {
-    for (int work = lid; work < VECTORS; work += get_local_size(0))
+    for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
       const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
-      int touched = 0;
-      float move = 0.0f;
       real limit[6], weight[6], us[6];
       mask relaxes;
       for (int axis = 0; axis < 3; ++axis)
@@ -69,16 +61,7 @@ kernel void relaxAll(ACTIVE_ARGUMENTS, int kind, float still, float slack, uint 
           move = max(move, largestOf(fabs(next - u)));
         }
       }
-      if (touched)
-      {
-        atomic_or(&faces, touched);
-        atomic_max(&largest, as_int(move));
-      }
     }
   }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (lid == 0)
-  {
-    noteTurn(has, faces, largest, slot, kind, activity, log, turn, enough);
-  }
+  endTurn(&mine, touched, move, slot, kind, activity, log, turn, enough);
 }

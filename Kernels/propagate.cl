@@ -12,7 +12,7 @@
 #include "element.clh"
 #include "spread.clh"
 
-// One piece of work, `odd` (Site.odd) as a constant, and `beside` too: whether anything in it or beside it is held.
+// One piece of work; `odd`: see BY_PARITY. `beside`, a constant: whether anything in it or beside it is held.
 RULE int wave(const int odd, const int beside, const Site* s, uint pitch, global float* displacement,
   global const float* before, global const float* constraint, global const uchar* cut, float* conflict)
 {
@@ -95,7 +95,9 @@ kernel void propagate(SPREAD_ARGUMENTS, uint pitch, global const int* table, glo
   SPREAD_TO
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
 #define WAVE(odd, beside) wave(odd, beside, &s, pitch, displacement, before, constraint, cut, conflict)
-  SPREAD(anyHeld(&s, pitch, constraint) ? WAVE(s.odd, 1) : (s.odd ? WAVE(1, 0) : WAVE(0, 0)))
+#define FREE_WAVE(odd) WAVE(odd, 0)
+  SPREAD(anyHeld(&s, pitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
+#undef FREE_WAVE
 #undef WAVE
   for (int n = 0; n < 6; ++n)
   {

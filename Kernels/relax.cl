@@ -6,12 +6,12 @@
 // The host guarantees: a work-group for each slot but 0, the state is feasible, brick.clh's promise of bricks that are
 // ready (active.clh).
 
-#include "active.clh"
 #include "brick.clh"
+#include "active.clh"
 #include "element.clh"
 #include "waves.clh"
 
-// One piece of work, `odd` (Site.odd) as a constant; returns the largest move. What is summed up neighbour by
+// One piece of work; `odd`: see BY_PARITY. Returns the largest move. What is summed up neighbour by
 // neighbour, for all axes at once, stays in registers.
 RULE float relaxPiece(const int odd, const Site* s, float omega, float still, float slack, uint pitch,
   global float* displacement, global const float* constraint, global const uchar* cut, int* faces WAVES_ARGUMENTS)
@@ -72,38 +72,21 @@ kernel void relax(ACTIVE_ARGUMENTS, int colour, float omega, float still, float 
   global const int* table, global const int* place, int strideY, int strideZ, global float* displacement,
   global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
 {
-  local int faces;
-  local int largest;
-  const int lid = get_local_id(0);
+  local Turn mine;
   const uint slot = get_group_id(0) + 1;
-  const int has = turnOf(slot, colour, activity, log, turn, enough, table, place, strideY, strideZ);
-  if (lid == 0)
+  beginTurn(&mine, slot, colour, activity, log, turn, enough, table, place, strideY, strideZ);
+  int touched = 0;
+  float move = 0.0f;
+  if (mine.has == HAS_TURN)
   {
-    faces = 0;
-    largest = 0;
-  }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (has == 3)
-  {
-    int touched = 0;
-    float move = 0.0f;
-    for (int work = lid; work < VECTORS; work += get_local_size(0))
+    for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
       const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
 #define PIECE(odd)                                                                                                     \
   relaxPiece(odd, &s, omega, still, slack, pitch, displacement, constraint, cut, &touched WAVES_PASSED_ON)
-      move = max(move, s.odd ? PIECE(1) : PIECE(0));
+      move = max(move, BY_PARITY(PIECE, s));
 #undef PIECE
     }
-    if (touched)
-    {
-      atomic_or(&faces, touched);
-      atomic_max(&largest, as_int(move));
-    }
   }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (lid == 0)
-  {
-    noteTurn(has, faces, largest, slot, colour, activity, log, turn, enough);
-  }
+  endTurn(&mine, touched, move, slot, colour, activity, log, turn, enough);
 }
