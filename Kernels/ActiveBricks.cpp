@@ -173,6 +173,10 @@ void ActiveBricks::makeReady(const std::vector<int>& slots)
   std::vector<int> around;
   for (const int slot : slots)
   {
+    if (this->activity_[slot][ready] != 0)
+    {
+      continue;
+    }
     const int brick = this->bricks_.brick(slot);
     bricks.push_back(brick);
     around.push_back(brick);
@@ -181,12 +185,15 @@ void ActiveBricks::makeReady(const std::vector<int>& slots)
       around.push_back(this->bricks_.neighbour(brick, d));
     }
   }
-  this->bricks_.require(bricks);
-  if (this->clusters_)
+  if (!bricks.empty())
   {
-    this->clusters_->activate(around);
+    this->bricks_.require(bricks);
+    if (this->clusters_)
+    {
+      this->clusters_->activate(around);
+    }
+    this->fit();
   }
-  this->fit();
   this->activity_.toDevice(this->bricks_.context());
 }
 

@@ -365,16 +365,24 @@ std::vector<int> Bricks::touchedSlots() const
 
 std::vector<int> Bricks::slotsAround(const std::vector<int>& slots) const
 {
-  std::set<int> around(slots.begin(), slots.end());
+  std::vector<char> isAround(this->slots(), 0);
   for (const int slot : slots)
   {
+    isAround[slot] = 1;
     for (int direction = 0; direction < 6; ++direction)
     {
-      around.insert(this->slot(this->neighbour(this->brick(slot), direction)));
+      isAround[this->slot(this->neighbour(this->brick(slot), direction))] = 1;
     }
   }
-  around.erase(0);
-  return { around.begin(), around.end() };
+  std::vector<int> around;
+  for (int slot = 1; slot < this->slots(); ++slot)
+  {
+    if (isAround[slot] != 0)
+    {
+      around.push_back(slot);
+    }
+  }
+  return around;
 }
 
 void Bricks::saveBefore()
