@@ -34,8 +34,9 @@ void checkBrickSize(const Index3& size)
 
 Index3 defaultBrickSize(const DeviceInfo& device)
 {
-  // CPUs: one 16-wide vector a row and colour, bricks that fit the second-level cache. GPUs: 256 work-items a colour.
-  return device.gpu ? Index3{ 32, 4, 4 } : Index3{ 32, 8, 8 };
+  // CPUs: two 8-wide vectors a row and colour, bricks that fit the second-level cache. GPUs: two elements of a colour for
+  // each of 256 work-items.
+  return device.gpu ? Index3{ 16, 8, 8 } : Index3{ 32, 8, 8 };
 }
 
 Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize)
