@@ -135,6 +135,34 @@ std::string expanded(const std::string& file)
   return text.str();
 }
 
+/// All that a driver's compiled program depends on.
+std::string programKey(const cl::Device& device, const std::string& options, const std::string& source)
+{
+  const cl::Platform platform(device.getInfo<CL_DEVICE_PLATFORM>());
+  std::string key;
+  for (const std::string& part : { platform.getInfo<CL_PLATFORM_NAME>(), platform.getInfo<CL_PLATFORM_VERSION>(),
+         device.getInfo<CL_DEVICE_NAME>(), device.getInfo<CL_DEVICE_VENDOR>(), device.getInfo<CL_DEVICE_VERSION>(),
+         device.getInfo<CL_DRIVER_VERSION>(), options, source })
+  {
+    key += part + '\n';
+  }
+  return key;
+}
+
+/// What the driver made of a program for its one device; empty where it does not give it away.
+std::string binaryOf(const cl::Program& program)
+{
+  try
+  {
+    const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
+    return binaries.empty() ? std::string() : std::string(binaries.front().begin(), binaries.front().end());
+  }
+  catch (const cl::Error&)
+  {
+    return {};
+  }
+}
+
 }
 
 const char* errorName(cl_int code)
@@ -232,6 +260,7 @@ Context::Context(const cl::Device& device)
   , info_(describe(device))
   , context_(device)
   , queue_(context_, device)
+  , cache_(ProgramCache::userFolder())
 {
 }
 
@@ -243,10 +272,31 @@ const cl::Program& Context::program(const std::string& file, const std::string& 
   {
     return known->second;
   }
-  cl::Program program(this->context_, expanded(file));
+  return this->programs_.emplace(key, this->build(file, "-cl-std=CL1.2 " + defines)).first->second;
+}
+
+cl::Program Context::build(const std::string& file, const std::string& options)
+{
+  const std::vector<cl::Device> devices{ this->device_ };
+  const std::string source = expanded(file);
+  const std::string key = programKey(this->device_, options, source);
+  const std::string kept = this->cache_.find(key);
+  if (!kept.empty())
+  {
+    try
+    {
+      cl::Program program(this->context_, devices, { { kept.begin(), kept.end() } });
+      program.build(devices, options.c_str());
+      return program;
+    }
+    catch (const cl::Error&) // the driver does not take it any more
+    {
+    }
+  }
+  cl::Program program(this->context_, source);
   try
   {
-    program.build(std::vector<cl::Device>{ this->device_ }, ("-cl-std=CL1.2 " + defines).c_str());
+    program.build(devices, options.c_str());
   }
   catch (const cl::Error& error)
   {
@@ -254,7 +304,8 @@ const cl::Program& Context::program(const std::string& file, const std::string& 
                       file + " on \"" + this->info_.name +
                       "\": " + program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(this->device_));
   }
-  return this->programs_.emplace(key, program).first->second;
+  this->cache_.keep(key, [&] { return binaryOf(program); });
+  return program;
 }
 
 cl::Kernel Context::kernel(const std::string& file, const std::string& defines, const char* name)

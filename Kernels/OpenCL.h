@@ -8,6 +8,7 @@
 #include <CL/opencl.hpp>
 
 #include "Device.h"
+#include "ProgramCache.h"
 
 #include <map>
 #include <memory>
@@ -37,7 +38,7 @@ public:
   const cl::Device& device() const { return this->device_; }
   cl::CommandQueue& queue() { return this->queue_; }
 
-  /// The program of one .cl file with the given -D options, built on first use.
+  /// The program of one .cl file with the given -D options, built, or taken from the user's cache, on first use.
   const cl::Program& program(const std::string& file, const std::string& defines);
   cl::Kernel kernel(const std::string& file, const std::string& defines, const char* name);
 
@@ -73,10 +74,13 @@ public:
   }
 
 private:
+  cl::Program build(const std::string& file, const std::string& options);
+
   cl::Device device_;
   DeviceInfo info_;
   cl::Context context_;
   cl::CommandQueue queue_;
+  ProgramCache cache_;
   std::map<std::string, cl::Program> programs_;
 };
 

@@ -1,6 +1,6 @@
 // B7: what the start of a process costs: the time from asking for a simulation to the end of a first, tiny cut, pull,
-// relaxation and resampling, less that of the same once more. Measured in child processes, with an empty cache of
-// compiled kernels and with a full one.
+// relaxation and resampling, less that of the same once more. Measured in child processes, with empty caches of
+// compiled kernels and with full ones.
 
 #include "Settling.h"
 
@@ -46,9 +46,9 @@ double startOf(const std::string& cache, const std::string& device)
   {
     throw std::runtime_error("this program does not know where it is");
   }
-  // PoCL's cache and that of NVIDIA's driver.
-  const std::string command =
-    "POCL_CACHE_DIR='" + cache + "' CUDA_CACHE_PATH='" + cache + "' '" + self + "' --child '--device=" + device + "'";
+  // The engine's cache, PoCL's and that of NVIDIA's driver.
+  const std::string command = "CHAINMAIL_CACHE_DIR='" + cache + "/chainmail' POCL_CACHE_DIR='" + cache +
+                              "' CUDA_CACHE_PATH='" + cache + "' '" + self + "' --child '--device=" + device + "'";
   FILE* pipe = popen(command.c_str(), "r");
   double lost = 0.0;
   const bool read = pipe && fscanf(pipe, "%lf", &lost) == 1;

@@ -41,7 +41,8 @@ public:
 
   template <cl_device_info Name> auto getInfo() const
   {
-    if constexpr (Name == CL_DEVICE_NAME)
+    if constexpr (Name == CL_DEVICE_NAME || Name == CL_DEVICE_VENDOR || Name == CL_DEVICE_VERSION ||
+                  Name == CL_DRIVER_VERSION)
     {
       return std::string("Host C++");
     }
@@ -88,7 +89,7 @@ public:
   }
   template <cl_platform_info Name> std::string getInfo() const
   {
-    static_assert(Name == CL_PLATFORM_NAME, "not emulated");
+    static_assert(Name == CL_PLATFORM_NAME || Name == CL_PLATFORM_VERSION, "not emulated");
     return "Host C++";
   }
 };
@@ -127,15 +128,25 @@ class Program
 {
 public:
   struct Built;
+  using Binaries = std::vector<std::vector<unsigned char>>;
 
   Program() = default;
   Program(const Context&, const std::string& source);
+  Program(const Context&, const std::vector<Device>&, const Binaries&)
+  {
+    throw Error(CL_INVALID_BINARY, "clCreateProgramWithBinary"); // as it gives none away
+  }
 
   void build(const std::vector<Device>&, const char* options);
   template <cl_program_build_info Name> std::string getBuildInfo(const Device&) const
   {
     static_assert(Name == CL_PROGRAM_BUILD_LOG, "not emulated");
     return this->buildLog();
+  }
+  template <cl_program_info Name> Binaries getInfo() const
+  {
+    static_assert(Name == CL_PROGRAM_BINARIES, "not emulated");
+    return {};
   }
   const std::shared_ptr<Built>& built() const { return this->built_; }
 

@@ -1,0 +1,411 @@
+#include "ChildProcess.h"
+#include "Device.h"
+#include "ProgramCache.h"
+#include "Scene.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <iomanip>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <stdlib.h>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <vector>
+
+namespace
+{
+
+namespace fs = std::filesystem;
+using namespace chainmail;
+
+/// Gone with all that is in it.
+struct TemporaryFolder
+{
+  fs::path path;
+
+  TemporaryFolder()
+  {
+    std::string name = (fs::temp_directory_path() / "chainmail-test-XXXXXX").string();
+    if (!mkdtemp(name.data()))
+    {
+      throw std::runtime_error(name + " could not be made");
+    }
+    this->path = name;
+  }
+  ~TemporaryFolder()
+  {
+    std::error_code ignored;
+    fs::remove_all(this->path, ignored);
+  }
+};
+
+std::vector<fs::path> filesOf(const fs::path& folder)
+{
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+  {
+    files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::string contentOf(const fs::path& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+void write(const fs::path& path, const std::string& content)
+{
+  std::ofstream(path, std::ios::binary) << content;
+}
+
+void keep(const ProgramCache& cache, const std::string& key, const std::string& program)
+{
+  cache.keep(key, [&] { return program; });
+}
+
+// --- Bytes under a key -----------------------------------------------------------------------------------------------
+
+TEST(ProgramCache, GivesBackWhatWasKeptUnderAKeyAndNothingElse)
+{
+  const TemporaryFolder temporary;
+  const fs::path folder = temporary.path / "made" / "when needed";
+  const std::string program("with\0zeros\n\xff", 12);
+  EXPECT_EQ(ProgramCache(folder).find("key"), "");
+  EXPECT_FALSE(fs::exists(folder)) << "looking made the folder";
+  keep(ProgramCache(folder), "key", program);
+  keep(ProgramCache(folder), "key of another", "other");
+  EXPECT_EQ(ProgramCache(folder).find("key"), program);
+  EXPECT_EQ(ProgramCache(folder).find("key of another"), "other");
+  EXPECT_EQ(ProgramCache(folder).find("ke"), "");
+  EXPECT_EQ(ProgramCache(folder).find(""), "");
+  EXPECT_EQ(filesOf(folder).size(), 2u);
+  EXPECT_EQ(fs::status(folder).permissions(), fs::perms::owner_all);
+
+  keep(ProgramCache(folder), "key", ""); // a driver that gives nothing away
+  keep(ProgramCache(folder), "nothing", "");
+  EXPECT_EQ(ProgramCache(folder).find("key"), program);
+  EXPECT_EQ(filesOf(folder).size(), 2u) << "an unfinished file stays";
+}
+
+TEST(ProgramCache, WithoutAFolderNothingIsKeptOrAskedFor)
+{
+  const TemporaryFolder temporary;
+  write(temporary.path / "file", "");
+  // No folder, and one that nobody can make, not even root.
+  for (const fs::path& folder : { fs::path(), temporary.path / "file" / "folder", temporary.path / "file" })
+  {
+    const ProgramCache cache(folder);
+    cache.keep("key",
+      []() -> std::string
+      {
+        ADD_FAILURE() << "the program was asked for";
+        return "program";
+      });
+    EXPECT_EQ(cache.find("key"), "") << folder;
+  }
+  EXPECT_EQ(filesOf(temporary.path).size(), 1u);
+}
+
+TEST(ProgramCache, ADamagedFileIsNotUsedAndReplaced)
+{
+  const TemporaryFolder temporary;
+  const ProgramCache cache(temporary.path);
+  const std::string key(100, 'k');
+  const std::string program(1000, 'p');
+  keep(cache, key, program);
+  const fs::path file = filesOf(temporary.path).front();
+  const std::string whole = contentOf(file);
+
+  std::vector<std::string> damaged{ "", whole + "x", std::string(whole.size(), '\0'), whole + whole };
+  for (std::size_t length = 1; length < whole.size(); length += 7)
+  {
+    damaged.push_back(whole.substr(0, length));
+  }
+  for (std::size_t place = 0; place < whole.size(); place += 3)
+  {
+    damaged.push_back(whole);
+    damaged.back()[place] ^= 0x10;
+  }
+  for (const std::string& content : damaged)
+  {
+    write(file, content);
+    EXPECT_EQ(cache.find(key), "");
+  }
+  keep(cache, key, program);
+  EXPECT_EQ(contentOf(file), whole);
+  EXPECT_EQ(cache.find(key), program);
+
+  // Another key of the same hash, or a file that someone renamed.
+  keep(cache, std::string(100, 'K'), "foreign");
+  for (const fs::path& other : filesOf(temporary.path))
+  {
+    if (other != file)
+    {
+      fs::rename(other, file);
+    }
+  }
+  EXPECT_EQ(cache.find(key), "");
+  keep(cache, key, program);
+  EXPECT_EQ(cache.find(key), program);
+}
+
+TEST(ProgramCache, WhereAFileCannotBeReplacedNothingIsLeft)
+{
+  const TemporaryFolder temporary;
+  const ProgramCache cache(temporary.path);
+  keep(cache, "key", "program");
+  const fs::path file = filesOf(temporary.path).front();
+  fs::remove(file);
+  fs::create_directories(file / "in the way");
+  EXPECT_EQ(cache.find("key"), "");
+  keep(cache, "key", "program");
+  EXPECT_EQ(cache.find("key"), "");
+  EXPECT_EQ(filesOf(temporary.path).size(), 1u);
+}
+
+TEST(ProgramCache, WhatWasWrittenFirstMakesRoom)
+{
+  const TemporaryFolder temporary;
+  const std::string program(1000, 'p');
+  write(temporary.path / "of the user", std::string(5000, 'u'));
+  const ProgramCache cache(temporary.path, 3500);
+  for (const char* key : { "0", "1", "2" })
+  {
+    keep(cache, key, program);
+    for (const fs::path& file : filesOf(temporary.path))
+    {
+      fs::last_write_time(file, fs::last_write_time(file) - std::chrono::seconds(1)); // clocks of files are coarse
+    }
+  }
+  EXPECT_EQ(cache.find("0"), program);
+  keep(cache, "3", program);
+  EXPECT_EQ(cache.find("0"), "");
+  for (const char* key : { "1", "2", "3" })
+  {
+    EXPECT_EQ(cache.find(key), program) << key;
+  }
+  EXPECT_TRUE(fs::exists(temporary.path / "of the user"));
+}
+
+TEST(ProgramCache, ManyMayUseAFolderAtOnce)
+{
+  const TemporaryFolder temporary;
+  const auto programOf = [](int key, int writer) { return std::string(20000 + key, static_cast<char>('a' + writer)); };
+  std::vector<std::thread> threads;
+  for (int writer = 0; writer < 8; ++writer)
+  {
+    threads.emplace_back(
+      [&, writer]
+      {
+        const ProgramCache cache(temporary.path);
+        for (int n = 0; n < 40; ++n)
+        {
+          const std::string key = std::to_string(n % 4);
+          const std::string found = cache.find(key);
+          EXPECT_TRUE(found.empty() || found == programOf(n % 4, found[0] - 'a')) << "half of one, or two in one";
+          keep(cache, key, programOf(n % 4, writer));
+        }
+      });
+  }
+  for (std::thread& thread : threads)
+  {
+    thread.join();
+  }
+  EXPECT_EQ(filesOf(temporary.path).size(), 4u);
+}
+
+/// An environment variable with another value, or none, as long as this lives.
+class Variable
+{
+public:
+  Variable(const char* name, const char* value)
+    : name_(name)
+  {
+    if (const char* before = std::getenv(name))
+    {
+      this->before_ = before;
+    }
+    value ? setenv(name, value, 1) : unsetenv(name);
+  }
+  ~Variable() { this->before_ ? setenv(this->name_, this->before_->c_str(), 1) : unsetenv(this->name_); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+TEST(ProgramCache, IsWhereTheUserOrTheSystemHasCaches)
+{
+  const auto folder = [](const char* own, const char* xdg, const char* home)
+  {
+    const Variable first("CHAINMAIL_CACHE_DIR", own);
+    const Variable second("XDG_CACHE_HOME", xdg);
+    const Variable third("HOME", home);
+    return ProgramCache::userFolder().string();
+  };
+  EXPECT_EQ(folder("/own", "/xdg", "/home/user"), "/own");
+  EXPECT_EQ(folder("", "/xdg", "/home/user"), "");
+#ifndef __APPLE__
+  EXPECT_EQ(folder(nullptr, "/xdg", "/home/user"), "/xdg/chainmail");
+  EXPECT_EQ(folder(nullptr, "relative", "/home/user"), "/home/user/.cache/chainmail");
+  EXPECT_EQ(folder(nullptr, "", "/home/user"), "/home/user/.cache/chainmail");
+  EXPECT_EQ(folder(nullptr, nullptr, "/home/user"), "/home/user/.cache/chainmail");
+#endif
+  EXPECT_EQ(folder(nullptr, nullptr, ""), "");
+  EXPECT_EQ(folder(nullptr, nullptr, nullptr), "");
+}
+
+// --- Programs of a device --------------------------------------------------------------------------------------------
+
+int deform(const Index3& brick)
+{
+  Scene scene({ 12, 12, 12 }, 0.2f);
+  scene.anchors.faces[0] = true;
+  Simulation simulation = simulate(scene, brick);
+  Probe probe;
+  probe.position = scene.place(8, 6, 6);
+  probe.displacement = { 1.5, 0.5, 0.0 };
+  probe.radius = 2.0;
+  simulation.pull({ probe });
+  simulation.relax(5, 0.0);
+  std::vector<float> displacement(3 * scene.grid.voxels());
+  simulation.displacements(displacement.data());
+  std::cout << std::hexfloat;
+  for (const float value : displacement)
+  {
+    std::cout << value << ' ';
+  }
+  return 0;
+}
+const ChildPart deformPart("deform", [] { return deform({ 0, 0, 0 }); });
+const ChildPart deformSmallBricksPart("deformSmallBricks", [] { return deform({ 4, 4, 4 }); });
+
+/// What a new process computes that has its cache in `folder`.
+std::string computed(const fs::path& folder, const std::string& part = "deform")
+{
+  const ChildResult child = runChild("CHAINMAIL_CACHE_DIR='" + folder.string() + "'", part);
+  EXPECT_EQ(child.status, 0) << child.output;
+  return child.output;
+}
+
+using Written = std::map<fs::path, std::tuple<fs::file_time_type, std::string>>;
+Written written(const fs::path& folder)
+{
+  Written files;
+  for (const fs::path& file : filesOf(folder))
+  {
+    files[file] = { fs::last_write_time(file), contentOf(file) };
+  }
+  return files;
+}
+
+class ProgramCacheOfDevice : public testing::Test
+{
+protected:
+  void SetUp() override
+  {
+    if (chooseDevice(testDevice()).platform == "Host C++")
+    {
+      GTEST_SKIP() << "kernels as C++ have no binaries";
+    }
+    this->expected_ = computed("");
+  }
+
+  TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path;
+  std::string expected_; ///< without a cache
+};
+
+// A program that is not taken from the cache would be compiled and kept again.
+TEST_F(ProgramCacheOfDevice, ASecondStartFindsAllAndWritesNothing)
+{
+  EXPECT_EQ(computed(this->folder_), this->expected_);
+  const Written first = written(this->folder_);
+  EXPECT_GT(first.size(), 1u);
+  EXPECT_EQ(computed(this->folder_), this->expected_);
+  EXPECT_EQ(written(this->folder_), first);
+}
+
+TEST_F(ProgramCacheOfDevice, OtherOptionsAreOtherPrograms)
+{
+  const std::string other = computed("", "deformSmallBricks");
+  computed(this->folder_);
+  const Written first = written(this->folder_);
+  EXPECT_EQ(computed(this->folder_, "deformSmallBricks"), other);
+  const Written both = written(this->folder_);
+  EXPECT_GT(both.size(), first.size());
+  EXPECT_TRUE(std::includes(both.begin(), both.end(), first.begin(), first.end())) << "files were replaced";
+}
+
+// Damage that the cache itself finds, and what only the driver can refuse.
+TEST_F(ProgramCacheOfDevice, DamagedFilesAreReplaced)
+{
+  computed(this->folder_);
+  const std::size_t count = filesOf(this->folder_).size();
+  const auto truncate = [](const fs::path& file) { fs::resize_file(file, fs::file_size(file) / 2); };
+  const auto empty = [](const fs::path& file) { fs::resize_file(file, 0); };
+  const auto spoil = [this](const fs::path& file)
+  {
+    const std::string content = contentOf(file);
+    std::uint64_t length = 0;
+    content.copy(reinterpret_cast<char*>(&length), sizeof length, 24); // where the head has the key's length
+    keep(ProgramCache(this->folder_), content.substr(32, length), "no program of any driver");
+  };
+  for (const std::function<void(const fs::path&)>& damage : { std::function<void(const fs::path&)>(truncate),
+         std::function<void(const fs::path&)>(empty), std::function<void(const fs::path&)>(spoil) })
+  {
+    for (const fs::path& file : filesOf(this->folder_))
+    {
+      damage(file);
+    }
+    const Written damaged = written(this->folder_);
+    ASSERT_EQ(damaged.size(), count);
+    EXPECT_EQ(computed(this->folder_), this->expected_);
+    const Written replaced = written(this->folder_);
+    EXPECT_EQ(replaced.size(), count);
+    for (const auto& [file, content] : damaged)
+    {
+      EXPECT_NE(replaced.at(file), content) << file;
+    }
+    EXPECT_EQ(computed(this->folder_), this->expected_);
+    EXPECT_EQ(written(this->folder_), replaced);
+  }
+}
+
+TEST_F(ProgramCacheOfDevice, WorksWhereNothingCanBeWritten)
+{
+  write(this->folder_ / "file", "");
+  EXPECT_EQ(computed(this->folder_ / "file" / "folder"), this->expected_);
+  EXPECT_EQ(filesOf(this->folder_).size(), 1u);
+}
+
+TEST_F(ProgramCacheOfDevice, ProcessesMayStartAtOnce)
+{
+  std::vector<std::future<std::string>> processes;
+  for (int n = 0; n < 3; ++n)
+  {
+    processes.push_back(std::async(std::launch::async, [this] { return computed(this->folder_); }));
+  }
+  for (std::future<std::string>& process : processes)
+  {
+    EXPECT_EQ(process.get(), this->expected_);
+  }
+  const Written first = written(this->folder_);
+  EXPECT_EQ(computed(this->folder_), this->expected_);
+  EXPECT_EQ(written(this->folder_), first) << "something is missing, or an unfinished file stays";
+}
+
+}
