@@ -29,7 +29,7 @@ namespace
 
 using namespace chainmail;
 
-const Index3 brickOfGpus{ 32, 4, 4 };
+const Index3 brickOfGpus{ 16, 8, 8 };
 
 /// FNV-1a of the bits of what a scene has come to.
 template <typename T> std::uint64_t hash(const std::vector<T>& values)
