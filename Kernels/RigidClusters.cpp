@@ -10,7 +10,7 @@ namespace
 {
 
 /// Links that one work-item sums up. Fixed, so that no layout changes a sum.
-constexpr int chunkLength = 64;
+constexpr int chunkLength = 16;
 
 constexpr int steps[6][3] = { { -1, 0, 0 }, { 1, 0, 0 }, { 0, -1, 0 }, { 0, 1, 0 }, { 0, 0, -1 }, { 0, 0, 1 } };
 
@@ -337,7 +337,7 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
   move.setArg(5, this->partial_);
   move.setArg(6, this->places_);
   move.setArg(7, this->moves_);
-  context.runOver(move, 8, this->active_.size());
+  context.runGroups(move, this->active_.size(), context.info().gpu ? 16 : 1);
 
   cl::Kernel scatter = context.kernel("clusters.cl", defines, "clusterScatter");
   scatter.setArg(0, bricks.activity());

@@ -50,7 +50,7 @@ kernel void arrive(SPREAD_ARGUMENTS, uint pitch, global const int* table, global
 {
   SPREAD_TO
   SPREAD(arriveAt(&s, pitch, displacement, before, constraint, cut, arrival))
-  if (lid == 0)
+  if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }

@@ -34,12 +34,32 @@ kernel void clusterGather(global const int* log, int4 turn, global const int4* c
   }
 }
 
+// A work-group for each cluster. Its chunks are summed up in LANES sums, whatever the number of work-items.
+//
 // cluster: first chunk, number of chunks, axis (-1 for all three). moves: how far it went, 0 if it stayed.
-kernel void clusterMove(global int* log, int4 turn, global const int4* clusters, float omega, float still, global const float* partial,
-  global float* places, global float* moves, uint count)
+#define LANES 16
+kernel void clusterMove(global int* log, int4 turn, global const int4* clusters, float omega, float still,
+  global const float* partial, global float* places, global float* moves)
 {
-  const uint id = get_global_id(0);
-  if (id >= count)
+  local Neighbours lanes[3 * LANES];
+  const uint id = get_group_id(0);
+  const int lid = get_local_id(0);
+  const int4 cluster = clusters[id];
+  for (int lane = lid; lane < 3 * LANES; lane += get_local_size(0))
+  {
+    Neighbours n = noNeighbours();
+    for (int chunk = lane / 3; chunk < cluster.y; chunk += LANES)
+    {
+      const float4 part = vload4((cluster.x + chunk) * 3 + lane % 3, partial);
+      n.weight += part.x;
+      n.pull += part.y;
+      n.lower = max(n.lower, part.z);
+      n.upper = min(n.upper, part.w);
+    }
+    lanes[lane] = n;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (lid > 0)
   {
     return;
   }
@@ -52,7 +72,6 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
     }
     return;
   }
-  const int4 cluster = clusters[id];
   float move = 0.0f;
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -61,13 +80,13 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
       continue;
     }
     Neighbours n = noNeighbours();
-    for (int chunk = cluster.x; chunk < cluster.x + cluster.y; ++chunk)
+    for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
     {
-      const float4 part = vload4(chunk * 3 + axis, partial);
-      n.weight += part.x;
-      n.pull += part.y;
-      n.lower = max(n.lower, part.z);
-      n.upper = min(n.upper, part.w);
+      const Neighbours part = lanes[3 * lane + axis];
+      n.weight += part.weight;
+      n.pull += part.pull;
+      n.lower = max(n.lower, part.lower);
+      n.upper = min(n.upper, part.upper);
     }
     const float u = places[id * 3 + axis];
     const float next = relaxedPlace(n, u, omega, still);

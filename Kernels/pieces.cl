@@ -66,7 +66,7 @@ kernel void join(SPREAD_ARGUMENTS, uint pitch, global const int* table, global c
 {
   SPREAD_TO
   SPREAD(joinAt(&s, pitch, constraint, cut, marks))
-  if (lid == 0)
+  if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }

@@ -106,7 +106,7 @@ kernel void propagate(SPREAD_ARGUMENTS, uint pitch, global const int* table, glo
       atomic_max(&log[turn.x * ROW_OF_LOG + 1 + n], as_int(conflict[n]));
     }
   }
-  if (lid == 0)
+  if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }

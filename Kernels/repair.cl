@@ -49,7 +49,7 @@ kernel void bound(SPREAD_ARGUMENTS, uint pitch, global const int* table, global 
 {
   SPREAD_TO
   SPREAD(boundAt(&s, pitch, constraint, cut, lower, upper))
-  if (lid == 0)
+  if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
