@@ -14,10 +14,17 @@ namespace chainmail
 namespace
 {
 
-/// Sweeps on a coarser grid: more of them on small ones, where they cost next to nothing and settle what is far apart.
-int sweepsOn(const Grid& grid)
+/// How a coarser grid is relaxed. On small ones sweeps cost next to nothing: they settle what is far apart.
+struct Sweeps
 {
-  return *std::max_element(grid.size.begin(), grid.size.end()) > 32 ? 20 : 40;
+  Reach reach;
+  int count;
+};
+
+Sweeps sweepsOn(const Grid& grid)
+{
+  return *std::max_element(grid.size.begin(), grid.size.end()) > 32 ? Sweeps{ Reach::Near, 15 }
+                                                                    : Sweeps{ Reach::Far, 40 };
 }
 
 /// A grid with no axis longer than this is the coarsest.
@@ -266,8 +273,9 @@ public:
   void relax(const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
   {
     this->clusters_->begin(this->held_);
+    const Sweeps sweeps = sweepsOn(this->model_->grid());
     this->relaxation_.run(
-      *this->clusters_, elasticity, nullptr, 0, sweepsOn(this->model_->grid()), tolerance, [&](int) { checkpoint(); });
+      *this->clusters_, elasticity, nullptr, sweeps.reach, 0, sweeps.count, tolerance, [&](int) { checkpoint(); });
   }
 
   /// Takes the finer grid where this one is. That need not be feasible.
