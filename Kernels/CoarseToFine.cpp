@@ -30,6 +30,9 @@ Sweeps sweepsOn(const Grid& grid)
 /// A grid with no axis longer than this is the coarsest.
 constexpr int coarsestSize = 8;
 
+/// Hands that go too far for a coarser grid by this, a fraction of its spacing, do so by more than rounding.
+constexpr double tooFar = 1e-4;
+
 Grid halved(const Grid& finer)
 {
   Grid grid;
@@ -267,8 +270,18 @@ public:
     context.runGroups(kernel, slots.size(), this->bricks_.workItems(false));
   }
 
-  /// Makes the state feasible.
-  void repair(const Checkpoint& checkpoint) { this->repair_.run(this->propagation_, checkpoint); }
+  /// Makes the state feasible. Hands and bones are thicker here and tissue between them is thinner, so that it may not
+  /// stretch as far as a hand goes: then the hand gives way. Else it would drag anchored bone along, and all around it.
+  void repair(const Checkpoint& checkpoint)
+  {
+    this->repair_.run(this->propagation_, checkpoint);
+    if (this->propagation_.conflict().largest() > tooFar)
+    {
+      this->mark(this->held_, false);
+      this->repair_.run(this->propagation_, checkpoint);
+      this->mark(this->held_, true);
+    }
+  }
 
   void relax(const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
   {
