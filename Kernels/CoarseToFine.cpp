@@ -14,14 +14,24 @@ namespace chainmail
 namespace
 {
 
-/// Sweeps on a coarser grid: more of them on small ones, where they cost next to nothing and settle what is far apart.
-int sweepsOn(const Grid& grid)
+/// How a coarser grid is relaxed. On small ones sweeps cost next to nothing: they settle what is far apart.
+struct Sweeps
 {
-  return *std::max_element(grid.size.begin(), grid.size.end()) > 32 ? 20 : 40;
+  Reach reach;
+  int count;
+};
+
+Sweeps sweepsOn(const Grid& grid)
+{
+  return *std::max_element(grid.size.begin(), grid.size.end()) > 32 ? Sweeps{ Reach::Near, 15 }
+                                                                    : Sweeps{ Reach::Far, 40 };
 }
 
 /// A grid with no axis longer than this is the coarsest.
 constexpr int coarsestSize = 8;
+
+/// Hands that go too far for a coarser grid by this, a fraction of its spacing, do so by more than rounding.
+constexpr double tooFar = 1e-4;
 
 Grid halved(const Grid& finer)
 {
@@ -260,14 +270,25 @@ public:
     context.runGroups(kernel, slots.size(), this->bricks_.workItems(false));
   }
 
-  /// Makes the state feasible.
-  void repair(const Checkpoint& checkpoint) { this->repair_.run(this->propagation_, checkpoint); }
+  /// Makes the state feasible. Hands and bones are thicker here and tissue between them is thinner, so that it may not
+  /// stretch as far as a hand goes: then the hand gives way. Else it would drag anchored bone along, and all around it.
+  void repair(const Checkpoint& checkpoint)
+  {
+    this->repair_.run(this->propagation_, checkpoint);
+    if (this->propagation_.conflict().largest() > tooFar)
+    {
+      this->mark(this->held_, false);
+      this->repair_.run(this->propagation_, checkpoint);
+      this->mark(this->held_, true);
+    }
+  }
 
   void relax(const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
   {
     this->clusters_->begin(this->held_);
+    const Sweeps sweeps = sweepsOn(this->model_->grid());
     this->relaxation_.run(
-      *this->clusters_, elasticity, nullptr, 0, sweepsOn(this->model_->grid()), tolerance, [&](int) { checkpoint(); });
+      *this->clusters_, elasticity, nullptr, sweeps.reach, 0, sweeps.count, tolerance, [&](int) { checkpoint(); });
   }
 
   /// Takes the finer grid where this one is. That need not be feasible.

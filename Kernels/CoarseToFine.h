@@ -15,9 +15,9 @@ namespace chainmail
 /// one carries by many.
 ///
 /// An element of a coarser grid stands for 2 x 2 x 2. It gives about as much as they do, is rigid where at least
-/// half of them are, and held where one of them is. Its displacement is interpolated, and the result made feasible
-/// (Repair); where that did not lower the energy nothing changes. Pieces of tissue that do not hang on anything that
-/// moves stay where they are, however close.
+/// half of them are, and held where one of them is; a hand that goes further than a coarser grid stretches gives way
+/// there. Displacements are interpolated, and the result made feasible (Repair); where that did not lower the energy
+/// nothing changes. Pieces of tissue that do not hang on anything that moves stay where they are, however close.
 class CoarseToFine
 {
 public:

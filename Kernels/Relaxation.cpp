@@ -19,18 +19,32 @@ constexpr int sweepsPerGroupTurn = 8;
 /// Sweeps that are launched in one go.
 constexpr int sweepsPerBatch = 8;
 
-/// Over-relaxation of a sweep: Chebyshev's sequence, which starts at 1 (best for the first few sweeps, where most
-/// energy goes) and rises to finalOmega (best for long ones).
-float omegaOf(int sweep)
+/// Over-relaxation in the long run.
+constexpr double finalOmega = 1.9; // = 2 / (1 + sqrt(1 - rho2))
+
+/// Over-relaxation of a sweep that reaches far: Chebyshev's sequence, which starts at 1 (best for the first sweep,
+/// where most energy goes), leaps to almost 2 and falls to finalOmega.
+double farOmega(int sweep)
 {
-  constexpr double finalOmega = 1.9; // = 2 / (1 + sqrt(1 - rho2))
   constexpr double rho2 = 1.0 - (2.0 / finalOmega - 1.0) * (2.0 / finalOmega - 1.0);
   double omega = 1.0;
   for (int s = 0; s < sweep && s < 200; ++s)
   {
     omega = s == 0 ? 1.0 / (1.0 - rho2 / 2.0) : 1.0 / (1.0 - rho2 * omega / 4.0);
   }
-  return static_cast<float>(omega);
+  return omega;
+}
+
+/// Over-relaxation of a sweep that reaches less far. Near 2, what is rough stays for tens of sweeps. The best factor
+/// for what is `length` elements long is 2 / (1 + sin(pi / length)), and what a sweep leaves is longer by about 2 pi.
+double nearOmega(int sweep)
+{
+  return std::min(finalOmega, 2.0 / (1.0 + 0.5 / (sweep + 1)));
+}
+
+float omegaOf(Reach reach, int sweep)
+{
+  return static_cast<float>(reach == Reach::Far ? farOmega(sweep) : nearOmega(sweep));
 }
 
 }
@@ -72,7 +86,7 @@ void Relaxation::relaxColour(
 }
 
 RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves,
-  int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
+  Reach reach, int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
 {
   this->active_.begin(waves ? nullptr : &clusters);
   const float still = stillResidual(tolerance);
@@ -97,7 +111,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
     {
       launched = std::max(launched, result.iterations + n);
       checkpoint(launched);
-      const float omega = omegaOf(firstSweep + result.iterations + n);
+      const float omega = omegaOf(reach, firstSweep + result.iterations + n);
       this->active_.beginSweep(restingMoveAfter(n));
       for (int colour = 0; colour < 2; ++colour)
       {

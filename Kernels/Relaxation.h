@@ -21,6 +21,13 @@ struct WavesUnderWay
   void bind(cl::Kernel& kernel, int& argument) const;
 };
 
+/// What a relaxation has to do.
+enum class Reach
+{
+  Far, ///< carry what hands do, from element to element
+  Near ///< mend what is rough: coarser grids have done the rest
+};
+
 /// Residuals up to this are left alone at a tolerance, so that a deformation ends somewhere, far from the hand.
 float stillResidual(double tolerance);
 
@@ -38,8 +45,8 @@ public:
   }
 
   /// Where waves are under way rigid clusters stay.
-  RelaxResult run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves, int firstSweep,
-    int iterations, double tolerance, const std::function<void(int)>& checkpoint);
+  RelaxResult run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves, Reach reach,
+    int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint);
 
 private:
   void relaxColour(int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);

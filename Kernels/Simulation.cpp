@@ -95,7 +95,8 @@ private:
   bool beyondLimits_ = false; ///< links may be, since the published method relaxed
   Resampling resampling_;
   std::optional<RigidClusters> clusters_;
-  int sweep_ = 0; ///< since the last wave, cut or carve
+  int sweep_ = 0;            ///< since the last wave, cut or carve
+  Reach reach_ = Reach::Far; ///< of these sweeps
 };
 
 void Simulation::Impl::checkpoint(double share)
@@ -360,13 +361,15 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
         this->waves_.repair([&] { this->checkpoint(0.0); });
         this->beyondLimits_ = false;
       }
-      if (this->startsCoarse_ && this->sweep_ == 0 && !waves)
+      if (this->sweep_ == 0)
       {
-        this->coarseToFine_.run(this->elasticity_, tolerance, [&] { this->checkpoint(0.0); });
+        const bool coarse = this->startsCoarse_ && !waves &&
+                            this->coarseToFine_.run(this->elasticity_, tolerance, [&] { this->checkpoint(0.0); });
+        this->reach_ = coarse ? Reach::Near : Reach::Far;
       }
       this->rigidClusters().begin(this->holds_.voxels());
       RelaxResult result = this->relaxation_.run(
-        *this->clusters_, this->elasticity_, waves, this->sweep_, iterations, tolerance, checkpoint);
+        *this->clusters_, this->elasticity_, waves, this->reach_, this->sweep_, iterations, tolerance, checkpoint);
       result.converged = result.converged && !waves;
       this->sweep_ += result.iterations;
       return result;
