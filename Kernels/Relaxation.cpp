@@ -139,7 +139,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       {
         this->sweepsSinceGroups_ = 0;
         moved.clear();
-        const float ofGroups = moveTightGroups(this->bricks_, elasticity, still, moved);
+        const float ofGroups = moveTightGroups(this->bricks_, clusters, elasticity, still, moved);
         this->groupPeriod_ = ofGroups > 0.0f ? sweepsPerGroupTurn : 2 * this->groupPeriod_;
         largest = std::max(largest, ofGroups);
         this->note(moved);
