@@ -11,11 +11,12 @@ namespace chainmail
 namespace
 {
 
-/// Sweeps that move nothing further than this have come to rest, be it at the optimum or because chains of links at
-/// their limits block each other: then the groups of such links get a turn, at most once in so many sweeps, half as
-/// often after each turn in which there was none to move, and before a relaxation counts as converged.
-constexpr float restingMove = 1e-3f;
-constexpr int sweepsPerGroupTurn = 8;
+/// Where chains of links at their limits block each other, sweeps come to rest above the optimum, or creep there: then
+/// the groups of such links get turns. Twice as often after each turn that is worth it, as it moves them by this share
+/// of what the sweep moved; half as often, down to once in so many sweeps, after any other one; and before a relaxation
+/// counts as converged. A short one, of a tissue that is all at its limits as a wave has left it, has none.
+constexpr int longestGroupPeriod = 32;
+constexpr float worthATurn = 0.03f;
 
 /// Over-relaxation of a sweep: Chebyshev's sequence, which starts at 1 (best for the first few sweeps, where most
 /// energy goes) and rises to finalOmega (best for long ones).
@@ -110,7 +111,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
 
   if (firstSweep == 0)
   {
-    this->groupPeriod_ = this->sweepsSinceGroups_ = sweepsPerGroupTurn;
+    this->groupPeriod_ = longestGroupPeriod;
+    this->sweepsSinceGroups_ = 0;
   }
   RelaxResult result;
   while (result.iterations < iterations && !result.converged)
@@ -135,12 +137,13 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       this->note(moved);
 
       ++this->sweepsSinceGroups_;
-      if (largest <= tolerance || (largest <= restingMove && this->sweepsSinceGroups_ >= this->groupPeriod_))
+      if (largest <= tolerance || this->sweepsSinceGroups_ >= this->groupPeriod_)
       {
         this->sweepsSinceGroups_ = 0;
         moved.clear();
         const float ofGroups = moveTightGroups(this->bricks_, clusters, elasticity, still, moved);
-        this->groupPeriod_ = ofGroups > 0.0f ? sweepsPerGroupTurn : 2 * this->groupPeriod_;
+        this->groupPeriod_ = ofGroups > worthATurn * largest ? std::max(1, this->groupPeriod_ / 2)
+                                                             : std::min(longestGroupPeriod, 2 * this->groupPeriod_);
         largest = std::max(largest, ofGroups);
         this->note(moved);
         clusters.refresh();

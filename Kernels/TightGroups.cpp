@@ -210,6 +210,16 @@ struct Pull
   bool held = false;
 };
 
+/// The step, a little shorter, such that places up to `reach` are not rounded by it: else the links within a group, all
+/// at their limits, would grow with every turn.
+float evenStep(float step, float reach)
+{
+  int exponent = 0;
+  std::frexp(reach + std::fabs(step), &exponent);
+  const int last = exponent - std::numeric_limits<float>::digits; // of the digits that such a place has
+  return std::ldexp(std::trunc(std::ldexp(step, -last)), last);
+}
+
 /// Moves the groups of one axis; returns the largest move.
 float moveAxis(
   const Patch& patch, const std::vector<float>& c, std::vector<float>& u, const Elasticity& elasticity, float still)
@@ -331,6 +341,11 @@ float moveAxis(
     double force = 0.0;
     float lower = -std::numeric_limits<float>::infinity();
     float upper = std::numeric_limits<float>::infinity();
+    float reach = 0.0f;
+    for (const std::uint32_t n : members[id])
+    {
+      reach = std::max(reach, std::fabs(u[n]));
+    }
     for (const Outgoing& link : outgoing[id])
     {
       const double w = Elasticity::weight(link.limit);
@@ -340,7 +355,7 @@ float moveAxis(
       upper = std::min(upper, u[link.outer] + link.limit - u[link.inner]);
     }
     const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
-    const float way = std::min(std::max(wanted, lower), upper);
+    const float way = evenStep(std::min(std::max(wanted, lower), upper), reach);
     // Against the wish of the group it never goes: where rounding has closed its box it stays.
     if (!(lower <= upper) || !(std::fabs(way) > still) || way * wanted <= 0.0f)
     {
