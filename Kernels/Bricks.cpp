@@ -436,17 +436,27 @@ void Bricks::setConstraints(const std::vector<std::uint32_t>& addresses, const s
   this->set(this->constraint, this->model_->axes(), addresses, values);
 }
 
-std::vector<float> Bricks::displacements(const std::vector<std::uint32_t>& addresses)
+std::vector<float> Bricks::get(const cl::Buffer& field, int components, const std::vector<std::uint32_t>& addresses)
 {
-  std::vector<float> values(3 * addresses.size());
+  std::vector<float> values(components * addresses.size());
   if (!addresses.empty())
   {
     const cl::Buffer& out = this->values_.sized(*this->context_, sizeof(float) * values.size());
-    overElements(*this->context_, "gather", this->displacement, this->pitch(), 3,
+    overElements(*this->context_, "gather", field, this->pitch(), components,
       this->addresses_.holding(*this->context_, addresses), out, addresses.size());
     this->context_->read(out, values);
   }
   return values;
+}
+
+std::vector<float> Bricks::displacements(const std::vector<std::uint32_t>& addresses)
+{
+  return this->get(this->displacement, 3, addresses);
+}
+
+std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& addresses)
+{
+  return this->get(this->constraint, this->model_->axes(), addresses);
 }
 
 namespace

@@ -107,6 +107,8 @@ public:
   void setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
   /// Displacements of single elements, 3 interleaved values each.
   std::vector<float> displacements(const std::vector<std::uint32_t>& addresses);
+  /// Signed constraints of single elements, `axes()` interleaved values each.
+  std::vector<float> constraints(const std::vector<std::uint32_t>& addresses);
   /// All displacements of one slot, 3 runs of elementsPerBrick() values in the order of addresses.
   void readSlot(int slot, std::vector<float>& out);
 
@@ -202,6 +204,7 @@ private:
   bool fill(int brick, std::vector<float>& out) const;
   void set(const cl::Buffer& field, int components, const std::vector<std::uint32_t>& addresses,
     const std::vector<float>& values);
+  std::vector<float> get(const cl::Buffer& field, int components, const std::vector<std::uint32_t>& addresses);
 
   std::shared_ptr<Context> context_;
   std::shared_ptr<const Model> model_;

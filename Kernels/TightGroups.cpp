@@ -1,6 +1,7 @@
 #include "TightGroups.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -10,46 +11,29 @@ namespace chainmail
 namespace
 {
 
-/// The elements that have moved and those around them, as plain arrays over a box of the grid.
-struct Box
+/// A few elements and their links, as plain arrays.
+struct Patch
 {
-  Index3 first;
-  Index3 size;
+  std::vector<std::size_t> voxels; ///< where in the grid (Grid::at), ascending
+  std::vector<std::uint32_t> addresses;
+  std::vector<std::array<std::uint32_t, 3>> next; ///< the one that it is linked to along each axis of the grid, or none
   std::vector<float> u[3];
-  std::vector<float> c[3];        ///< signed constraints, as Model::row() and the probes in hand have them
-  std::vector<std::uint8_t> cuts; ///< empty where there are none
+  std::vector<float> c[3]; ///< signed constraints, as Model::row() and the probes in hand have them
 
-  std::size_t voxels() const { return static_cast<std::size_t>(this->size[0]) * this->size[1] * this->size[2]; }
-  std::size_t step(int axis) const
-  {
-    return axis == 0 ? 1 : axis == 1 ? this->size[0] : static_cast<std::size_t>(this->size[0]) * this->size[1];
-  }
+  static constexpr std::uint32_t none = ~std::uint32_t(0);
+  std::size_t size() const { return this->voxels.size(); }
 };
 
-/// Links from an element to the next ones along the axes of the grid: calls f(lower, upper, limit).
-template <typename F> void forLinks(const Box& box, const std::vector<float>& c, F&& f)
+/// Links in the order of voxels: calls f(lower, upper, limit).
+template <typename F> void forLinks(const Patch& patch, const std::vector<float>& c, F&& f)
 {
-  std::size_t n = 0;
-  for (int k = 0; k < box.size[2]; ++k)
+  for (std::size_t n = 0; n < patch.size(); ++n)
   {
-    for (int j = 0; j < box.size[1]; ++j)
+    for (const std::uint32_t m : patch.next[n])
     {
-      for (int i = 0; i < box.size[0]; ++i, ++n)
+      if (m != Patch::none && !std::isinf(c[n]) && !std::isinf(c[m]))
       {
-        if (std::isinf(c[n]))
-        {
-          continue;
-        }
-        const bool inside[3] = { i + 1 < box.size[0], j + 1 < box.size[1], k + 1 < box.size[2] };
-        for (int a = 0; a < 3; ++a)
-        {
-          const std::size_t m = n + box.step(a);
-          const bool cut = !box.cuts.empty() && (box.cuts[n] & (2 << (2 * a))) != 0;
-          if (inside[a] && !cut && !std::isinf(c[m]))
-          {
-            f(n, m, 0.5f * (std::fabs(c[n]) + std::fabs(c[m])));
-          }
-        }
+        f(n, m, 0.5f * (std::fabs(c[n]) + std::fabs(c[m])));
       }
     }
   }
@@ -86,90 +70,136 @@ private:
   std::vector<std::uint32_t> parent_;
 };
 
-Box readBox(Bricks& bricks)
+/// Elements whose link to the next one along an axis of the grid is at its limit.
+std::vector<std::size_t> tightElements(Bricks& bricks)
 {
-  const Grid& grid = bricks.model().grid();
-  const Index3 brickSize = bricks.size();
-  Index3 first = grid.size;
-  Index3 last{ -1, -1, -1 };
-  for (const int slot : bricks.touchedSlots())
+  const std::vector<int> slots = bricks.touchedSlots();
+  std::vector<std::size_t> elements;
+  if (slots.empty())
   {
-    const Index3 origin = bricks.origin(bricks.brick(slot));
-    for (int a = 0; a < 3; ++a)
-    {
-      first[a] = std::min(first[a], std::max(0, origin[a] - 1));
-      last[a] = std::max(last[a], std::min(grid.size[a] - 1, origin[a] + brickSize[a]));
-    }
+    return elements;
   }
-  Box box;
-  box.first = first;
-  box.size = { last[0] - first[0] + 1, last[1] - first[1] + 1, last[2] - first[2] + 1 };
-  if (last[0] < 0)
-  {
-    box.size = { 0, 0, 0 };
-    return box;
-  }
+  Context& context = bricks.context();
+  const std::size_t perBrick = bricks.elementsPerBrick();
+  std::vector<std::uint8_t> found(slots.size() * perBrick);
+  const cl::Buffer list = context.upload(slots, "the list of bricks");
+  const cl::Buffer foundBuffer = context.allocate(found.size(), "links at their limits");
+  cl::Kernel kernel = context.kernel("tight.cl", bricks.defines(true), "tight");
+  int argument = 0;
+  kernel.setArg(argument++, list);
+  kernel.setArg(argument++, bricks.pitch());
+  bricks.bindTable(kernel, argument);
+  kernel.setArg(argument++, bricks.displacement);
+  kernel.setArg(argument++, bricks.constraint);
+  kernel.setArg(argument++, bricks.cutsOrNothing());
+  kernel.setArg(argument++, foundBuffer);
+  context.runGroups(kernel, slots.size(), bricks.workItems(true));
+  context.read(foundBuffer, found);
 
-  const int axes = bricks.model().axes();
-  for (int a = 0; a < 3; ++a)
+  for (std::size_t n = 0; n < slots.size(); ++n)
   {
-    box.u[a].assign(box.voxels(), 0.0f);
-    box.c[a].assign(a < axes ? box.voxels() : 0, -std::numeric_limits<float>::infinity());
-  }
-  if (bricks.anyCut())
-  {
-    box.cuts.assign(box.voxels(), 0);
-  }
-  std::vector<int> slots;
-  for (int slot = 1; slot < bricks.slots(); ++slot)
-  {
-    const Index3 origin = bricks.origin(bricks.brick(slot));
-    bool inside = true;
-    for (int a = 0; a < 3; ++a)
+    const std::uint8_t* here = found.data() + n * perBrick;
+    if (std::all_of(here, here + perBrick, [](std::uint8_t byte) { return byte == 0; }))
     {
-      inside = inside && origin[a] <= last[a] && origin[a] + brickSize[a] > first[a];
+      continue;
     }
-    if (inside)
+    for (const Bricks::Row& row : bricks.rows(bricks.brick(slots[n])))
     {
-      slots.push_back(slot);
-    }
-  }
-  bricks.readSlots<float>({ { bricks.displacement, 3 }, { bricks.constraint, static_cast<std::size_t>(axes) } }, slots,
-    [&](int slot, const Bricks::SlotValues<float>& values)
-    {
-      const Index3 origin = bricks.origin(bricks.brick(slot));
-      Index3 from;
-      Index3 to;
-      for (int a = 0; a < 3; ++a)
+      for (int i = 0; i < row.count; ++i)
       {
-        from[a] = std::max(origin[a], first[a]);
-        to[a] = std::min(origin[a] + brickSize[a] - 1, last[a]);
-      }
-      for (int k = from[2]; k <= to[2]; ++k)
-      {
-        for (int j = from[1]; j <= to[1]; ++j)
+        if (here[row.local(i)] != 0)
         {
-          for (int i = from[0]; i <= to[0]; ++i)
-          {
-            const std::size_t n = (i - first[0]) + box.step(1) * (j - first[1]) + box.step(2) * (k - first[2]);
-            const std::uint32_t local = bricks.local(i, j, k);
-            for (int a = 0; a < 3; ++a)
-            {
-              box.u[a][n] = values(a, local);
-              if (a < axes)
-              {
-                box.c[a][n] = values(3 + a, local);
-              }
-            }
-            if (!box.cuts.empty())
-            {
-              box.cuts[n] = bricks.cutBits(i, j, k);
-            }
-          }
+          elements.push_back(row.voxel + i);
         }
       }
-    });
-  return box;
+    }
+  }
+  std::sort(elements.begin(), elements.end());
+  return elements;
+}
+
+/// Adds, to ascending voxels, the next one of each along an axis of the grid, or the one before.
+void addBeside(
+  const Grid& grid, const std::vector<std::size_t>& voxels, int axis, int step, std::vector<std::size_t>& all)
+{
+  const std::size_t middle = all.size();
+  for (const std::size_t voxel : voxels)
+  {
+    Index3 at = grid.indexOf(voxel);
+    at[axis] += step;
+    if (grid.contains(at[0], at[1], at[2]))
+    {
+      all.push_back(grid.at(at[0], at[1], at[2]));
+    }
+  }
+  std::inplace_merge(all.begin(), all.begin() + middle, all.end());
+}
+
+/// The ends of links at their limits, the rigid clusters that they are part of, and all around these.
+Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
+{
+  const Grid& grid = bricks.model().grid();
+  const int axes = bricks.model().axes();
+  const std::vector<std::size_t> lower = tightElements(bricks);
+  std::vector<std::size_t> ends = lower;
+  for (int a = 0; a < 3; ++a)
+  {
+    addBeside(grid, lower, a, 1, ends);
+  }
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  std::vector<std::size_t> movable;
+  for (int a = 0; a < axes; ++a)
+  {
+    const std::vector<std::size_t> more = clusters.withClusters(ends, a);
+    const std::size_t middle = movable.size();
+    movable.insert(movable.end(), more.begin(), more.end());
+    std::inplace_merge(movable.begin(), movable.begin() + middle, movable.end());
+  }
+  movable.erase(std::unique(movable.begin(), movable.end()), movable.end());
+
+  Patch patch;
+  patch.voxels = movable;
+  for (int a = 0; a < 3; ++a)
+  {
+    addBeside(grid, movable, a, -1, patch.voxels);
+    addBeside(grid, movable, a, 1, patch.voxels);
+  }
+  patch.voxels.erase(std::unique(patch.voxels.begin(), patch.voxels.end()), patch.voxels.end());
+
+  const std::size_t steps[3] = { grid.at(1, 0, 0), grid.at(0, 1, 0), grid.at(0, 0, 1) };
+  std::array<std::size_t, 3> ahead{}; // goes on as n does
+  patch.next.resize(patch.size());
+  for (std::size_t n = 0; n < patch.size(); ++n)
+  {
+    const std::size_t voxel = patch.voxels[n];
+    const Index3 at = grid.indexOf(voxel);
+    const std::uint8_t cut = bricks.cutBits(at[0], at[1], at[2]);
+    patch.addresses.push_back(bricks.address(at[0], at[1], at[2]));
+    for (int a = 0; a < 3; ++a)
+    {
+      while (ahead[a] < patch.size() && patch.voxels[ahead[a]] < voxel + steps[a])
+      {
+        ++ahead[a];
+      }
+      const bool linked = ahead[a] < patch.size() && patch.voxels[ahead[a]] == voxel + steps[a] &&
+                          at[a] + 1 < grid.size[a] && (cut & (2 << (2 * a))) == 0;
+      patch.next[n][a] = linked ? static_cast<std::uint32_t>(ahead[a]) : Patch::none;
+    }
+  }
+  const std::vector<float> u = bricks.displacements(patch.addresses);
+  const std::vector<float> c = bricks.constraints(patch.addresses);
+  for (int a = 0; a < 3; ++a)
+  {
+    for (std::size_t n = 0; n < patch.size(); ++n)
+    {
+      patch.u[a].push_back(u[3 * n + a]);
+      if (a < axes)
+      {
+        patch.c[a].push_back(c[axes * n + a]);
+      }
+    }
+  }
+  return patch;
 }
 
 /// What the links of a unit or group ask of it.
@@ -180,15 +210,25 @@ struct Pull
   bool held = false;
 };
 
-/// Moves the groups of one axis within the box; returns the largest move.
-float moveAxis(
-  const Box& box, const std::vector<float>& c, std::vector<float>& u, const Elasticity& elasticity, float still)
+/// The step, a little shorter, such that places up to `reach` are not rounded by it: else the links within a group, all
+/// at their limits, would grow with every turn.
+float evenStep(float step, float reach)
 {
-  const std::size_t count = box.voxels();
+  int exponent = 0;
+  std::frexp(reach + std::fabs(step), &exponent);
+  const int last = exponent - std::numeric_limits<float>::digits; // of the digits that such a place has
+  return std::ldexp(std::trunc(std::ldexp(step, -last)), last);
+}
+
+/// Moves the groups of one axis; returns the largest move.
+float moveAxis(
+  const Patch& patch, const std::vector<float>& c, std::vector<float>& u, const Elasticity& elasticity, float still)
+{
+  const std::size_t count = patch.size();
 
   // Units: rigid clusters and single elements, with what pulls at each.
   Sets units(count);
-  forLinks(box, c,
+  forLinks(patch, c,
     [&](std::size_t n, std::size_t m, float limit)
     {
       if (limit == 0.0f)
@@ -199,13 +239,13 @@ float moveAxis(
   std::vector<Pull> pulls(count);
   for (std::size_t n = 0; n < count; ++n)
   {
-    // Tissue that is still at rest stays: beyond the box nothing is known of it.
+    // Tissue that is still at rest stays: its brick may have no memory yet.
     if (std::signbit(c[n]) || u[n] == 0.0f)
     {
       pulls[units.root(n)].held = true;
     }
   }
-  forLinks(box, c,
+  forLinks(patch, c,
     [&](std::size_t n, std::size_t m, float limit)
     {
       const double weight = Elasticity::weight(limit);
@@ -222,7 +262,7 @@ float moveAxis(
   // Groups: units joined by links that block.
   Sets groups = units;
   bool any = false;
-  forLinks(box, c,
+  forLinks(patch, c,
     [&](std::size_t n, std::size_t m, float limit)
     {
       if (units.root(n) == units.root(m))
@@ -279,7 +319,7 @@ float moveAxis(
     float limit;
   };
   std::vector<std::vector<Outgoing>> outgoing(members.size());
-  forLinks(box, c,
+  forLinks(patch, c,
     [&](std::size_t n, std::size_t m, float limit)
     {
       const std::uint32_t a = groups.root(n);
@@ -301,6 +341,11 @@ float moveAxis(
     double force = 0.0;
     float lower = -std::numeric_limits<float>::infinity();
     float upper = std::numeric_limits<float>::infinity();
+    float reach = 0.0f;
+    for (const std::uint32_t n : members[id])
+    {
+      reach = std::max(reach, std::fabs(u[n]));
+    }
     for (const Outgoing& link : outgoing[id])
     {
       const double w = Elasticity::weight(link.limit);
@@ -310,7 +355,7 @@ float moveAxis(
       upper = std::min(upper, u[link.outer] + link.limit - u[link.inner]);
     }
     const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
-    const float way = std::min(std::max(wanted, lower), upper);
+    const float way = evenStep(std::min(std::max(wanted, lower), upper), reach);
     // Against the wish of the group it never goes: where rounding has closed its box it stays.
     if (!(lower <= upper) || !(std::fabs(way) > still) || way * wanted <= 0.0f)
     {
@@ -327,51 +372,36 @@ float moveAxis(
 
 }
 
-float moveTightGroups(Bricks& bricks, const Elasticity& elasticity, float still, std::vector<int>& moved)
+float moveTightGroups(
+  Bricks& bricks, const RigidClusters& clusters, const Elasticity& elasticity, float still, std::vector<int>& moved)
 {
-  Box box = readBox(bricks);
-  const std::vector<float> before[3] = { box.u[0], box.u[1], box.u[2] };
-  float largest = 0.0f;
-  for (int a = 0; a < 3 && box.voxels() > 0; ++a)
-  {
-    largest =
-      std::max(largest, moveAxis(box, box.c[std::min(a, bricks.model().axes() - 1)], box.u[a], elasticity, still));
-  }
-  if (largest == 0.0f)
-  {
-    return largest;
-  }
-
-  std::vector<std::size_t> changed;
-  for (std::size_t n = 0; n < box.voxels(); ++n)
-  {
-    if (box.u[0][n] != before[0][n] || box.u[1][n] != before[1][n] || box.u[2][n] != before[2][n])
+  moved.clear();
+  Patch patch = readPatch(bricks, clusters);
+  const std::vector<float> before[3] = { patch.u[0], patch.u[1], patch.u[2] };
+  float moves[3];
+  inParallel(3,
+    [&](std::size_t a)
     {
-      changed.push_back(n);
-    }
-  }
-  const Grid boxGrid{ box.size, {} };
-  for (const std::size_t n : changed)
-  {
-    const Index3 at = boxGrid.indexOf(n);
-    moved.push_back(bricks.brickAt(at[0] + box.first[0], at[1] + box.first[1], at[2] + box.first[2]));
-  }
-  std::vector<int> distinct = moved;
-  std::sort(distinct.begin(), distinct.end());
-  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-  bricks.require(distinct);
-  moved = distinct;
+      const std::vector<float>& c = patch.c[std::min<std::size_t>(a, bricks.model().axes() - 1)];
+      moves[a] = moveAxis(patch, c, patch.u[a], elasticity, still);
+    });
 
   std::vector<std::uint32_t> addresses;
   std::vector<float> values;
-  for (const std::size_t n : changed)
+  for (std::size_t n = 0; n < patch.size(); ++n)
   {
-    const Index3 at = boxGrid.indexOf(n);
-    addresses.push_back(bricks.address(at[0] + box.first[0], at[1] + box.first[1], at[2] + box.first[2]));
-    values.insert(values.end(), { box.u[0][n], box.u[1][n], box.u[2][n] });
+    const float u[3] = { patch.u[0][n], patch.u[1][n], patch.u[2][n] };
+    if (u[0] != before[0][n] || u[1] != before[1][n] || u[2] != before[2][n])
+    {
+      addresses.push_back(patch.addresses[n]);
+      values.insert(values.end(), u, u + 3);
+      moved.push_back(bricks.brick(static_cast<int>(patch.addresses[n]) / bricks.elementsPerBrick()));
+    }
   }
   bricks.setDisplacements(addresses, values);
-  return largest;
+  std::sort(moved.begin(), moved.end());
+  moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+  return *std::max_element(moves, moves + 3);
 }
 
 }

@@ -2,6 +2,7 @@
 
 #include "Bricks.h"
 #include "Elasticity.h"
+#include "RigidClusters.h"
 
 #include <vector>
 
@@ -16,8 +17,10 @@ namespace chainmail
 /// links form a group, which moves to the weighted mean of what its outgoing links ask for, within their boxes. So the
 /// state stays feasible and the energy does not rise. Held elements and those at rest take no part.
 ///
-/// Works on the host: it is called where sweeps have come to rest, a few times in a long relaxation and never in a
-/// short one. Appends the bricks of moved elements to `moved` and returns the largest move.
-float moveTightGroups(Bricks& bricks, const Elasticity& elasticity, float still, std::vector<int>& moved);
+/// Links at their limits are few, so that the device looks for them among all (tight.cl), and the host, which needs
+/// double precision and an order, joins and moves their groups. Sets `moved` to the bricks of moved elements and
+/// returns the largest move.
+float moveTightGroups(
+  Bricks& bricks, const RigidClusters& clusters, const Elasticity& elasticity, float still, std::vector<int>& moved);
 
 }
