@@ -14,6 +14,7 @@ namespace
 /// the groups of such links get turns. Twice as often after each turn that is worth it, as it moves them by this share
 /// of what the sweep moved; half as often, down to once in so many sweeps, after any other one; and before a relaxation
 /// counts as converged. A short one, of a tissue that is all at its limits as a wave has left it, has none.
+constexpr int shortestGroupPeriod = 8;
 constexpr int longestGroupPeriod = 32;
 constexpr float worthATurn = 0.03f;
 
@@ -132,8 +133,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
         this->sweepsSinceGroups_ = 0;
         this->active_.touch();
         std::vector<int> moved;
-        const float ofGroups = moveTightGroups(this->bricks_, clusters, elasticity, still, moved);
-        this->groupPeriod_ = ofGroups > worthATurn * largest ? std::max(1, this->groupPeriod_ / 2)
+        const float ofGroups = moveTightGroups(this->bricks_, clusters, elasticity, still, largest <= tolerance, moved);
+        this->groupPeriod_ = ofGroups > worthATurn * largest ? std::max(shortestGroupPeriod, this->groupPeriod_ / 2)
                                                              : std::min(longestGroupPeriod, 2 * this->groupPeriod_);
         largest = std::max(largest, ofGroups);
         this->active_.note(moved);

@@ -11,6 +11,9 @@ namespace chainmail
 namespace
 {
 
+/// Where more than one element in so many has a link at its limit, a turn takes longer than the sweeps that it spares.
+constexpr std::size_t oneIn = 128;
+
 /// A few elements and their links, as plain arrays.
 struct Patch
 {
@@ -136,11 +139,10 @@ void addBeside(
 }
 
 /// The ends of links at their limits, the rigid clusters that they are part of, and all around these.
-Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
+Patch readPatch(Bricks& bricks, const RigidClusters& clusters, const std::vector<std::size_t>& lower)
 {
   const Grid& grid = bricks.model().grid();
   const int axes = bricks.model().axes();
-  const std::vector<std::size_t> lower = tightElements(bricks);
   std::vector<std::size_t> ends = lower;
   for (int a = 0; a < 3; ++a)
   {
@@ -372,11 +374,16 @@ float moveAxis(
 
 }
 
-float moveTightGroups(
-  Bricks& bricks, const RigidClusters& clusters, const Elasticity& elasticity, float still, std::vector<int>& moved)
+float moveTightGroups(Bricks& bricks, const RigidClusters& clusters, const Elasticity& elasticity, float still,
+  bool atRest, std::vector<int>& moved)
 {
   moved.clear();
-  Patch patch = readPatch(bricks, clusters);
+  const std::vector<std::size_t> tight = tightElements(bricks);
+  if (!atRest && tight.size() * oneIn > bricks.touchedSlots().size() * bricks.elementsPerBrick())
+  {
+    return 0.0f;
+  }
+  Patch patch = readPatch(bricks, clusters, tight);
   const std::vector<float> before[3] = { patch.u[0], patch.u[1], patch.u[2] };
   float moves[3];
   inParallel(3,
