@@ -13,7 +13,9 @@ namespace
 /// Where chains of links at their limits block each other, sweeps come to rest above the optimum, or creep there: then
 /// the groups of such links get turns. Twice as often after each turn that is worth it, as it moves them by this share
 /// of what the sweep moved; half as often, down to once in so many sweeps, after any other one; and before a relaxation
-/// counts as converged. A short one, of a tissue that is all at its limits as a wave has left it, has none.
+/// counts as converged. A short one, of a tissue that is all at its limits as a wave has left it, has none. Where such
+/// links are many, there are turns only when sweeps move nothing by more than restingMove.
+constexpr float restingMove = 1e-3f;
 constexpr int shortestGroupPeriod = 8;
 constexpr int longestGroupPeriod = 32;
 constexpr float worthATurn = 0.03f;
@@ -133,7 +135,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
         this->sweepsSinceGroups_ = 0;
         this->active_.touch();
         std::vector<int> moved;
-        const float ofGroups = moveTightGroups(this->bricks_, clusters, elasticity, still, largest <= tolerance, moved);
+        const bool atRest = largest <= std::max(static_cast<float>(tolerance), restingMove);
+        const float ofGroups = moveTightGroups(this->bricks_, clusters, elasticity, still, atRest, moved);
         this->groupPeriod_ = ofGroups > worthATurn * largest ? std::max(shortestGroupPeriod, this->groupPeriod_ / 2)
                                                              : std::min(longestGroupPeriod, 2 * this->groupPeriod_);
         largest = std::max(largest, ofGroups);
