@@ -10,15 +10,11 @@ namespace chainmail
 namespace
 {
 
-/// Where chains of links at their limits block each other, sweeps come to rest above the optimum, or creep there: then
-/// the groups of such links get turns. Twice as often after each turn that is worth it, as it moves them by this share
-/// of what the sweep moved; half as often, down to once in so many sweeps, after any other one; and before a relaxation
-/// counts as converged. A short one, of a tissue that is all at its limits as a wave has left it, has none. Where such
-/// links are many, there are turns only when sweeps move nothing by more than restingMove.
+/// Sweeps that move nothing further than this have come to rest, be it at the optimum or because chains of links at
+/// their limits block each other: then the groups of such links get a turn, at most once in so many sweeps, half as
+/// often after each turn in which there was none to move, and before a relaxation counts as converged.
 constexpr float restingMove = 1e-3f;
-constexpr int shortestGroupPeriod = 8;
-constexpr int longestGroupPeriod = 32;
-constexpr float worthATurn = 0.03f;
+constexpr int sweepsPerGroupTurn = 8;
 
 /// Sweeps that are launched in one go.
 constexpr int sweepsPerBatch = 8;
@@ -97,22 +93,26 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
 
   if (firstSweep == 0)
   {
-    this->groupPeriod_ = longestGroupPeriod;
-    this->sweepsSinceGroups_ = 0;
+    this->groupPeriod_ = this->sweepsSinceGroups_ = sweepsPerGroupTurn;
   }
+  // A sweep that moves no more than this is the last for the time being: so many sweeps from now.
+  const auto restingMoveAfter = [&](int sweeps)
+  {
+    const bool groupsMayMove = !waves && this->sweepsSinceGroups_ + sweeps >= this->groupPeriod_;
+    return std::max(static_cast<float>(tolerance), groupsMayMove ? restingMove : 0.0f);
+  };
   RelaxResult result;
   int launched = 0;
   while (result.iterations < iterations && !result.converged)
   {
-    const int untilGroups = waves ? sweepsPerBatch : this->groupPeriod_ - this->sweepsSinceGroups_;
-    const int sweeps = std::min({ sweepsPerBatch, iterations - result.iterations, std::max(1, untilGroups) });
+    const int sweeps = std::min(sweepsPerBatch, iterations - result.iterations);
     this->active_.beginBatch(sweeps);
     for (int n = 0; n < sweeps; ++n)
     {
       launched = std::max(launched, result.iterations + n);
       checkpoint(launched);
       const float omega = omegaOf(reach, firstSweep + result.iterations + n);
-      this->active_.beginSweep(static_cast<float>(tolerance));
+      this->active_.beginSweep(restingMoveAfter(n));
       for (int colour = 0; colour < 2; ++colour)
       {
         if (this->active_.takesTurn(colour))
@@ -126,25 +126,26 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       }
     }
 
-    for (float largest : this->active_.endBatch())
+    for (const float largest : this->active_.endBatch())
     {
       ++result.iterations;
-      this->sweepsSinceGroups_ += waves ? 0 : 1;
-      if (!waves && (largest <= tolerance || this->sweepsSinceGroups_ >= this->groupPeriod_))
+      result.largestMove = largest;
+      if (!waves && largest <= restingMoveAfter(1))
       {
         this->sweepsSinceGroups_ = 0;
         this->active_.touch();
         std::vector<int> moved;
-        const bool atRest = largest <= std::max(static_cast<float>(tolerance), restingMove);
-        const float ofGroups = moveTightGroups(this->bricks_, clusters, elasticity, still, atRest, moved);
-        this->groupPeriod_ = ofGroups > worthATurn * largest ? std::max(shortestGroupPeriod, this->groupPeriod_ / 2)
-                                                             : std::min(longestGroupPeriod, 2 * this->groupPeriod_);
-        largest = std::max(largest, ofGroups);
+        const float ofGroups = moveTightGroups(this->bricks_, clusters, elasticity, still, moved);
+        this->groupPeriod_ = ofGroups > 0.0f ? sweepsPerGroupTurn : 2 * this->groupPeriod_;
+        result.largestMove = std::max(result.largestMove, static_cast<double>(ofGroups));
         this->active_.note(moved);
         clusters.refresh();
       }
-      result.largestMove = largest;
-      result.converged = largest <= tolerance;
+      else
+      {
+        ++this->sweepsSinceGroups_;
+      }
+      result.converged = result.largestMove <= tolerance;
     }
   }
   this->active_.touch();

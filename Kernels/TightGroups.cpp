@@ -11,9 +11,6 @@ namespace chainmail
 namespace
 {
 
-/// Where more than one element in so many has a link at its limit, a turn takes longer than the sweeps that it spares.
-constexpr std::size_t oneIn = 128;
-
 /// A few elements and their links, as plain arrays.
 struct Patch
 {
@@ -139,10 +136,11 @@ void addBeside(
 }
 
 /// The ends of links at their limits, the rigid clusters that they are part of, and all around these.
-Patch readPatch(Bricks& bricks, const RigidClusters& clusters, const std::vector<std::size_t>& lower)
+Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
 {
   const Grid& grid = bricks.model().grid();
   const int axes = bricks.model().axes();
+  const std::vector<std::size_t> lower = tightElements(bricks);
   std::vector<std::size_t> ends = lower;
   for (int a = 0; a < 3; ++a)
   {
@@ -211,16 +209,6 @@ struct Pull
   double force = 0.0;
   bool held = false;
 };
-
-/// The step, a little shorter, such that places up to `reach` are not rounded by it: else the links within a group, all
-/// at their limits, would grow with every turn.
-float evenStep(float step, float reach)
-{
-  int exponent = 0;
-  std::frexp(reach + std::fabs(step), &exponent);
-  const int last = exponent - std::numeric_limits<float>::digits; // of the digits that such a place has
-  return std::ldexp(std::trunc(std::ldexp(step, -last)), last);
-}
 
 /// Moves the groups of one axis; returns the largest move.
 float moveAxis(
@@ -343,11 +331,6 @@ float moveAxis(
     double force = 0.0;
     float lower = -std::numeric_limits<float>::infinity();
     float upper = std::numeric_limits<float>::infinity();
-    float reach = 0.0f;
-    for (const std::uint32_t n : members[id])
-    {
-      reach = std::max(reach, std::fabs(u[n]));
-    }
     for (const Outgoing& link : outgoing[id])
     {
       const double w = Elasticity::weight(link.limit);
@@ -357,7 +340,7 @@ float moveAxis(
       upper = std::min(upper, u[link.outer] + link.limit - u[link.inner]);
     }
     const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
-    const float way = evenStep(std::min(std::max(wanted, lower), upper), reach);
+    const float way = std::min(std::max(wanted, lower), upper);
     // Against the wish of the group it never goes: where rounding has closed its box it stays.
     if (!(lower <= upper) || !(std::fabs(way) > still) || way * wanted <= 0.0f)
     {
@@ -374,16 +357,11 @@ float moveAxis(
 
 }
 
-float moveTightGroups(Bricks& bricks, const RigidClusters& clusters, const Elasticity& elasticity, float still,
-  bool atRest, std::vector<int>& moved)
+float moveTightGroups(
+  Bricks& bricks, const RigidClusters& clusters, const Elasticity& elasticity, float still, std::vector<int>& moved)
 {
   moved.clear();
-  const std::vector<std::size_t> tight = tightElements(bricks);
-  if (!atRest && tight.size() * oneIn > bricks.touchedSlots().size() * bricks.elementsPerBrick())
-  {
-    return 0.0f;
-  }
-  Patch patch = readPatch(bricks, clusters, tight);
+  Patch patch = readPatch(bricks, clusters);
   const std::vector<float> before[3] = { patch.u[0], patch.u[1], patch.u[2] };
   float moves[3];
   inParallel(3,

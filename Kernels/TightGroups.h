@@ -18,10 +18,9 @@ namespace chainmail
 /// state stays feasible and the energy does not rise. Held elements and those at rest take no part.
 ///
 /// Links at their limits are few, so that the device looks for them among all (tight.cl), and the host, which needs
-/// double precision and an order, joins and moves their groups. Where they are many that takes longer than the sweeps
-/// it spares: unless tissue is `atRest` and cannot go on otherwise, nothing moves then. Sets `moved` to the bricks of
-/// moved elements and returns the largest move.
-float moveTightGroups(Bricks& bricks, const RigidClusters& clusters, const Elasticity& elasticity, float still,
-  bool atRest, std::vector<int>& moved);
+/// double precision and an order, joins and moves their groups. Sets `moved` to the bricks of moved elements and
+/// returns the largest move.
+float moveTightGroups(
+  Bricks& bricks, const RigidClusters& clusters, const Elasticity& elasticity, float still, std::vector<int>& moved);
 
 }
