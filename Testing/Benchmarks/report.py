@@ -116,7 +116,13 @@ def memory(run):
         f"{number(reached)} bytes on the device per element reached "
         f"({number(figures['bytes of the process per element reached'])} in the process, host and device; "
         f"{number(figures['device bytes per place held'])} per place held), "
-        f"{number(rest)} per voxel not reached",
+        f"{number(rest)} per voxel not reached; peak of an update of the filter, outputs, device and host: "
+        + ", ".join(
+            f"{r['scene']} {number(r['figures']['peak of an update, device and host [MB]'])} MB "
+            f"({number(r['figures']['peak [MB per million voxels]'])} MB per million voxels)"
+            for r in run.find("B3", method="filter")
+        )
+        + "; the paper's engine alone takes 55 MB per million elements",
         reached <= 32 and rest <= 3,
     )
 
