@@ -14,17 +14,22 @@ namespace chainmail
 namespace
 {
 
-/// How a coarser grid is relaxed. On small ones sweeps cost next to nothing: they settle what is far apart.
+/// How a coarser grid is relaxed.
 struct Sweeps
 {
   Reach reach;
   int count;
 };
 
-Sweeps sweepsOn(const Grid& grid)
+/// `depth`: how many grids lie between it and the finest. Deeper ones, whose sweeps cost little, settle what is far
+/// apart; on small ones sweeps cost next to nothing.
+Sweeps sweepsOn(const Grid& grid, std::size_t depth)
 {
-  return *std::max_element(grid.size.begin(), grid.size.end()) > 32 ? Sweeps{ Reach::Near, 15 }
-                                                                    : Sweeps{ Reach::Far, 40 };
+  if (*std::max_element(grid.size.begin(), grid.size.end()) <= 16)
+  {
+    return { Reach::Far, 40 };
+  }
+  return depth == 0 ? Sweeps{ Reach::Near, 10 } : Sweeps{ Reach::Far, 30 };
 }
 
 /// A grid with no axis longer than this is the coarsest.
@@ -283,10 +288,10 @@ public:
     }
   }
 
-  void relax(const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
+  void relax(std::size_t depth, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
   {
     this->clusters_->begin(this->held_);
-    const Sweeps sweeps = sweepsOn(this->model_->grid());
+    const Sweeps sweeps = sweepsOn(this->model_->grid(), depth);
     this->relaxation_.run(
       *this->clusters_, elasticity, nullptr, sweeps.reach, 0, sweeps.count, tolerance, [&](int) { checkpoint(); });
   }
@@ -323,7 +328,7 @@ public:
     }
     Context& context = this->bricks_.context();
     // The finer grid's cuts do not matter here.
-    cl::Kernel kernel = context.kernel("coarsen.cl", this->bricks_.defines(false), "refine");
+    cl::Kernel kernel = context.kernel("coarsen.cl", this->bricks_.defines(true), "refine");
     int argument = 0;
     kernel.setArg(argument++, this->list_.holding(context, slots));
     kernel.setArg(argument++, this->finer_.pitch());
@@ -335,7 +340,7 @@ public:
     kernel.setArg(argument++, this->bricks_.cutsOrNothing());
     kernel.setArg(argument++, this->finer_.constraint);
     kernel.setArg(argument++, this->finer_.displacement);
-    context.runGroups(kernel, slots.size(), this->bricks_.workItems(false));
+    context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
   }
 
 private:
@@ -452,7 +457,7 @@ void CoarseToFine::cycle(const Elasticity& elasticity, double tolerance, const C
   for (std::size_t n = this->levels_.size(); n-- > 0;)
   {
     Level& level = *this->levels_[n];
-    level.relax(elasticity, tolerance, checkpoint);
+    level.relax(n, elasticity, tolerance, checkpoint);
     level.refine();
     if (n > 0)
     {

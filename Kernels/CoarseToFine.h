@@ -47,7 +47,7 @@ private:
   Repair repair_;
   Spread pieces_;
   Field before_{ 3, sizeof(cl_float), "the displacement before a relaxation" };
-  Field marks_{ 2, sizeof(cl_float), "what hangs together" };
+  Field marks_{ 1, sizeof(cl_int), "what hangs together" };
   Scratch list_{ "the list of bricks" };
 };
 

@@ -17,21 +17,58 @@ Repair::~Repair()
   this->bricks_.drop(this->upper_);
 }
 
-void Repair::run(Propagation& propagation, const Checkpoint& checkpoint)
+/// Those that hold elements with links beyond their limits.
+std::vector<int> Repair::violated()
 {
   Context& context = this->bricks_.context();
-  std::vector<int> touched;
+  std::vector<int> bricks;
   for (const int slot : this->bricks_.touchedSlots())
   {
-    touched.push_back(this->bricks_.brick(slot));
+    bricks.push_back(this->bricks_.brick(slot));
   }
+  this->bricks_.require(bricks);
+  const std::vector<int> slots = this->bricks_.touchedSlots();
+  std::vector<cl_int> found(slots.size(), 0);
+  cl::Buffer& foundBuffer = this->found_.holding(context, found);
+  cl::Kernel kernel = context.kernel("repair.cl", this->bricks_.defines(true), "violated");
+  int argument = 0;
+  kernel.setArg(argument++, this->list_.holding(context, slots));
+  kernel.setArg(argument++, this->bricks_.pitch());
+  this->bricks_.bindTable(kernel, argument);
+  kernel.setArg(argument++, this->bricks_.displacement);
+  kernel.setArg(argument++, this->bricks_.constraint);
+  kernel.setArg(argument++, this->bricks_.cutsOrNothing());
+  kernel.setArg(argument++, foundBuffer);
+  context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
+  context.read(foundBuffer, found);
+
+  bricks.clear();
+  for (std::size_t n = 0; n < slots.size(); ++n)
+  {
+    if (found[n] != 0)
+    {
+      bricks.push_back(this->bricks_.brick(slots[n]));
+    }
+  }
+  return bricks;
+}
+
+void Repair::run(Propagation& propagation, const Checkpoint& checkpoint)
+{
+  const std::vector<int> violated = this->violated();
+  if (violated.empty())
+  {
+    propagation.start({}); // no conflict
+    return;
+  }
+  Context& context = this->bricks_.context();
   this->bricks_.keep(this->upper_);
   // New bricks are at rest and so are bounds of 0: what they get as their memory is right.
   context.queue().enqueueCopyBuffer(
     this->bricks_.displacement, this->upper_.buffer, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
   this->bricks_.saveBefore();
 
-  this->spread_.start(touched);
+  this->spread_.start(violated);
   this->spread_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
     [this](cl::Kernel& kernel, int& argument)
     {
@@ -41,26 +78,22 @@ void Repair::run(Propagation& propagation, const Checkpoint& checkpoint)
       kernel.setArg(argument++, this->upper_.buffer);
     });
   const std::vector<int> slots = this->spread_.changed();
-  if (!slots.empty())
+  std::vector<int> bricks;
+  for (const int slot : slots)
   {
-    std::vector<int> bricks;
-    for (const int slot : slots)
-    {
-      this->bricks_.touch(slot);
-      bricks.push_back(this->bricks_.brick(slot));
-    }
-    Scratch list("the list of active bricks");
-    cl::Kernel kernel = context.kernel("repair.cl", this->bricks_.defines(true), "settle");
-    kernel.setArg(0, list.holding(context, slots));
-    kernel.setArg(1, this->bricks_.pitch());
-    kernel.setArg(2, this->bricks_.constraint);
-    kernel.setArg(3, this->upper_.buffer);
-    kernel.setArg(4, this->bricks_.before);
-    kernel.setArg(5, this->bricks_.displacement);
-    context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
-    propagation.start(bricks);
-    propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
+    this->bricks_.touch(slot);
+    bricks.push_back(this->bricks_.brick(slot));
   }
+  cl::Kernel kernel = context.kernel("repair.cl", this->bricks_.defines(true), "settle");
+  kernel.setArg(0, this->list_.holding(context, slots));
+  kernel.setArg(1, this->bricks_.pitch());
+  kernel.setArg(2, this->bricks_.constraint);
+  kernel.setArg(3, this->upper_.buffer);
+  kernel.setArg(4, this->bricks_.before);
+  kernel.setArg(5, this->bricks_.displacement);
+  context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
+  propagation.start(bricks);
+  propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
   this->bricks_.drop(this->upper_);
 }
 

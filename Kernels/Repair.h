@@ -18,9 +18,13 @@ public:
   void run(Propagation& propagation, const Checkpoint& checkpoint);
 
 private:
+  std::vector<int> violated();
+
   Bricks& bricks_;
   Spread spread_;
   Field upper_; ///< float [axis][address]; the lower bound is in Bricks::before
+  Scratch list_{ "the list of bricks" };
+  Scratch found_{ "bricks with links beyond their limits" };
 };
 
 }

@@ -1,7 +1,7 @@
 // Between a grid and one of half its resolution, whose elements stand for 2 x 2 x 2 of it. Displacements are fractions
 // of each grid's own spacing.
 //
-// The host guarantees: both grids have bricks of the same size, WIDTH is 1; `finer` and `coarser` arguments belong to
+// The host guarantees: both grids have bricks of the same size; `finer` and `coarser` arguments belong to
 // the two grids, tables are as brick.clh says.
 
 #include "brick.clh"
@@ -51,84 +51,179 @@ kernel void coarsen(global const int* list, uint pitch, global const int* table,
   }
 }
 
+// --- Refine: layer by layer of coarser elements ---------------------------------------------------------------------
+
+// A layer in local memory: the coarser elements under a brick of the finer grid, and those around them. Rows of FIELDS:
+// displacements (0 in air), constraints, and as the bits of a float, cuts.
+#define SPAN_X (HALF + 2)
+#define SPAN_Y (BY / 2 + 2)
+#ifdef CUTS
+#define FIELDS (4 + AXES)
+#else
+#define FIELDS (3 + AXES)
+#endif
+#define LAYER (FIELDS * SPAN_Y * SPAN_X)
+
+// `corner`: its first element. By all items of the group.
+inline void loadLayer(local float* layer, int3 corner, uint pitch, global const int* table, int strideY, int strideZ,
+  global const float* displacement, global const float* constraint, global const uchar* cut)
+{
+  for (int n = get_local_id(0); n < SPAN_Y * SPAN_X; n += get_local_size(0))
+  {
+    const uint at = addressOf(corner + (int3)(n % SPAN_X, n / SPAN_X, 0), table, strideY, strideZ);
+    const bool air = isinf(constraint[at]);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      layer[axis * SPAN_Y * SPAN_X + n] = air ? 0.0f : displacement[axis * pitch + at];
+    }
+    for (int axis = 0; axis < AXES; ++axis)
+    {
+      layer[(3 + axis) * SPAN_Y * SPAN_X + n] = constraint[axis * pitch + at];
+    }
+#ifdef CUTS
+    layer[(3 + AXES) * SPAN_Y * SPAN_X + n] = as_float((int)cut[at]);
+#endif
+  }
+}
+
+// Of a field, the coarser elements around those at (x, y) of the middle layer: index x + 3 y + 9 z, 13 is their own.
+RULE void loadAround(local const float* layers, int middle, int field, int x, int y, real* around)
+{
+  UNROLL
+  for (int m = 0; m < 27; ++m)
+  {
+    local const float* layer = layers + (middle + 2 + m / 9) % 3 * LAYER + field * SPAN_Y * SPAN_X;
+    around[m] = LOAD(layer + (y + m / 3 % 3) * SPAN_X + x + m % 3);
+  }
+}
+
+// Shares of the neighbours that children lie nearer to, on the lower and the upper side of each axis.
+typedef struct
+{
+  real share[3][2];
+} Towards;
+
+// The children's values: index x + 2 y + 4 z. Mirrored values give mirrored ones, to the bit.
+RULE void interpolate(const real* around, const Towards* towards, real* child)
+{
+  real alongX[2][9], alongY[4][3];
+  UNROLL
+  for (int m = 0; m < 18; ++m)
+  {
+    alongX[m / 9][m % 9] = 0.75f * around[m % 9 * 3 + 1] + towards->share[0][m / 9] * around[m % 9 * 3 + m / 9 * 2];
+  }
+  UNROLL
+  for (int m = 0; m < 12; ++m)
+  {
+    const int side = m / 6;
+    alongY[m / 3][m % 3] =
+      0.75f * alongX[m / 3 % 2][m % 3 * 3 + 1] + towards->share[1][side] * alongX[m / 3 % 2][m % 3 * 3 + 2 * side];
+  }
+  UNROLL
+  for (int m = 0; m < 8; ++m)
+  {
+    child[m] = 0.75f * alongY[m % 4][1] + towards->share[2][m / 4] * alongY[m % 4][m / 4 * 2];
+  }
+}
+
 // Takes the elements of the finer grid that are not held where the coarser one is: interpolated between the up to eight
 // coarser elements around, those that no cut divides from the one it belongs to. For rigid ones the rigid of these
 // alone count, axis by axis: so bone comes out where the coarser bone is.
+//
+// This kernel may have any WIDTH: children on one side of elements in a row follow each other.
 kernel void refine(global const int* list, uint finerPitch, global const int* finerTable, global const int* finerPlace,
   int finerStrideY, int finerStrideZ, uint pitch, global const int* table, global const int* place, int strideY,
   int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
   global const float* finerConstraint, global float* finerDisplacement)
 {
+  local float layers[3 * LAYER];
   const uint finerSlot = list[get_group_id(0)];
-  const int3 finerBrick = brickAt(finerPlace[finerSlot], finerStrideY, finerStrideZ);
-  for (int n = get_local_id(0); n < ELEMENTS / 8; n += get_local_size(0))
+  const int3 corner =
+    brickAt(finerPlace[finerSlot], finerStrideY, finerStrideZ) * (int3)(HALF, BY / 2, BZ / 2) - 1;
+  for (int z = 0; z < BZ / 2 + 2; ++z)
   {
-    // A coarser element and those around it: index x + 3 y + 9 z, 13 is its own.
-    const int3 cell = (int3)(n % (BX / 2), n / (BX / 2) % (BY / 2), n / (BX * BY / 4));
-    const int3 corner = finerBrick * (int3)(BX / 2, BY / 2, BZ / 2) + cell - 1;
-    float4 around[27]; // displacement and 1, or nothing
-    uint rigid[AXES];
-    for (int axis = 0; axis < AXES; ++axis)
+    loadLayer(layers + z % 3 * LAYER, corner + (int3)(0, 0, z), pitch, table, strideY, strideZ, displacement,
+      constraint, cut);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int work = get_local_id(0); z >= 2 && work < HALF / WIDTH * (BY / 2); work += get_local_size(0))
     {
-      rigid[axis] = 0;
-    }
-    uint bits = 0;
-    UNROLL
-    for (int m = 0; m < 27; ++m)
-    {
-      const uint at = addressOf(corner + (int3)(m % 3, m / 3 % 3, m / 9), table, strideY, strideZ);
-      around[m] = isinf(constraint[at])
-                    ? (float4)(0.0f)
-                    : (float4)(displacement[at], displacement[pitch + at], displacement[2 * pitch + at], 1.0f);
-      for (int axis = 0; axis < AXES; ++axis)
-      {
-        rigid[axis] |= (constraint[axis * pitch + at] == 0.0f ? 1u : 0u) << m;
-      }
-#ifdef CUTS
-      bits |= m == 13 ? cut[at] : 0;
-#endif
-    }
-
-    for (int child = 0; child < 8; ++child)
-    {
-      const int3 side = (int3)(child & 1, child >> 1 & 1, child >> 2);
-      const uint finer =
-        finerSlot * ELEMENTS + localAddress(2 * cell.x + side.x, 2 * cell.y + side.y, 2 * cell.z + side.z);
-      if (isinf(finerConstraint[finer]) || signbit(finerConstraint[finer]))
-      {
-        continue;
-      }
-      // Towards the neighbour that it lies nearer to, unless a cut is between.
-      const float x = bits >> side.x & 1 ? 0.0f : 0.25f;
-      const float y = bits >> (2 + side.y) & 1 ? 0.0f : 0.25f;
-      const float z = bits >> (4 + side.z) & 1 ? 0.0f : 0.25f;
-      float4 all = (float4)(0.0f), ofRigid[AXES];
-      for (int axis = 0; axis < AXES; ++axis)
-      {
-        ofRigid[axis] = (float4)(0.0f);
-      }
+      const int x = work % (HALF / WIDTH) * WIDTH, y = work / (HALF / WIDTH), middle = z - 1;
+      uint finer[8];
       UNROLL
-      for (int d = 0; d < 8; ++d)
+      for (int child = 0; child < 8; ++child)
       {
-        const int m = 13 + (d & 1 ? 2 * side.x - 1 : 0) + (d & 2 ? 6 * side.y - 3 : 0) + (d & 4 ? 18 * side.z - 9 : 0);
-        const float4 part = (d & 1 ? x : 0.75f) * (d & 2 ? y : 0.75f) * (d & 4 ? z : 0.75f) * around[m];
-        all += part;
-        for (int axis = 0; axis < AXES; ++axis)
-        {
-          ofRigid[axis] += rigid[axis] >> m & 1 ? part : (float4)(0.0f);
-        }
+        const int j = 2 * y + (child >> 1 & 1), k = 2 * (z - 2) + (child >> 2);
+        finer[child] = finerSlot * ELEMENTS + ((child ^ j ^ k) & 1) * COLOUR + (k * BY + j) * HALF + x;
       }
+      Towards towards;
+      UNROLL
+      for (int d = 0; d < 6; ++d)
+      {
+#ifdef CUTS
+        const mask bits = AS_MASK(LOAD(layers + middle % 3 * LAYER + ((3 + AXES) * SPAN_Y + y + 1) * SPAN_X + x + 1));
+        towards.share[d / 2][d % 2] = select((real)(0.25f), (real)(0.0f), (bits & (1 << d)) != 0);
+#else
+        towards.share[d / 2][d % 2] = (real)(0.25f);
+#endif
+      }
+      real c[27], u[27], part[27], weight[8], rigidWeight[8], sum[8], rigidSum[8];
+      mask isFree[8];
+      UNROLL
       for (int axis = 0; axis < 3; ++axis)
       {
-        const float4 bone = ofRigid[min(axis, AXES - 1)];
-        const bool isRigid = finerConstraint[min(axis, AXES - 1) * finerPitch + finer] == 0.0f && bone.w > 0.0f;
-        const float4 from = isRigid ? bone : all;
-        if (from.w > 0.0f)
+        if (axis < AXES)
         {
-          const float sum = axis == 0 ? from.x : axis == 1 ? from.y : from.z;
-          finerDisplacement[axis * finerPitch + finer] = 2.0f * sum / from.w;
+          loadAround(layers, middle, 3 + axis, x, y, c);
+        }
+        if (axis == 0)
+        {
+          UNROLL
+          for (int m = 0; m < 27; ++m)
+          {
+            part[m] = select((real)(1.0f), (real)(0.0f), c[m] == -INFINITY);
+          }
+          interpolate(part, &towards, weight);
+          UNROLL
+          for (int child = 0; child < 8; ++child)
+          {
+            isFree[child] = (AS_MASK(LOAD(finerConstraint + finer[child])) >= 0) & (weight[child] > 0.0f);
+          }
+        }
+        loadAround(layers, middle, axis, x, y, u);
+        interpolate(u, &towards, sum);
+        mask anyRigid = (mask)(0);
+        UNROLL
+        for (int child = 0; child < 8; ++child)
+        {
+          anyRigid |= LOAD(finerConstraint + min(axis, AXES - 1) * finerPitch + finer[child]) == 0.0f;
+        }
+        if (SOME(anyRigid))
+        {
+          UNROLL
+          for (int m = 0; m < 27; ++m)
+          {
+            part[m] = select((real)(0.0f), (real)(1.0f), c[m] == 0.0f);
+            u[m] = select((real)(0.0f), u[m], c[m] == 0.0f);
+          }
+          interpolate(part, &towards, rigidWeight);
+          interpolate(u, &towards, rigidSum);
+        }
+        UNROLL
+        for (int child = 0; child < 8; ++child)
+        {
+          global float* to = finerDisplacement + axis * finerPitch + finer[child];
+          real next = 2.0f * sum[child] / weight[child];
+          if (SOME(anyRigid))
+          {
+            const mask isRigid =
+              (LOAD(finerConstraint + min(axis, AXES - 1) * finerPitch + finer[child]) == 0.0f) &
+              (rigidWeight[child] > 0.0f);
+            next = select(next, 2.0f * rigidSum[child] / rigidWeight[child], isRigid);
+          }
+          STORE(select(LOAD(to), next, isFree[child]), to);
         }
       }
     }
+    barrier(CLK_LOCAL_MEM_FENCE);
   }
 }

@@ -1,5 +1,5 @@
 // Makes a state feasible: `bound` finds min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)) over all elements j, in place
-// and in any order, `settle` takes their mean.
+// and in any order, `settle` takes their mean. They begin at bricks that `violated` finds; most often these are few.
 //
 // The host guarantees: both bounds are the displacement at first, brick.clh's promise of bricks that are ready.
 
@@ -7,7 +7,56 @@
 #include "element.clh"
 #include "spread.clh"
 
-RULE int boundAt(const Site* s, uint pitch, global const float* constraint, global const uchar* cut,
+// Whether `bound` would move any of them.
+RULE int isViolated(const int odd, const Site* s, uint pitch, global const float* constraint, global const uchar* cut,
+  global const float* displacement)
+{
+  mask beyond = (mask)(0);
+  real limits[6];
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    if (axis < AXES)
+    {
+      const real c = LOAD(constraint + axis * pitch + s->self);
+      UNROLL
+      for (int d = 0; d < 6; ++d)
+      {
+        limits[d] = linkLimit(c, neighbourConstraint(constraint + axis * pitch, cut, s, d, odd));
+      }
+    }
+    const real u = LOAD(displacement + axis * pitch + s->self);
+    UNROLL
+    for (int d = 0; d < 6; ++d)
+    {
+      const real other = neighbour(displacement + axis * pitch, s, d, odd);
+      beyond |= (other - limits[d] > u) | (other + limits[d] < u);
+    }
+  }
+  return SOME(beyond);
+}
+
+// found: not 0 for bricks with such elements.
+kernel void violated(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
+  int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
+  global int* found)
+{
+  const uint slot = list[get_group_id(0)];
+  int any = 0;
+  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
+  {
+    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, table, place, strideY, strideZ);
+#define VIOLATED(odd) isViolated(odd, &s, pitch, constraint, cut, displacement)
+    any |= BY_PARITY(VIOLATED, s);
+#undef VIOLATED
+  }
+  if (any)
+  {
+    atomic_or(&found[get_group_id(0)], 1);
+  }
+}
+
+RULE int boundAt(const int odd, const Site* s, uint pitch, global const float* constraint, global const uchar* cut,
   global float* lower, global float* upper)
 {
   int touched = 0;
@@ -21,7 +70,7 @@ RULE int boundAt(const Site* s, uint pitch, global const float* constraint, glob
       UNROLL
       for (int d = 0; d < 6; ++d)
       {
-        limits[d] = linkLimit(c, neighbourConstraint(constraint + axis * pitch, cut, s, d, s->odd));
+        limits[d] = linkLimit(c, neighbourConstraint(constraint + axis * pitch, cut, s, d, odd));
       }
     }
     const real l = LOAD(lower + axis * pitch + s->self);
@@ -30,8 +79,8 @@ RULE int boundAt(const Site* s, uint pitch, global const float* constraint, glob
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-      nextLower = max(nextLower, neighbour(lower + axis * pitch, s, d, s->odd) - limits[d]);
-      nextUpper = min(nextUpper, neighbour(upper + axis * pitch, s, d, s->odd) + limits[d]);
+      nextLower = max(nextLower, neighbour(lower + axis * pitch, s, d, odd) - limits[d]);
+      nextUpper = min(nextUpper, neighbour(upper + axis * pitch, s, d, odd) + limits[d]);
     }
     const mask moved = (nextLower != l) | (nextUpper != u);
     if (SOME(moved))
@@ -48,7 +97,9 @@ kernel void bound(SPREAD_ARGUMENTS, uint pitch, global const int* table, global 
   int strideZ, global const float* constraint, global const uchar* cut, global float* lower, global float* upper)
 {
   SPREAD_TO
-  SPREAD(boundAt(&s, pitch, constraint, cut, lower, upper))
+#define BOUND(odd) boundAt(odd, &s, pitch, constraint, cut, lower, upper)
+  SPREAD(BY_PARITY(BOUND, s))
+#undef BOUND
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
