@@ -569,6 +569,7 @@ private:
   vtkSmartPointer<vtkIntArray> Wavefront;
 
   std::array<double, NUMBER_OF_TIMES> Milliseconds{};
+  double PeakDeviceMemory = 0.0; // of this update [MB]
   double ProgressFrom = 0.0;
   double ProgressTo = 1.0;
   double ProgressShown = 0.0;
@@ -609,6 +610,7 @@ void vtkChainMailDeformation::vtkInternals::Update(
   }
   this->Run(RESAMPLE, 0.75, 0.9, [&] { this->WriteDeformed(scene, deformed); });
   this->WriteModel(scene, model);
+  this->PeakDeviceMemory = 1e-6 * static_cast<double>(this->Simulation->takePeakDeviceBytes());
   this->WriteFieldData(scene, deformed);
   this->WriteFieldData(scene, model);
   this->WantsUpdate =
@@ -1457,6 +1459,8 @@ void vtkChainMailDeformation::vtkInternals::WriteFieldData(const Scene& scene, v
   {
     milliseconds->SetComponentName(t, times[t]);
   }
+
+  addRow(vtkNew<vtkDoubleArray>(), "PeakDeviceMemory", { this->PeakDeviceMemory });
 
   vtkNew<vtkStringArray> device;
   device->SetName("DeviceName");

@@ -95,7 +95,8 @@
  * what the hand pulls them with, world axes, no unit), `Energy` [mm] (with ElasticRecovery r below 1 only strain of
  * more than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C), fraction of the spacing),
  * `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `ActiveElements` (elements away from their rest place),
- * `Milliseconds` (upload, propagate, relax, resample, download; 0 for what this update did not have to do again) and
+ * `Milliseconds` (upload, propagate, relax, resample, download; 0 for what this update did not have to do again),
+ * `PeakDeviceMemory` (the most that all these filters of the process held on the device during this update [MB]) and
  * `DeviceName`.
  *
  * @section vtkChainMailDeformation-limitations Limitations

@@ -328,6 +328,27 @@ void Context::runGroups(const cl::Kernel& kernel, std::size_t groups, std::size_
   }
 }
 
+void Context::count(cl::Buffer& buffer, std::size_t bytes)
+{
+  using Share = std::pair<std::shared_ptr<BytesInUse>, std::size_t>;
+  auto share = std::make_unique<Share>(this->inUse_, bytes);
+  buffer.setDestructorCallback(
+    [](cl_mem, void* data)
+    {
+      const std::unique_ptr<Share> gone(static_cast<Share*>(data));
+      gone->first->now -= gone->second;
+    },
+    share.get());
+  share.release();
+  const std::size_t now = this->inUse_->now += bytes;
+  this->inUse_->most = std::max(this->inUse_->most.load(), now);
+}
+
+std::size_t Context::takePeakBytes()
+{
+  return this->inUse_->most.exchange(this->inUse_->now);
+}
+
 cl::Buffer Context::allocate(std::size_t bytes, const char* purpose)
 {
   const auto fail = [&](const std::string& room)
@@ -344,6 +365,7 @@ cl::Buffer Context::allocate(std::size_t bytes, const char* purpose)
   try
   {
     cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE, bytes);
+    this->count(buffer, bytes);
     this->queue_.enqueueFillBuffer(buffer, cl_uchar(0), 0, bytes);
     this->queue_.finish();
     return buffer;

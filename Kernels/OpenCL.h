@@ -10,6 +10,7 @@
 #include "Device.h"
 #include "ProgramCache.h"
 
+#include <atomic>
 #include <map>
 #include <memory>
 #include <string>
@@ -52,6 +53,9 @@ public:
   /// no room.
   cl::Buffer allocate(std::size_t bytes, const char* purpose);
 
+  /// The most bytes that buffers took at once since the last call.
+  std::size_t takePeakBytes();
+
   template <typename T> cl::Buffer upload(const std::vector<T>& values, const char* purpose)
   {
     cl::Buffer buffer = this->allocate(sizeof(T) * std::max<std::size_t>(1, values.size()), purpose);
@@ -75,6 +79,7 @@ public:
 
 private:
   cl::Program build(const std::string& file, const std::string& options);
+  void count(cl::Buffer& buffer, std::size_t bytes);
 
   cl::Device device_;
   DeviceInfo info_;
@@ -82,6 +87,13 @@ private:
   cl::CommandQueue queue_;
   ProgramCache cache_;
   std::map<std::string, cl::Program> programs_;
+
+  struct BytesInUse
+  {
+    std::atomic<std::size_t> now{ 0 };
+    std::atomic<std::size_t> most{ 0 };
+  };
+  std::shared_ptr<BytesInUse> inUse_ = std::make_shared<BytesInUse>(); ///< shared with buffers, which may live longer
 };
 
 /// A small buffer that keeps its memory between uses and grows when it must.

@@ -563,6 +563,11 @@ Index3 Simulation::brickSize() const
   return this->impl_->bricks_.size();
 }
 
+std::size_t Simulation::takePeakDeviceBytes()
+{
+  return this->impl_->context_->takePeakBytes();
+}
+
 void Simulation::setProgress(Progress progress)
 {
   this->impl_->progress_ = std::move(progress);

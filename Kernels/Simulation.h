@@ -134,6 +134,10 @@ public:
   const std::string& deviceName() const;
   Index3 brickSize() const;
 
+  /// The most bytes that buffers took on the device at once since the last call: those of all simulations of this
+  /// process there.
+  std::size_t takePeakDeviceBytes();
+
   void setProgress(Progress progress);
 
   /// How waves that start from now on travel; one that is under way is finished first. Default: Envelope, Limit.

@@ -1,8 +1,8 @@
 // Between a grid and one of half its resolution, whose elements stand for 2 x 2 x 2 of it. Displacements are fractions
 // of each grid's own spacing.
 //
-// The host guarantees: both grids have bricks of the same size; `finer` and `coarser` arguments belong to
-// the two grids, tables are as brick.clh says.
+// The host guarantees: both grids have bricks of the same size; WIDTH is 1 for `coarsen`; `finer` and `coarser`
+// arguments belong to the two grids, tables are as brick.clh says.
 
 #include "brick.clh"
 
@@ -51,7 +51,7 @@ kernel void coarsen(global const int* list, uint pitch, global const int* table,
   }
 }
 
-// --- Refine: layer by layer of coarser elements ---------------------------------------------------------------------
+// --- Refine: layer by layer of coarser elements ----------------------------------------------------------------------
 
 // A layer in local memory: the coarser elements under a brick of the finer grid, and those around them. Rows of FIELDS:
 // displacements (0 in air), constraints, and as the bits of a float, cuts.
@@ -126,11 +126,79 @@ RULE void interpolate(const real* around, const Towards* towards, real* child)
   }
 }
 
+// The children of a vector of elements in a row, at (x, y) of the middle layer: those that are not held go where it
+// says. `finer`: their addresses, index x + 2 y + 4 z; children on one side of elements in a row follow each other.
+RULE void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
+  global const float* finerConstraint, global float* finerDisplacement)
+{
+  Towards towards;
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+#ifdef CUTS
+    const mask bits = AS_MASK(LOAD(layers + middle % 3 * LAYER + ((3 + AXES) * SPAN_Y + y + 1) * SPAN_X + x + 1));
+    towards.share[d / 2][d % 2] = select((real)(0.25f), (real)(0.0f), (bits & (1 << d)) != 0);
+#else
+    towards.share[d / 2][d % 2] = (real)(0.25f);
+#endif
+  }
+  real c[27], u[27], part[27], weight[8], rigidWeight[8], sum[8], rigidSum[8];
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    if (axis < AXES)
+    {
+      loadAround(layers, middle, 3 + axis, x, y, c);
+    }
+    if (axis == 0)
+    {
+      UNROLL
+      for (int m = 0; m < 27; ++m)
+      {
+        part[m] = select((real)(1.0f), (real)(0.0f), c[m] == -INFINITY);
+      }
+      interpolate(part, &towards, weight);
+    }
+    loadAround(layers, middle, axis, x, y, u);
+    interpolate(u, &towards, sum);
+
+    global const float* constraints = finerConstraint + min(axis, AXES - 1) * finerPitch;
+    mask anyRigid = (mask)(0);
+    UNROLL
+    for (int child = 0; child < 8; ++child)
+    {
+      anyRigid |= LOAD(constraints + finer[child]) == 0.0f;
+    }
+    if (SOME(anyRigid))
+    {
+      UNROLL
+      for (int m = 0; m < 27; ++m)
+      {
+        part[m] = select((real)(0.0f), (real)(1.0f), c[m] == 0.0f);
+        u[m] = select((real)(0.0f), u[m], c[m] == 0.0f);
+      }
+      interpolate(part, &towards, rigidWeight);
+      interpolate(u, &towards, rigidSum);
+    }
+    UNROLL
+    for (int child = 0; child < 8; ++child)
+    {
+      real next = 2.0f * sum[child] / weight[child];
+      if (SOME(anyRigid))
+      {
+        const mask isRigid = (LOAD(constraints + finer[child]) == 0.0f) & (rigidWeight[child] > 0.0f);
+        next = select(next, 2.0f * rigidSum[child] / rigidWeight[child], isRigid);
+      }
+      const mask isFree = AS_MASK(LOAD(finerConstraint + finer[child])) >= 0; // nor air, whose sign is set
+      global float* to = finerDisplacement + axis * finerPitch + finer[child];
+      STORE(select(LOAD(to), next, isFree), to);
+    }
+  }
+}
+
 // Takes the elements of the finer grid that are not held where the coarser one is: interpolated between the up to eight
 // coarser elements around, those that no cut divides from the one it belongs to. For rigid ones the rigid of these
 // alone count, axis by axis: so bone comes out where the coarser bone is.
-//
-// This kernel may have any WIDTH: children on one side of elements in a row follow each other.
 kernel void refine(global const int* list, uint finerPitch, global const int* finerTable, global const int* finerPlace,
   int finerStrideY, int finerStrideZ, uint pitch, global const int* table, global const int* place, int strideY,
   int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
@@ -138,16 +206,15 @@ kernel void refine(global const int* list, uint finerPitch, global const int* fi
 {
   local float layers[3 * LAYER];
   const uint finerSlot = list[get_group_id(0)];
-  const int3 corner =
-    brickAt(finerPlace[finerSlot], finerStrideY, finerStrideZ) * (int3)(HALF, BY / 2, BZ / 2) - 1;
+  const int3 corner = brickAt(finerPlace[finerSlot], finerStrideY, finerStrideZ) * (int3)(HALF, BY / 2, BZ / 2) - 1;
   for (int z = 0; z < BZ / 2 + 2; ++z)
   {
-    loadLayer(layers + z % 3 * LAYER, corner + (int3)(0, 0, z), pitch, table, strideY, strideZ, displacement,
-      constraint, cut);
+    loadLayer(
+      layers + z % 3 * LAYER, corner + (int3)(0, 0, z), pitch, table, strideY, strideZ, displacement, constraint, cut);
     barrier(CLK_LOCAL_MEM_FENCE);
     for (int work = get_local_id(0); z >= 2 && work < HALF / WIDTH * (BY / 2); work += get_local_size(0))
     {
-      const int x = work % (HALF / WIDTH) * WIDTH, y = work / (HALF / WIDTH), middle = z - 1;
+      const int x = work % (HALF / WIDTH) * WIDTH, y = work / (HALF / WIDTH);
       uint finer[8];
       UNROLL
       for (int child = 0; child < 8; ++child)
@@ -155,74 +222,7 @@ kernel void refine(global const int* list, uint finerPitch, global const int* fi
         const int j = 2 * y + (child >> 1 & 1), k = 2 * (z - 2) + (child >> 2);
         finer[child] = finerSlot * ELEMENTS + ((child ^ j ^ k) & 1) * COLOUR + (k * BY + j) * HALF + x;
       }
-      Towards towards;
-      UNROLL
-      for (int d = 0; d < 6; ++d)
-      {
-#ifdef CUTS
-        const mask bits = AS_MASK(LOAD(layers + middle % 3 * LAYER + ((3 + AXES) * SPAN_Y + y + 1) * SPAN_X + x + 1));
-        towards.share[d / 2][d % 2] = select((real)(0.25f), (real)(0.0f), (bits & (1 << d)) != 0);
-#else
-        towards.share[d / 2][d % 2] = (real)(0.25f);
-#endif
-      }
-      real c[27], u[27], part[27], weight[8], rigidWeight[8], sum[8], rigidSum[8];
-      mask isFree[8];
-      UNROLL
-      for (int axis = 0; axis < 3; ++axis)
-      {
-        if (axis < AXES)
-        {
-          loadAround(layers, middle, 3 + axis, x, y, c);
-        }
-        if (axis == 0)
-        {
-          UNROLL
-          for (int m = 0; m < 27; ++m)
-          {
-            part[m] = select((real)(1.0f), (real)(0.0f), c[m] == -INFINITY);
-          }
-          interpolate(part, &towards, weight);
-          UNROLL
-          for (int child = 0; child < 8; ++child)
-          {
-            isFree[child] = (AS_MASK(LOAD(finerConstraint + finer[child])) >= 0) & (weight[child] > 0.0f);
-          }
-        }
-        loadAround(layers, middle, axis, x, y, u);
-        interpolate(u, &towards, sum);
-        mask anyRigid = (mask)(0);
-        UNROLL
-        for (int child = 0; child < 8; ++child)
-        {
-          anyRigid |= LOAD(finerConstraint + min(axis, AXES - 1) * finerPitch + finer[child]) == 0.0f;
-        }
-        if (SOME(anyRigid))
-        {
-          UNROLL
-          for (int m = 0; m < 27; ++m)
-          {
-            part[m] = select((real)(0.0f), (real)(1.0f), c[m] == 0.0f);
-            u[m] = select((real)(0.0f), u[m], c[m] == 0.0f);
-          }
-          interpolate(part, &towards, rigidWeight);
-          interpolate(u, &towards, rigidSum);
-        }
-        UNROLL
-        for (int child = 0; child < 8; ++child)
-        {
-          global float* to = finerDisplacement + axis * finerPitch + finer[child];
-          real next = 2.0f * sum[child] / weight[child];
-          if (SOME(anyRigid))
-          {
-            const mask isRigid =
-              (LOAD(finerConstraint + min(axis, AXES - 1) * finerPitch + finer[child]) == 0.0f) &
-              (rigidWeight[child] > 0.0f);
-            next = select(next, 2.0f * rigidSum[child] / rigidWeight[child], isRigid);
-          }
-          STORE(select(LOAD(to), next, isFree[child]), to);
-        }
-      }
+      refineAt(layers, z - 1, x, y, finer, finerPitch, finerConstraint, finerDisplacement);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }

@@ -53,7 +53,8 @@ kernel void mark(global const int* list, uint pitch, global const int* table, gl
   }
 }
 
-RULE int joinAt(const int odd, const Site* s, global const float* constraint, global const uchar* cut, global int* marks)
+RULE int joinAt(
+  const int odd, const Site* s, global const float* constraint, global const uchar* cut, global int* marks)
 {
   const real c = LOAD(constraint + s->self);
   const mask mark = LOAD(marks + s->self);

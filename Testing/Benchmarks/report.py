@@ -119,7 +119,8 @@ def memory(run):
         f"{number(rest)} per voxel not reached; peak of an update of the filter, outputs, device and host: "
         + ", ".join(
             f"{r['scene']} {number(r['figures']['peak of an update, device and host [MB]'])} MB "
-            f"({number(r['figures']['peak [MB per million voxels]'])} MB per million voxels)"
+            f"({number(r['figures']['peak [MB per million voxels]'])} MB per million voxels), of it on the device "
+            f"{number(r['figures']['peak of an update, device [MB]'])} MB"
             for r in run.find("B3", method="filter")
         )
         + "; the paper's engine alone takes 55 MB per million elements",

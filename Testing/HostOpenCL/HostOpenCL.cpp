@@ -124,6 +124,10 @@ struct Buffer::Memory
   }
   ~Memory()
   {
+    if (this->notify)
+    {
+      this->notify(nullptr, this->notified);
+    }
     std::free(this->data);
     allocated -= this->bytes;
   }
@@ -132,6 +136,8 @@ struct Buffer::Memory
 
   char* data;
   std::size_t bytes;
+  void (*notify)(cl_mem, void*) = nullptr;
+  void* notified = nullptr;
 };
 
 Buffer::Buffer(const Context&, cl_mem_flags, std::size_t bytes)
@@ -145,6 +151,13 @@ Buffer::Buffer(const Context&, cl_mem_flags, std::size_t bytes)
     throw Error(CL_MEM_OBJECT_ALLOCATION_FAILURE, "clCreateBuffer");
   }
   this->memory_ = std::make_shared<Memory>(bytes);
+}
+
+cl_int Buffer::setDestructorCallback(void (*notify)(cl_mem, void*), void* data)
+{
+  this->memory_->notify = notify;
+  this->memory_->notified = data;
+  return CL_SUCCESS;
 }
 
 namespace

@@ -6,7 +6,7 @@ from paraview.simple import *
 
 FIGURES = {"ProbeReached": 3, "ProbeForce": 3, "Energy": 1, "MaxLinkExcess": 1, "PropagationIterationsUsed": 1,
            "RelaxationIterationsUsed": 1,
-           "ActiveElements": 1, "Milliseconds": 5}
+           "ActiveElements": 1, "Milliseconds": 5, "PeakDeviceMemory": 1}
 
 wavelet = Wavelet(WholeExtent=[0, 14, 0, 14, 0, 14])
 deformation = ChainMailDeformation(Input=wavelet)
@@ -27,6 +27,9 @@ for count in (0, 1, 2):
         missing = [name for name in [*FIGURES, "DeviceName"] if name not in known and (count or not name.startswith("Probe"))]
         require(not missing, "%d probes, port %d: ParaView does not see %s", count, port, missing)
 
+    # 15^3 places of 28 bytes, in bricks; a processor needs no more than a handful of them for one pull.
+    require((0.1 if count else 0) < field(outputs[0], "PeakDeviceMemory")[0, 0] < 20, "%s MB on the device",
+            field(outputs[0], "PeakDeviceMemory"))
     if count:
         require(np.allclose(field(outputs[0], "ProbeReached"), [[0, 0.25, 0]] * count, atol=1e-4), "reached %s",
                 field(outputs[0], "ProbeReached"))

@@ -47,7 +47,7 @@ from make_forearm import DEFAULT_SIZE, make_forearm  # noqa: E402
 # What is offered in the panel: to drag, to look, to measure.
 PRESETS = {"Interactive": {"RelaxationPreset": 1}, "Balanced": {"RelaxationPreset": 2}, "Accurate": {"RelaxationPreset": 3}}
 # More changes nothing but the last bits of float32.
-REFERENCE = {"RelaxationIterations": 1000, "RelaxationTolerance": 1e-7, "CoarseToFine": 1}
+REFERENCE = {"RelaxationIterations": 3000, "RelaxationTolerance": 1e-7, "CoarseToFine": 1}
 
 # Tolerance 0: an iteration that is asked for is made.
 BASE = {"PropagationTimes": 0, "RelaxationPreset": 0, "RelaxationTolerance": 0.0, "RelaxationIterations": 40,

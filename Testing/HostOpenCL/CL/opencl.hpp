@@ -110,6 +110,7 @@ public:
 
   cl_mem operator()() const { return reinterpret_cast<cl_mem>(this->memory_.get()); }
   const std::shared_ptr<Memory>& memory() const { return this->memory_; }
+  cl_int setDestructorCallback(void (*notify)(cl_mem, void*), void* data);
 
 private:
   std::shared_ptr<Memory> memory_;
