@@ -287,6 +287,28 @@ TEST(Simulation, AbortedResamplingLosesNothing)
   EXPECT_GT(simulation.measure().displaced, 1000u);
 }
 
+// What is taken for a while counts too, and what has been given back does no longer.
+TEST(Simulation, PeakOfTheDevicesMemory)
+{
+  Scene scene({ 48, 40, 40 }, 0.3f);
+  Simulation simulation = simulate(scene);
+  simulation.setCoarseToFine(true);
+  simulation.pull({ probeAt(scene, { 24, 20, 20 }, { 4.0, 0.0, 0.0 }) });
+  const std::size_t held = simulation.measure().deviceBytes;
+  simulation.takePeakDeviceBytes();
+  const std::size_t now = simulation.takePeakDeviceBytes();
+  EXPECT_GE(now, held);
+  EXPECT_LT(now, 1.5 * held);
+  simulation.relax(1, 1e-3);
+  // Grids of an eighth and less, and beside them copies of the state: those of 12 bytes of its 28.
+  const std::size_t peak = simulation.takePeakDeviceBytes();
+  EXPECT_GT(peak, 1.4 * now);
+  EXPECT_LT(peak, 3.0 * now);
+  const std::size_t after = simulation.takePeakDeviceBytes();
+  EXPECT_GT(after, now) << "grids are kept";
+  EXPECT_LT(after, 0.85 * peak) << "copies are given back";
+}
+
 // Energy, held bytes and places grow with what a scene touches.
 TEST(Simulation, StatisticsOfAKnownState)
 {
