@@ -119,7 +119,7 @@ def memory(run):
         f"{number(rest)} per voxel not reached; peak of an update of the filter, outputs, device and host: "
         + ", ".join(
             f"{r['scene']} {number(r['figures']['peak of an update, device and host [MB]'])} MB "
-            f"({number(r['figures']['peak [MB per million voxels]'])} MB per million voxels), of it on the device "
+            f"({number(r['figures']['peak [MB per million voxels]'])} MB per million voxels), the device's own "
             f"{number(r['figures']['peak of an update, device [MB]'])} MB"
             for r in run.find("B3", method="filter")
         )
