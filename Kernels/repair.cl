@@ -7,6 +7,18 @@
 #include "element.clh"
 #include "spread.clh"
 
+// Limits of the links to all six neighbours, along one axis.
+RULE void loadLimits(
+  const int odd, const Site* s, global const float* constraint, global const uchar* cut, real* limits)
+{
+  const real c = LOAD(constraint + s->self);
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    limits[d] = linkLimit(c, neighbourConstraint(constraint, cut, s, d, odd));
+  }
+}
+
 // Whether `bound` would move any of them.
 RULE int isViolated(const int odd, const Site* s, uint pitch, global const float* constraint, global const uchar* cut,
   global const float* displacement)
@@ -18,12 +30,7 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, global const float
   {
     if (axis < AXES)
     {
-      const real c = LOAD(constraint + axis * pitch + s->self);
-      UNROLL
-      for (int d = 0; d < 6; ++d)
-      {
-        limits[d] = linkLimit(c, neighbourConstraint(constraint + axis * pitch, cut, s, d, odd));
-      }
+      loadLimits(odd, s, constraint + axis * pitch, cut, limits);
     }
     const real u = LOAD(displacement + axis * pitch + s->self);
     UNROLL
@@ -66,12 +73,7 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, global const float* c
   {
     if (axis < AXES)
     {
-      const real c = LOAD(constraint + axis * pitch + s->self);
-      UNROLL
-      for (int d = 0; d < 6; ++d)
-      {
-        limits[d] = linkLimit(c, neighbourConstraint(constraint + axis * pitch, cut, s, d, odd));
-      }
+      loadLimits(odd, s, constraint + axis * pitch, cut, limits);
     }
     const real l = LOAD(lower + axis * pitch + s->self);
     const real u = LOAD(upper + axis * pitch + s->self);
