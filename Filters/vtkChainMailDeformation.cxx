@@ -4,13 +4,19 @@
 #include "Device.h"
 #include "Error.h"
 #include "Model.h"
+#include "Private/Exchange.h"
+#include "Private/Fingerprint.h"
+#include "Private/Inputs.h"
 #include "Simulation.h"
 #include "vtkChainMailSampling.h"
 
 #include "vtkCellArray.h"
 #include "vtkCellArrayIterator.h"
 #include "vtkCellData.h"
+#include "vtkCleanPolyData.h"
 #include "vtkDoubleArray.h"
+#include "vtkErrorCode.h"
+#include "vtkFeatureEdges.h"
 #include "vtkFieldData.h"
 #include "vtkFloatArray.h"
 #include "vtkIdList.h"
@@ -21,6 +27,7 @@
 #include "vtkIntArray.h"
 #include "vtkMath.h"
 #include "vtkMatrix3x3.h"
+#include "vtkMultiProcessController.h"
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
 #include "vtkPiecewiseFunction.h"
@@ -41,24 +48,28 @@
 #include <cstdlib>
 #include <functional>
 #include <limits>
+#include <map>
 #include <new>
 #include <numeric>
+#include <set>
 #include <sstream>
 #include <tuple>
 
 using chainmail::InputError;
 using chainmail::Vector3;
+using vtkChainMail::CARVES;
+using vtkChainMail::CUTS;
+using vtkChainMail::Exchange;
+using vtkChainMail::Fingerprint;
+using vtkChainMail::FingerprintOf;
+using vtkChainMail::IMAGE;
+using vtkChainMail::Inputs;
+using vtkChainMail::Leaf;
+using vtkChainMail::Outcome;
+using vtkChainMail::PROBES;
 
 namespace
 {
-
-enum Ports
-{
-  IMAGE = 0,
-  PROBES = 1,
-  CUTS = 2,
-  CARVES = 3
-};
 
 // The rows of the field array Milliseconds.
 enum Times
@@ -278,14 +289,30 @@ std::function<double(double)> ToEngineFunction(const vtkSmartPointer<vtkPiecewis
 }
 
 //------------------------------------------------------------------------------
+/// An array by its contents: an upstream filter that runs again gives the same values in another one.
+struct ArrayContents
+{
+  vtkSmartPointer<vtkDataArray> Array;
+  vtkMTimeType Time = 0;
+  Fingerprint Values = 0;
+
+  /// `imageTime`: voxels are also written in place, and then somebody says so of the image alone. What is known of the
+  /// array from `before` is not looked at again.
+  void Take(vtkDataArray* array, vtkMTimeType imageTime, const ArrayContents& before)
+  {
+    this->Array = array;
+    this->Time = std::max(array->GetMTime(), imageTime);
+    this->Values = array == before.Array && this->Time == before.Time ? before.Values : FingerprintOf(array);
+  }
+
+  bool operator==(const ArrayContents& other) const { return this->Values == other.Values; }
+};
+
 /// All that the engine's model and simulation are made from. Equal sources: nothing has to be built anew.
 struct TissueSource
 {
-  // Held, so that the engine's views of them stay valid and an address is not used again for another array.
-  vtkSmartPointer<vtkDataArray> Scalars;
-  vtkSmartPointer<vtkDataArray> Constraints;
-  vtkMTimeType ScalarsTime = 0;
-  vtkMTimeType ConstraintsTime = 0;
+  ArrayContents Scalars;
+  ArrayContents Constraints;
   chainmail::Index3 Size{};
   Vector3 Spacing{};
   double Threshold = 0.0;
@@ -300,8 +327,8 @@ struct TissueSource
   {
     const auto all = [](const TissueSource& t)
     {
-      return std::tie(t.Scalars, t.Constraints, t.ScalarsTime, t.ConstraintsTime, t.Size, t.Spacing, t.Threshold,
-        t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BlockSize, t.ModelReduction);
+      return std::tie(t.Scalars, t.Constraints, t.Size, t.Spacing, t.Threshold, t.Function, t.AnchorRigid,
+        t.AnchoredFaces, t.Device, t.BlockSize, t.ModelReduction);
     };
     return all(*this) == all(other);
   }
@@ -312,12 +339,41 @@ bool Same(const chainmail::Probe& a, const chainmail::Probe& b)
   return a.position == b.position && a.displacement == b.displacement && a.radius == b.radius && a.anchor == b.anchor;
 }
 
-/// The polygons of one input of Cuts or Carves.
+/// The polygons of one dataset of Cuts or Carves.
 struct InputSurface
 {
-  int Input;
+  std::string Name; // for messages
   chainmail::Surface Triangles;
 };
+
+/// Whether every edge has two sides.
+bool IsClosed(vtkPolyData* surface)
+{
+  vtkNew<vtkCleanPolyData> mergePoints;
+  mergePoints->SetInputData(surface);
+  mergePoints->ToleranceIsAbsoluteOn();
+  mergePoints->SetAbsoluteTolerance(0.0);
+  vtkNew<vtkFeatureEdges> edges;
+  edges->SetInputConnection(mergePoints->GetOutputPort());
+  edges->BoundaryEdgesOn();
+  edges->FeatureEdgesOff();
+  edges->ManifoldEdgesOff();
+  edges->NonManifoldEdgesOff();
+  edges->Update();
+  return edges->GetOutput()->GetNumberOfCells() == 0;
+}
+
+/// The triangles of one surface as more of another.
+void Append(const InputSurface& part, InputSurface& to)
+{
+  to.Name = to.Name.empty() ? part.Name : to.Name;
+  const int before = static_cast<int>(to.Triangles.points.size());
+  to.Triangles.points.insert(to.Triangles.points.end(), part.Triangles.points.begin(), part.Triangles.points.end());
+  for (const std::array<int, 3>& corners : part.Triangles.triangles)
+  {
+    to.Triangles.triangles.push_back({ corners[0] + before, corners[1] + before, corners[2] + before });
+  }
+}
 
 bool Same(const InputSurface& a, const InputSurface& b)
 {
@@ -376,26 +432,29 @@ struct Method
 /// Where a probe came from, for messages.
 struct ProbeOrigin
 {
-  int Input;
+  std::size_t Leaf; // of the scene's inputs
   vtkIdType Point;
   Vector3 Position; // world
-
-  std::string ToString() const
-  {
-    return "Probes input " + std::to_string(this->Input) + ", point " + std::to_string(this->Point) + " at " +
-           ::ToString(this->Position.data()) + ": ";
-  }
 };
 
 /// One update's inputs, checked and in the engine's terms.
 struct Scene
 {
-  explicit Scene(vtkImageData* image)
-    : Image(image)
-    , Space(image)
+  explicit Scene(const Inputs& inputs)
+    : Given(inputs)
+    , Image(inputs.Image)
+    , Space(inputs.Image)
   {
   }
 
+  /// "Probes input 0, point 3 at (1, 2, 3): ", for messages.
+  std::string NameOf(const ProbeOrigin& origin) const
+  {
+    return this->Given.Leaves[origin.Leaf].ToString() + ", point " + std::to_string(origin.Point) + " at " +
+           ToString(origin.Position.data()) + ": ";
+  }
+
+  const Inputs& Given;
   vtkImageData* Image;
   Frame Space;
   vtkDataArray* Scalars = nullptr; // the image's own array
@@ -420,7 +479,12 @@ public:
   {
   }
 
-  void Update(vtkInformationVector** inputs, vtkImageData* deformed, vtkImageData* model);
+  /// Computes what is shown of both outputs (Shown), also where that fails: then what was shown last stays, and says
+  /// so; where there is nothing yet the image as it is.
+  Outcome Compute(const Inputs& inputs);
+
+  /// Whether nothing that an update depends on changed since this was last asked.
+  bool IsUnchanged(vtkInformationVector** inputs);
 
   /// After an error of the device nothing on it can be trusted.
   void DropEngine()
@@ -458,12 +522,26 @@ public:
   /// Reset() was called since the last interactive update that came to the engine.
   bool ResetRequested = false;
 
+  /// Both outputs, whole, as the last update left them. Null before the first one, and where another process computes.
+  std::array<vtkSmartPointer<vtkImageData>, 2> Shown;
+
+  /// What became of the last update.
+  Outcome Last;
+
+  /// The last update was made together with other processes.
+  bool ComputedInParallel = false;
+
 private:
+  void Update(const Inputs& inputs);
+  void ShowAgain(const Inputs& inputs, const std::string& error);
+
   // Reading.
-  void ReadScalars(vtkInformationVector** inputs, Scene& scene);
+  void ReadScalars(Scene& scene);
   void ReadMaterial(Scene& scene);
-  void ReadProbes(vtkInformationVector* inputs, Scene& scene);
-  static std::vector<InputSurface> ReadSurfaces(vtkInformationVector* inputs, const char* port, const Scene& scene);
+  static void ReadProbes(Scene& scene);
+  static InputSurface ReadSurface(const Leaf& leaf, const Scene& scene);
+  static std::vector<InputSurface> ReadCuts(const Scene& scene);
+  static std::vector<InputSurface> ReadCarves(const Scene& scene);
   void CheckPointArrays(vtkImageData* image);
 
   // Computing.
@@ -522,6 +600,11 @@ private:
 
   vtkChainMailDeformation* Self;
 
+  std::array<int, 6> ShownImageExtent{ { 0, -1, 0, -1, 0, -1 } }; // of the input that Shown was made from
+
+  // What the last update was asked with: the filter's time, and of each dataset itself, its time and when it was made.
+  std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> Asked;
+
   // How far the engine is on its way from nothing to the state deformed from rest. Lowered before it is told to do
   // something that may fail, raised after it has. An interactive state is none of these: it leaves Built.
   enum class Stage
@@ -576,30 +659,132 @@ private:
 };
 
 //------------------------------------------------------------------------------
-void vtkChainMailDeformation::vtkInternals::Update(
-  vtkInformationVector** inputs, vtkImageData* deformed, vtkImageData* model)
+bool vtkChainMailDeformation::vtkInternals::IsUnchanged(vtkInformationVector** inputs)
 {
-  vtkImageData* image = vtkImageData::GetData(inputs[IMAGE]);
+  if (vtkImageData* image = vtkImageData::GetData(inputs[IMAGE]))
+  {
+    // An array's first information object changes its time, and whoever asks for a range makes one.
+    for (int a = 0; a < image->GetPointData()->GetNumberOfArrays(); ++a)
+    {
+      image->GetPointData()->GetAbstractArray(a)->GetInformation();
+    }
+  }
+  std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> asked = { { nullptr, this->Self->GetMTime(), 0 } };
+  for (int port = 0; port < this->Self->GetNumberOfInputPorts(); ++port)
+  {
+    for (int input = 0; input < inputs[port]->GetNumberOfInformationObjects(); ++input)
+    {
+      if (vtkDataObject* data = vtkDataObject::GetData(inputs[port], input))
+      {
+        asked.emplace_back(data, data->GetMTime(), data->GetUpdateTime());
+      }
+    }
+    asked.emplace_back(); // the next port
+  }
+  const bool unchanged = asked == this->Asked;
+  this->Asked = std::move(asked);
+  return unchanged;
+}
+
+//------------------------------------------------------------------------------
+Outcome vtkChainMailDeformation::vtkInternals::Compute(const Inputs& inputs)
+{
+  Outcome outcome;
+  this->WantsUpdate = false;
+  try // the one place where the engine's exceptions become messages
+  {
+    this->Update(inputs);
+  }
+  catch (const chainmail::Aborted&)
+  {
+    this->Stop();
+    outcome.Stopped = true; // no error: somebody wanted it
+  }
+  catch (const chainmail::DeviceError& error)
+  {
+    this->DropEngine();
+    outcome.Error = error.what();
+  }
+  catch (const std::bad_alloc&)
+  {
+    this->DropEngine();
+    outcome.Error = "There is not enough main memory for this image. Crop it or resample it to fewer voxels.";
+  }
+  catch (const std::exception& error)
+  {
+    outcome.Error = error.what();
+  }
+  if (outcome.Stopped || !outcome.Error.empty())
+  {
+    this->ShowAgain(inputs, outcome.Stopped ? "The update was stopped." : outcome.Error);
+  }
+  outcome.NeedsUpdate = this->WantsUpdate;
+  outcome.Interacting = this->Interacting;
+  return outcome;
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::ShowAgain(const Inputs& inputs, const std::string& error)
+{
+  int extent[6] = { 0, -1, 0, -1, 0, -1 };
+  if (inputs.Image)
+  {
+    inputs.Image->GetExtent(extent);
+  }
+  for (auto& shown : this->Shown)
+  {
+    // What was shown of another image would not be where this one's readers of the output expect it.
+    const bool fits = shown && inputs.Image && std::equal(extent, extent + 6, this->ShownImageExtent.begin()) &&
+                      shown->GetNumberOfPoints() > 0;
+    auto again = vtkSmartPointer<vtkImageData>::New();
+    if (fits)
+    {
+      again->ShallowCopy(shown);
+    }
+    else if (inputs.Image && &shown == &this->Shown[0])
+    {
+      again->ShallowCopy(inputs.Image);
+    }
+    else if (inputs.Image)
+    {
+      again->CopyStructure(inputs.Image);
+    }
+    vtkNew<vtkStringArray> message;
+    message->SetName("Error");
+    message->InsertNextValue(error);
+    again->GetFieldData()->AddArray(message);
+    shown = again;
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Update(const Inputs& inputs)
+{
+  if (!inputs.Problem.empty())
+  {
+    throw InputError(inputs.Problem);
+  }
+  vtkImageData* image = inputs.Image;
   if (!image || image->GetNumberOfPoints() == 0)
   {
     throw InputError("The input image is empty: give one with at least one voxel on every axis.");
   }
   this->Milliseconds.fill(0.0);
   this->ProgressShown = 0.0;
-  this->WantsUpdate = false;
 
   this->CheckPointArrays(image);
-  Scene scene(image);
-  this->ReadScalars(inputs, scene);
+  Scene scene(inputs);
+  this->ReadScalars(scene);
   this->ReadMaterial(scene);
-  this->ReadProbes(inputs[PROBES], scene);
-  scene.Cuts = ReadSurfaces(inputs[CUTS], "Cuts", scene);
-  scene.Carves = ReadSurfaces(inputs[CARVES], "Carves", scene);
+  ReadProbes(scene);
+  scene.Cuts = ReadCuts(scene);
+  scene.Carves = ReadCarves(scene);
 
   if (this->Done == Stage::Nothing || !(this->Tissue == scene.Tissue))
   {
     this->Run(UPLOAD, 0.0, 0.15, [&] { this->Build(scene); });
   }
+  this->Tissue = scene.Tissue; // the same values, perhaps in other arrays
   if (this->Self->Mode == MODE_INTERACTIVE)
   {
     this->Interact(scene);
@@ -608,18 +793,22 @@ void vtkChainMailDeformation::vtkInternals::Update(
   {
     this->Deform(scene);
   }
+  const auto deformed = vtkSmartPointer<vtkImageData>::New();
+  const auto model = vtkSmartPointer<vtkImageData>::New();
   this->Run(RESAMPLE, 0.75, 0.9, [&] { this->WriteDeformed(scene, deformed); });
   this->WriteModel(scene, model);
   this->PeakDeviceMemory = 1e-6 * static_cast<double>(this->Simulation->takePeakDeviceBytes());
   this->WriteFieldData(scene, deformed);
   this->WriteFieldData(scene, model);
+  this->Shown = { { deformed, model } };
+  image->GetExtent(this->ShownImageExtent.data());
   this->WantsUpdate =
     this->Interacting &&
     (!this->Propagation.finished || (this->MethodUsed.RelaxationIterations > 0 && !this->Relaxation.converged));
 }
 
 //------------------------------------------------------------------------------
-void vtkChainMailDeformation::vtkInternals::ReadScalars(vtkInformationVector** inputs, Scene& scene)
+void vtkChainMailDeformation::vtkInternals::ReadScalars(Scene& scene)
 {
   vtkPointData* arrays = scene.Image->GetPointData();
   const auto findPointArray = [&](const std::string& property, vtkAbstractArray* array)
@@ -636,7 +825,11 @@ void vtkChainMailDeformation::vtkInternals::ReadScalars(vtkInformationVector** i
   vtkInformation* choice = this->Self->GetInputArrayInformation(0);
   const char* name = choice->Has(vtkDataObject::FIELD_NAME()) ? choice->Get(vtkDataObject::FIELD_NAME()) : nullptr;
   int association = vtkDataObject::FIELD_ASSOCIATION_POINTS;
-  vtkAbstractArray* scalars = this->Self->GetInputAbstractArrayToProcess(0, inputs, association);
+  vtkAbstractArray* scalars = this->Self->GetInputAbstractArrayToProcess(0, scene.Image, association);
+  if (!scalars && name && !*name) // a proxy that nobody has told of the image's arrays
+  {
+    scalars = arrays->GetScalars();
+  }
   if (scalars && association != vtkDataObject::FIELD_ASSOCIATION_POINTS)
   {
     throw InputError("The scalars are cell data, but tissue is made from point data. Choose a point array, or convert "
@@ -668,18 +861,12 @@ void vtkChainMailDeformation::vtkInternals::ReadScalars(vtkInformationVector** i
     constraints = findPointArray("ConstraintArray", array);
   }
 
-  // An array's first information object changes its time, and other filters make one when they ask for a range.
   TissueSource& tissue = scene.Tissue;
-  const auto hold = [&](vtkDataArray* array, vtkSmartPointer<vtkDataArray>& held, vtkMTimeType& time)
-  {
-    array->GetInformation();
-    time = array->GetMTime();
-    held = array;
-  };
-  hold(scene.Scalars, tissue.Scalars, tissue.ScalarsTime);
+  const vtkMTimeType imageTime = scene.Image->GetMTime();
+  tissue.Scalars.Take(scene.Scalars, imageTime, this->Tissue.Scalars);
   if (constraints)
   {
-    hold(constraints, tissue.Constraints, tissue.ConstraintsTime);
+    tissue.Constraints.Take(constraints, imageTime, this->Tissue.Constraints);
   }
 
   scene.Image->GetDimensions(tissue.Size.data());
@@ -712,7 +899,7 @@ void vtkChainMailDeformation::vtkInternals::ReadMaterial(Scene& scene)
     vtkChainMailDeformation::GetPresetMaterial(this->Self->MaterialPreset, range, fitted, scene.Function);
     tissue.Threshold = std::isnan(tissue.Threshold) ? fitted : tissue.Threshold;
   }
-  if (tissue.Constraints)
+  if (tissue.Constraints.Array)
   {
     return; // the function is not asked
   }
@@ -742,17 +929,18 @@ void vtkChainMailDeformation::vtkInternals::ReadMaterial(Scene& scene)
 }
 
 //------------------------------------------------------------------------------
-void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inputs, Scene& scene)
+void vtkChainMailDeformation::vtkInternals::ReadProbes(Scene& scene)
 {
-  for (int input = 0; input < inputs->GetNumberOfInformationObjects(); ++input)
+  for (std::size_t l = 0; l < scene.Given.Leaves.size(); ++l)
   {
-    vtkPointSet* points = vtkPointSet::GetData(inputs, input);
-    const vtkIdType numberOfPoints = points ? points->GetNumberOfPoints() : 0;
-    if (numberOfPoints == 0)
+    const Leaf& leaf = scene.Given.Leaves[l];
+    if (leaf.Port != PROBES)
     {
       continue;
     }
-    const std::string where = "Probes input " + std::to_string(input) + ": ";
+    vtkPolyData* points = leaf.Data;
+    const vtkIdType numberOfPoints = points->GetNumberOfPoints();
+    const std::string where = leaf.ToString() + ": ";
     const auto find = [&](const char* name, int components) -> vtkDataArray*
     {
       vtkAbstractArray* array = points->GetPointData()->GetAbstractArray(name);
@@ -777,12 +965,12 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inp
 
     for (vtkIdType p = 0; p < numberOfPoints; ++p)
     {
-      ProbeOrigin origin{ input, p, {} };
+      ProbeOrigin origin{ l, p, {} };
       double* position = origin.Position.data();
       points->GetPoint(p, position);
       if (!IsFinite(position))
       {
-        throw InputError(origin.ToString() + "the position has to be finite.");
+        throw InputError(scene.NameOf(origin) + "the position has to be finite.");
       }
       chainmail::Probe probe;
       probe.position = scene.Space.PointToEngine(position);
@@ -790,13 +978,13 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inp
       probe.radius = radii ? radii->GetTuple1(p) : 0.0;
       if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
       {
-        throw InputError(origin.ToString() + "the radius is " + std::to_string(probe.radius) +
+        throw InputError(scene.NameOf(origin) + "the radius is " + std::to_string(probe.radius) +
                          "; it has to be 0 (the nearest element) or a positive length.");
       }
       if (!probe.anchor && !displacements)
       {
         throw InputError(
-          origin.ToString() + "there is no point array \"Displacement\" to say how far to pull. " +
+          scene.NameOf(origin) + "there is no point array \"Displacement\" to say how far to pull. " +
           ListArrays(points->GetPointData()) +
           " Add one with 3 components, or an array \"Anchor\" that is not 0 where tissue is to be held in place.");
       }
@@ -806,7 +994,7 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inp
         displacements->GetTuple(p, displacement);
         if (!IsFinite(displacement))
         {
-          throw InputError(origin.ToString() + "the displacement " + ToString(displacement) + " has to be finite.");
+          throw InputError(scene.NameOf(origin) + "the displacement " + ToString(displacement) + " has to be finite.");
         }
         probe.displacement = scene.Space.VectorToEngine(displacement);
       }
@@ -817,81 +1005,118 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(vtkInformationVector* inp
 }
 
 //------------------------------------------------------------------------------
-std::vector<InputSurface> vtkChainMailDeformation::vtkInternals::ReadSurfaces(
-  vtkInformationVector* inputs, const char* port, const Scene& scene)
+InputSurface vtkChainMailDeformation::vtkInternals::ReadSurface(const Leaf& leaf, const Scene& scene)
 {
-  std::vector<InputSurface> surfaces;
-  for (int input = 0; input < inputs->GetNumberOfInformationObjects(); ++input)
+  vtkPolyData* surface = leaf.Data;
+  const std::string where = leaf.ToString();
+
+  // Checked before the triangulation, which may move nothing but could drop what it cannot make sense of, and reads
+  // three corners of every strip.
+  vtkNew<vtkCellArray> polys;
+  vtkNew<vtkCellArray> strips;
+  vtkNew<vtkIdList> cell;
+  for (const auto& [from, to] :
+    { std::make_pair(surface->GetPolys(), polys.Get()), std::make_pair(surface->GetStrips(), strips.Get()) })
   {
-    vtkPolyData* surface = vtkPolyData::GetData(inputs, input);
-    if (!surface || (surface->GetNumberOfPolys() == 0 && surface->GetNumberOfStrips() == 0))
-    {
-      continue;
-    }
-    const std::string where = port + std::string(" input ") + std::to_string(input);
-
-    // Checked before the triangulation, which may move nothing but could drop what it cannot make sense of, and reads
-    // three corners of every strip.
-    vtkNew<vtkCellArray> polys;
-    vtkNew<vtkCellArray> strips;
-    vtkNew<vtkIdList> cell;
-    for (const auto& [from, to] :
-      { std::make_pair(surface->GetPolys(), polys.Get()), std::make_pair(surface->GetStrips(), strips.Get()) })
-    {
-      const auto iterator = vtk::TakeSmartPointer(from->NewIterator());
-      for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
-      {
-        iterator->GetCurrentCell(cell);
-        for (vtkIdType n = 0; n < cell->GetNumberOfIds(); ++n)
-        {
-          double point[3];
-          surface->GetPoint(cell->GetId(n), point);
-          if (!IsFinite(point))
-          {
-            throw InputError(where + ", point " + std::to_string(cell->GetId(n)) + " at " + ToString(point) +
-                             ": the position has to be finite.");
-          }
-        }
-        if (cell->GetNumberOfIds() >= 3)
-        {
-          to->InsertNextCell(cell);
-        }
-      }
-    }
-
-    vtkNew<vtkPolyData> polygons;
-    polygons->SetPoints(surface->GetPoints());
-    polygons->SetPolys(polys);
-    polygons->SetStrips(strips);
-    vtkNew<vtkTriangleFilter> triangulate;
-    triangulate->SetInputData(polygons);
-    triangulate->PassVertsOff();
-    triangulate->PassLinesOff();
-    triangulate->Update();
-    vtkPolyData* triangles = triangulate->GetOutput();
-    if (triangles->GetNumberOfPoints() > std::numeric_limits<int>::max())
-    {
-      throw InputError(where + " has more points than can be handled: simplify it.");
-    }
-
-    surfaces.push_back({ input, {} });
-    chainmail::Surface& to = surfaces.back().Triangles;
-    to.points.reserve(static_cast<std::size_t>(triangles->GetNumberOfPoints()));
-    for (vtkIdType p = 0; p < triangles->GetNumberOfPoints(); ++p)
-    {
-      // Points of no polygon may be anything.
-      double point[3];
-      triangles->GetPoint(p, point);
-      to.points.push_back(IsFinite(point) ? scene.Space.PointToEngine(point) : Vector3{});
-    }
-    to.triangles.reserve(static_cast<std::size_t>(triangles->GetNumberOfPolys()));
-    const auto iterator = vtk::TakeSmartPointer(triangles->GetPolys()->NewIterator());
+    const auto iterator = vtk::TakeSmartPointer(from->NewIterator());
     for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
     {
       iterator->GetCurrentCell(cell);
-      to.triangles.push_back(
-        { static_cast<int>(cell->GetId(0)), static_cast<int>(cell->GetId(1)), static_cast<int>(cell->GetId(2)) });
+      for (vtkIdType n = 0; n < cell->GetNumberOfIds(); ++n)
+      {
+        double point[3];
+        surface->GetPoint(cell->GetId(n), point);
+        if (!IsFinite(point))
+        {
+          throw InputError(where + ", point " + std::to_string(cell->GetId(n)) + " at " + ToString(point) +
+                           ": the position has to be finite.");
+        }
+      }
+      if (cell->GetNumberOfIds() >= 3)
+      {
+        to->InsertNextCell(cell);
+      }
     }
+  }
+
+  vtkNew<vtkPolyData> polygons;
+  polygons->SetPoints(surface->GetPoints());
+  polygons->SetPolys(polys);
+  polygons->SetStrips(strips);
+  vtkNew<vtkTriangleFilter> triangulate;
+  triangulate->SetInputData(polygons);
+  triangulate->PassVertsOff();
+  triangulate->PassLinesOff();
+  triangulate->Update();
+  vtkPolyData* triangles = triangulate->GetOutput();
+  if (triangles->GetNumberOfPoints() > std::numeric_limits<int>::max())
+  {
+    throw InputError(where + " has more points than can be handled: simplify it.");
+  }
+
+  InputSurface read{ where, {} };
+  chainmail::Surface& to = read.Triangles;
+  to.points.reserve(static_cast<std::size_t>(triangles->GetNumberOfPoints()));
+  for (vtkIdType p = 0; p < triangles->GetNumberOfPoints(); ++p)
+  {
+    // Points of no polygon may be anything.
+    double point[3];
+    triangles->GetPoint(p, point);
+    to.points.push_back(IsFinite(point) ? scene.Space.PointToEngine(point) : Vector3{});
+  }
+  to.triangles.reserve(static_cast<std::size_t>(triangles->GetNumberOfPolys()));
+  const auto iterator = vtk::TakeSmartPointer(triangles->GetPolys()->NewIterator());
+  for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
+  {
+    iterator->GetCurrentCell(cell);
+    to.triangles.push_back(
+      { static_cast<int>(cell->GetId(0)), static_cast<int>(cell->GetId(1)), static_cast<int>(cell->GetId(2)) });
+  }
+  return read;
+}
+
+//------------------------------------------------------------------------------
+std::vector<InputSurface> vtkChainMailDeformation::vtkInternals::ReadCuts(const Scene& scene)
+{
+  std::vector<InputSurface> surfaces;
+  for (const Leaf& leaf : scene.Given.Leaves)
+  {
+    if (leaf.Port == CUTS)
+    {
+      surfaces.push_back(ReadSurface(leaf, scene));
+    }
+  }
+  return surfaces;
+}
+
+//------------------------------------------------------------------------------
+std::vector<InputSurface> vtkChainMailDeformation::vtkInternals::ReadCarves(const Scene& scene)
+{
+  // The datasets of a composite input are surfaces of their own where they are closed, which may overlap. Where they
+  // are not they are parts of one, as a process has them of a surface that is spread over several.
+  std::vector<InputSurface> surfaces;
+  std::map<int, InputSurface> open; // by input
+  for (const Leaf& leaf : scene.Given.Leaves)
+  {
+    if (leaf.Port != CARVES)
+    {
+      continue;
+    }
+    InputSurface surface = ReadSurface(leaf, scene);
+    const auto ofSameInput = [&](const Leaf& other) { return other.Port == CARVES && other.Input == leaf.Input; };
+    const auto& leaves = scene.Given.Leaves;
+    if (std::count_if(leaves.begin(), leaves.end(), ofSameInput) == 1 || IsClosed(leaf.Data))
+    {
+      surfaces.push_back(std::move(surface));
+    }
+    else
+    {
+      Append(surface, open[leaf.Input]);
+    }
+  }
+  for (auto& [input, surface] : open)
+  {
+    surfaces.push_back(std::move(surface)); // what is still open the engine refuses
   }
   return surfaces;
 }
@@ -925,8 +1150,8 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
 {
   // What there is stays until its successor is there: with tissue that cannot be used nothing is lost.
   const TissueSource& tissue = scene.Tissue;
-  const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars);
-  const vtkSmartPointer<vtkDataArray> constraints = tissue.Constraints ? ToEngineArray(tissue.Constraints) : nullptr;
+  const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars.Array);
+  const vtkSmartPointer<vtkDataArray> constraints = tissue.Constraints.Array ? ToEngineArray(tissue.Constraints.Array) : nullptr;
 
   chainmail::Grid grid;
   grid.size = tissue.Size;
@@ -1039,7 +1264,7 @@ void vtkChainMailDeformation::vtkInternals::Carve(const InputSurface& surface)
   }
   catch (const InputError& error)
   {
-    throw InputError("Carves input " + std::to_string(surface.Input) + ": " + error.what());
+    throw InputError(surface.Name + ": " + error.what());
   }
   this->Carves.push_back(surface);
 }
@@ -1077,7 +1302,7 @@ void vtkChainMailDeformation::vtkInternals::Pull(const Scene& scene, const std::
   catch (const chainmail::ProbeError& error)
   {
     // The user knows it by another name and place.
-    throw InputError(scene.ProbeOrigins[held[error.probe]].ToString() + "the probe " + error.problem);
+    throw InputError(scene.NameOf(scene.ProbeOrigins[held[error.probe]]) + "the probe " + error.problem);
   }
   this->Propagation = this->Simulation->propagate(this->MethodUsed.PropagationIterations);
 }
@@ -1112,7 +1337,7 @@ void vtkChainMailDeformation::vtkInternals::WarnAboutEmptyHands(
           [&](const chainmail::Probe& known)
           { return known.position == probe.position && known.radius == probe.radius; }))
     {
-      vtkWarningWithObjectMacro(this->Self, << scene.ProbeOrigins[p].ToString()
+      vtkWarningWithObjectMacro(this->Self, << scene.NameOf(scene.ProbeOrigins[p])
                                             << "the probe has no tissue of its own: other probes or anchors hold all "
                                                "that is within its radius, or it was carved away.");
     }
@@ -1479,6 +1704,7 @@ vtkStandardNewMacro(vtkChainMailDeformation);
 vtkChainMailDeformation::vtkChainMailDeformation()
   : TissueThreshold(vtkMath::Nan())
   , BackgroundValue(vtkMath::Nan())
+  , Controller(vtkMultiProcessController::GetGlobalController())
   , Internals(new vtkInternals(this))
 {
   this->SetNumberOfInputPorts(4);
@@ -1524,6 +1750,21 @@ void vtkChainMailDeformation::AddCarvesConnection(vtkAlgorithmOutput* producer)
 vtkImageData* vtkChainMailDeformation::GetModelOutput()
 {
   return vtkImageData::SafeDownCast(this->GetOutputDataObject(1));
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::SetController(vtkMultiProcessController* controller)
+{
+  if (this->Controller != controller)
+  {
+    this->Controller = controller;
+    this->Modified();
+  }
+}
+
+vtkMultiProcessController* vtkChainMailDeformation::GetController()
+{
+  return this->Controller;
 }
 
 //------------------------------------------------------------------------------
@@ -1701,14 +1942,16 @@ vtkMTimeType vtkChainMailDeformation::GetMTime()
 //------------------------------------------------------------------------------
 int vtkChainMailDeformation::FillInputPortInformation(int port, vtkInformation* info)
 {
-  if (port == IMAGE)
+  const char* const types[] = { "vtkImageData", "vtkPointSet", "vtkPolyData", "vtkPolyData" };
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), types[port]);
+  // Else the executive would run the filter once for every block, with one simulation for all. Of several images in one
+  // input the user is told.
+  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkCompositeDataSet");
+  if (port != IMAGE)
   {
-    info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
-    return 1;
+    info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
+    info->Set(vtkAlgorithm::INPUT_IS_REPEATABLE(), 1);
   }
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), port == PROBES ? "vtkPointSet" : "vtkPolyData");
-  info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
-  info->Set(vtkAlgorithm::INPUT_IS_REPEATABLE(), 1);
   return 1;
 }
 
@@ -1716,11 +1959,16 @@ int vtkChainMailDeformation::FillInputPortInformation(int port, vtkInformation* 
 int vtkChainMailDeformation::RequestInformation(
   vtkInformation* vtkNotUsed(request), vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
+  using Pipeline = vtkStreamingDemandDrivenPipeline;
   vtkInformation* input = inputVector[IMAGE]->GetInformationObject(0);
-  int extent[6];
-  input->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent);
+  int extent[6] = { 0, -1, 0, -1, 0, -1 };
+  if (input->Has(Pipeline::WHOLE_EXTENT())) // not of a composite dataset
+  {
+    input->Get(Pipeline::WHOLE_EXTENT(), extent);
+  }
+  vtkInformation* deformed = outputVector->GetInformationObject(0);
   vtkInformation* model = outputVector->GetInformationObject(1);
-  model->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
+  model->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
   vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1); // Element
 
   for (int a = 0; a < 3; ++a)
@@ -1729,26 +1977,91 @@ int vtkChainMailDeformation::RequestInformation(
     extent[2 * a] -= padding;
     extent[2 * a + 1] += padding;
   }
-  outputVector->GetInformationObject(0)->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
+  deformed->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
 
-  // An update that failed leaves what was asked of it, which the executive would combine with what is asked of this
-  // image: extents that it may not have.
-  for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
+  // Whatever changes with time changes the outputs: the scan, or a probe while the scan does not.
+  std::set<double> steps;
+  double range[2] = { std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity() };
+  for (int port = 0; port < this->GetNumberOfInputPorts(); ++port)
   {
-    outputVector->GetInformationObject(port)->Remove(vtkStreamingDemandDrivenPipeline::COMBINED_UPDATE_EXTENT());
+    for (int n = 0; n < inputVector[port]->GetNumberOfInformationObjects(); ++n)
+    {
+      vtkInformation* info = inputVector[port]->GetInformationObject(n);
+      if (info->Has(Pipeline::TIME_STEPS()))
+      {
+        const double* first = info->Get(Pipeline::TIME_STEPS());
+        steps.insert(first, first + info->Length(Pipeline::TIME_STEPS()));
+      }
+      if (info->Has(Pipeline::TIME_RANGE()))
+      {
+        range[0] = std::min(range[0], info->Get(Pipeline::TIME_RANGE())[0]);
+        range[1] = std::max(range[1], info->Get(Pipeline::TIME_RANGE())[1]);
+      }
+    }
+  }
+  if (!steps.empty())
+  {
+    range[0] = std::min(range[0], *steps.begin());
+    range[1] = std::max(range[1], *steps.rbegin());
+  }
+
+  for (vtkInformation* output : { deformed, model })
+  {
+    output->Remove(Pipeline::TIME_STEPS());
+    output->Remove(Pipeline::TIME_RANGE());
+    if (!steps.empty())
+    {
+      const std::vector<double> sorted(steps.begin(), steps.end());
+      output->Set(Pipeline::TIME_STEPS(), sorted.data(), static_cast<int>(sorted.size()));
+    }
+    if (range[0] <= range[1])
+    {
+      output->Set(Pipeline::TIME_RANGE(), range, 2);
+    }
+    // The executive turns the number of a piece into the extent to deliver.
+    output->Set(vtkAlgorithm::CAN_PRODUCE_SUB_EXTENT(), 1);
+    // An update that failed leaves what was asked of it, which the executive would combine with what is asked of this
+    // image: extents that it may not have.
+    output->Remove(Pipeline::COMBINED_UPDATE_EXTENT());
   }
   return 1;
 }
 
 //------------------------------------------------------------------------------
 int vtkChainMailDeformation::RequestUpdateExtent(
-  vtkInformation* vtkNotUsed(request), vtkInformationVector** inputVector, vtkInformationVector* vtkNotUsed(outputs))
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  // A wave can come from anywhere.
-  vtkInformation* input = inputVector[IMAGE]->GetInformationObject(0);
-  int extent[6];
-  input->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent);
-  input->Set(vtkStreamingDemandDrivenPipeline::UPDATE_EXTENT(), extent, 6);
+  using Pipeline = vtkStreamingDemandDrivenPipeline;
+  // A wave can come from anywhere: every piece needs all of all inputs.
+  for (int port = 0; port < this->GetNumberOfInputPorts(); ++port)
+  {
+    for (int n = 0; n < inputVector[port]->GetNumberOfInformationObjects(); ++n)
+    {
+      vtkInformation* input = inputVector[port]->GetInformationObject(n);
+      if (input->Has(Pipeline::WHOLE_EXTENT()))
+      {
+        int extent[6];
+        input->Get(Pipeline::WHOLE_EXTENT(), extent);
+        input->Set(Pipeline::UPDATE_EXTENT(), extent, 6);
+      }
+      input->Set(Pipeline::UPDATE_PIECE_NUMBER(), 0);
+      input->Set(Pipeline::UPDATE_NUMBER_OF_PIECES(), 1);
+      input->Set(Pipeline::UPDATE_NUMBER_OF_GHOST_LEVELS(), 0);
+    }
+  }
+
+  // Both outputs are made together, and the executive takes both for that piece then.
+  vtkInformation* asked = outputVector->GetInformationObject(std::max(0, request->Get(Pipeline::FROM_OUTPUT_PORT())));
+  for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
+  {
+    vtkInformation* output = outputVector->GetInformationObject(port);
+    if (output != asked)
+    {
+      output->CopyEntry(asked, Pipeline::UPDATE_PIECE_NUMBER());
+      output->CopyEntry(asked, Pipeline::UPDATE_NUMBER_OF_PIECES());
+      output->CopyEntry(asked, Pipeline::UPDATE_NUMBER_OF_GHOST_LEVELS());
+    }
+  }
   return 1;
 }
 
@@ -1756,42 +2069,53 @@ int vtkChainMailDeformation::RequestUpdateExtent(
 int vtkChainMailDeformation::RequestData(
   vtkInformation* vtkNotUsed(request), vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkImageData* deformed = vtkImageData::GetData(outputVector, 0);
-  vtkImageData* model = vtkImageData::GetData(outputVector, 1);
-  // vtkImageData keeps the scalars of the last update to be written to again; they may be of an array that is gone.
-  deformed->GetPointData()->Initialize();
-  model->GetPointData()->Initialize();
+  using Pipeline = vtkStreamingDemandDrivenPipeline;
+  vtkInternals& internals = *this->Internals;
+  vtkInformation* asked = outputVector->GetInformationObject(0);
+  const int pieces = asked->Get(Pipeline::UPDATE_NUMBER_OF_PIECES());
 
-  // The one place where the engine's exceptions become VTK's errors.
-  try
+  // The processes of a parallel server ask for a piece each, all at once. Whoever asks otherwise, a writer that streams
+  // say, is alone.
+  const bool parallel = this->Controller && pieces > 1 && this->Controller->GetNumberOfProcesses() == pieces &&
+                        this->Controller->GetLocalProcessId() == asked->Get(Pipeline::UPDATE_PIECE_NUMBER());
+  const Exchange exchange(parallel ? this->Controller.Get() : nullptr);
+
+  const bool wasPart = internals.ComputedInParallel;
+  internals.ComputedInParallel = parallel;
+  if (!exchange.All(internals.IsUnchanged(inputVector) && wasPart == parallel && !internals.Last.Stopped))
   {
-    this->Internals->Update(inputVector, deformed, model);
-    return 1;
+    const Inputs inputs = exchange.Gather(vtkChainMail::CollectInputs(inputVector));
+    internals.Last = exchange.IsRoot() ? internals.Compute(inputs) : Outcome();
+    exchange.Share(internals.Last);
+    internals.WantsUpdate = internals.Last.NeedsUpdate;
+    internals.Interacting = internals.Last.Interacting;
+    internals.ResetRequested = internals.ResetRequested && !internals.Last.Error.empty();
+    if (!internals.Last.Error.empty())
+    {
+      vtkErrorMacro(<< internals.Last.Error);
+    }
   }
-  catch (const chainmail::Aborted&)
+
+  for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
   {
-    this->Internals->Stop();
-    deformed->Initialize();
-    model->Initialize();
-    return 1; // no error: somebody wanted it
+    vtkInformation* info = outputVector->GetInformationObject(port);
+    std::array<int, 6> extent;
+    info->Get(Pipeline::UPDATE_EXTENT(), extent.data());
+    if (pieces <= 1)
+    {
+      info->Get(Pipeline::WHOLE_EXTENT(), extent.data());
+    }
+    const auto piece = exchange.Deliver(internals.Shown[port], extent);
+    vtkImageData* output = vtkImageData::GetData(info);
+    output->CopyStructure(piece);
+    output->GetPointData()->ShallowCopy(piece->GetPointData());
+    output->GetCellData()->ShallowCopy(piece->GetCellData());
+    output->GetFieldData()->ShallowCopy(piece->GetFieldData());
   }
-  catch (const chainmail::DeviceError& error)
-  {
-    this->Internals->DropEngine();
-    vtkErrorMacro(<< error.what());
-  }
-  catch (const std::bad_alloc&)
-  {
-    this->Internals->DropEngine();
-    vtkErrorMacro("There is not enough main memory for this image. Crop it or resample it to fewer voxels.");
-  }
-  catch (const std::exception& error)
-  {
-    vtkErrorMacro(<< error.what());
-  }
-  deformed->Initialize();
-  model->Initialize();
-  return 0;
+  this->SetErrorCode(internals.Last.Error.empty() ? vtkErrorCode::NoError : vtkErrorCode::UserError);
+  // An update that failed shows the last good result, or the image as it is. A pipeline that fails instead leaves views
+  // without anything to draw, also after the mistake was mended, and reports it over and over.
+  return 1;
 }
 
 //------------------------------------------------------------------------------

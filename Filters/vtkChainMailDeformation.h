@@ -122,6 +122,7 @@
 #include <string> // for std::string
 #include <vector> // for LabelArrays
 
+class vtkMultiProcessController;
 class vtkPiecewiseFunction;
 class vtkStringArray;
 
@@ -497,6 +498,15 @@ public:
   vtkGetVector3Macro(BlockSize, int);
   ///@}
 
+  ///@{
+  /**
+   * The processes that update this filter together, each asking for its own piece, as those of a parallel server do.
+   * Null: this process works alone. Default: the global controller.
+   */
+  void SetController(vtkMultiProcessController* controller);
+  vtkMultiProcessController* GetController();
+  ///@}
+
   /**
    * Includes the material function's.
    */
@@ -540,6 +550,7 @@ private:
   std::string Device;
   int BlockSize[3] = { 0, 0, 0 };
   vtkSmartPointer<vtkStringArray> AvailableDevices;
+  vtkSmartPointer<vtkMultiProcessController> Controller;
 
   // What is kept between updates: the engine's model and simulation, and what they were made from.
   class vtkInternals;

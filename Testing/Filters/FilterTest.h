@@ -25,6 +25,7 @@
 #include "vtkUnsignedCharArray.h"
 #include "vtkVariant.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -105,11 +106,10 @@ public:
         auto* self = static_cast<EventLog*>(log);
         (event == vtkCommand::ErrorEvent ? self->Errors : self->Warnings).emplace_back(static_cast<const char*>(text));
       });
-    this->Quiet->SetCallback([](vtkObject*, unsigned long, void*, void*) {});
     algorithm->AddObserver(vtkCommand::ErrorEvent, this->Observer);
     algorithm->AddObserver(vtkCommand::WarningEvent, this->Observer);
-    // The executive repeats that the algorithm failed.
-    algorithm->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, this->Quiet);
+    // An executive that repeats a message, or complains of its own, is one report too many.
+    algorithm->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, this->Observer);
   }
 
   std::string TakeErrors() { return Take(this->Errors); }
@@ -128,7 +128,6 @@ private:
   }
 
   vtkNew<vtkCallbackCommand> Observer;
-  vtkNew<vtkCallbackCommand> Quiet;
   std::vector<std::string> Errors;
   std::vector<std::string> Warnings;
 };
@@ -297,6 +296,27 @@ inline bool SameBits(vtkAbstractArray* a, vtkAbstractArray* b)
   a->ExportToVoidPointer(bytesOfA.data());
   b->ExportToVoidPointer(bytesOfB.data());
   return bytesOfA == bytesOfB;
+}
+
+/// Whether two images have the same place, and the same point arrays with the same bits in the same order.
+inline bool SameImage(vtkImageData* a, vtkImageData* b)
+{
+  bool same = std::equal(a->GetExtent(), a->GetExtent() + 6, b->GetExtent()) &&
+              std::equal(a->GetOrigin(), a->GetOrigin() + 3, b->GetOrigin()) &&
+              std::equal(a->GetSpacing(), a->GetSpacing() + 3, b->GetSpacing()) &&
+              a->GetPointData()->GetNumberOfArrays() == b->GetPointData()->GetNumberOfArrays();
+  for (int n = 0; same && n < a->GetPointData()->GetNumberOfArrays(); ++n)
+  {
+    same = SameBits(a->GetPointData()->GetAbstractArray(n), b->GetPointData()->GetAbstractArray(n));
+  }
+  return same;
+}
+
+/// The message that outputs carry which are not those of the present inputs; empty: there is none.
+inline std::string ErrorOf(vtkImageData* output)
+{
+  auto error = vtkStringArray::SafeDownCast(output->GetFieldData()->GetAbstractArray("Error"));
+  return error && error->GetNumberOfValues() == 1 ? std::string(error->GetValue(0)) : std::string();
 }
 
 }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every bad input gives exactly one error that says what is wrong and what to do, no output, and leaves a filter whose
-// next update with good input works and finds its earlier work done.
+// Every bad input gives exactly one error that says what is wrong and what to do, goes on showing the last good result
+// (before there is one, the image as it is), and leaves a filter whose next update with good input works and finds its
+// earlier work done.
 
 #include "FilterTest.h"
 
 #include "vtkCellData.h"
 #include "vtkDoubleArray.h"
+#include "vtkErrorCode.h"
 #include "vtkFloatArray.h"
 #include "vtkMatrix3x3.h"
 
@@ -264,6 +266,10 @@ int TestChainMailErrors(int, char*[])
       }
       scene.Image->GetPointData()->SetActiveScalars("Scan");
       one.Spoil(scene, tried);
+      vtkNew<vtkImageData> shown;
+      vtkNew<vtkImageData> shownModel;
+      shown->ShallowCopy(tried->GetOutput());
+      shownModel->ShallowCopy(tried->GetModelOutput());
       tried->Update();
       const std::string errors = events.TakeErrors();
       for (const std::string& part : one.Says)
@@ -276,13 +282,34 @@ int TestChainMailErrors(int, char*[])
         ++count;
       }
       check.Equal(count, std::size_t(1), where + ": one message");
-      check.Equal(tried->GetOutput()->GetNumberOfPoints(), 0, where + ": no volume");
-      check.Equal(tried->GetModelOutput()->GetNumberOfPoints(), 0, where + ": no model");
+      check.Equal(tried->GetErrorCode(), vtkErrorCode::UserError, where + ": the error code");
+      if (scene.Image->GetNumberOfPoints() == 0)
+      {
+        check.Equal(tried->GetOutput()->GetNumberOfPoints(), 0, where + ": nothing to show");
+      }
+      else if (tried == fresh)
+      {
+        check.That(SameImage(tried->GetOutput(), scene.Image), where + ": the image as it is");
+      }
+      else
+      {
+        check.That(SameImage(tried->GetOutput(), shown), where + ": the last good volume");
+        check.That(SameImage(tried->GetModelOutput(), shownModel), where + ": the last good model");
+      }
+      for (const std::string& part : one.Says)
+      {
+        check.Contains(ErrorOf(tried->GetOutput()), part, where + ": the volume says what is wrong");
+        check.Contains(ErrorOf(tried->GetModelOutput()), part, where + ": the model says what is wrong");
+      }
+      tried->Update();
+      check.Equal(events.TakeErrors(), std::string(), where + ": nothing is reported twice");
 
       Apply(good, tried);
       tried->Modified();
       tried->Update();
       check.Equal(events.TakeErrors(), std::string(), where + ": no error after recovery");
+      check.Equal(ErrorOf(tried->GetOutput()), std::string(), where + ": none in the volume");
+      check.Equal(tried->GetErrorCode(), vtkErrorCode::NoError, where + ": no error code after recovery");
       check.That(SameBits(tried->GetOutput()->GetPointData()->GetScalars(),
                    reference->GetOutput()->GetPointData()->GetScalars()),
         where + ": the volume after recovery");

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Inputs.h"
+
+#include "vtkCellArray.h"
+#include "vtkCompositeDataIterator.h"
+#include "vtkCompositeDataSet.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkPointData.h"
+#include "vtkPointSet.h"
+#include "vtkStreamingDemandDrivenPipeline.h"
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+const char* const portNames[NUMBER_OF_PORTS] = { "Input", "Probes", "Cuts", "Carves" };
+
+Fingerprint OfCells(vtkCellArray* cells, Fingerprint before)
+{
+  const Fingerprint parts[] = { before, FingerprintOf(cells->GetOffsetsArray()),
+    FingerprintOf(cells->GetConnectivityArray()) };
+  return FingerprintOf(parts, sizeof(parts));
+}
+
+/// What an update reads of a dataset, without what it does not; null: nothing.
+vtkSmartPointer<vtkPolyData> TakeLeaf(int port, vtkDataObject* data, std::string& problem)
+{
+  auto leaf = vtkSmartPointer<vtkPolyData>::New();
+  if (port == PROBES)
+  {
+    vtkPointSet* points = vtkPointSet::SafeDownCast(data);
+    if (!points)
+    {
+      problem = "probes are points; give a point set such as a vtkPolyData.";
+      return nullptr;
+    }
+    leaf->SetPoints(points->GetPoints());
+    leaf->GetPointData()->ShallowCopy(points->GetPointData());
+    return points->GetNumberOfPoints() > 0 ? leaf : nullptr;
+  }
+  vtkPolyData* surface = vtkPolyData::SafeDownCast(data);
+  if (!surface)
+  {
+    problem = "surfaces are polygons; give a vtkPolyData (Extract Surface makes one).";
+    return nullptr;
+  }
+  leaf->SetPoints(surface->GetPoints());
+  leaf->SetPolys(surface->GetPolys());
+  leaf->SetStrips(surface->GetStrips());
+  return leaf->GetNumberOfPolys() > 0 || leaf->GetNumberOfStrips() > 0 ? leaf : nullptr;
+}
+
+}
+
+std::string Leaf::ToString() const
+{
+  return portNames[this->Port] + std::string(" input ") + std::to_string(this->Input) +
+         (this->Block >= 0 ? ", block " + std::to_string(this->Block) : "") +
+         (this->Process > 0 ? " of process " + std::to_string(this->Process) : "");
+}
+
+Fingerprint Leaf::GetFingerprint() const
+{
+  vtkPoints* points = this->Data->GetPoints();
+  Fingerprint h = FingerprintOf(points ? points->GetData() : nullptr);
+  if (this->Port == PROBES)
+  {
+    vtkPointData* arrays = this->Data->GetPointData();
+    for (const char* name : { "Displacement", "Radius", "Anchor" })
+    {
+      const Fingerprint parts[] = { h, FingerprintOf(arrays->GetArray(name)) };
+      h = FingerprintOf(parts, sizeof(parts));
+    }
+    return h;
+  }
+  return OfCells(this->Data->GetStrips(), OfCells(this->Data->GetPolys(), h));
+}
+
+Inputs CollectInputs(vtkInformationVector** inputs)
+{
+  Inputs all;
+  if (vtkInformation* info = inputs[IMAGE]->GetInformationObject(0))
+  {
+    vtkDataObject* data = info->Get(vtkDataObject::DATA_OBJECT());
+    all.Image = vtkImageData::SafeDownCast(data);
+    if (info->Has(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT()))
+    {
+      info->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), all.WholeExtent.data());
+    }
+    if (data && !all.Image)
+    {
+      all.Problem = "The input is a " + std::string(data->GetClassName()) +
+                    ", but one image is deformed at a time. Make a filter for each of its images, or one image of them "
+                    "with Resample To Image.";
+    }
+  }
+
+  for (int port = PROBES; port < NUMBER_OF_PORTS; ++port)
+  {
+    for (int input = 0; input < inputs[port]->GetNumberOfInformationObjects(); ++input)
+    {
+      const auto take = [&](vtkDataObject* data, int block)
+      {
+        Leaf leaf;
+        leaf.Port = port;
+        leaf.Input = input;
+        leaf.Block = block;
+        std::string problem;
+        leaf.Data = TakeLeaf(port, data, problem);
+        if (leaf.Data)
+        {
+          all.Leaves.push_back(leaf);
+        }
+        if (!problem.empty() && all.Problem.empty())
+        {
+          all.Problem = leaf.ToString() + " is a " + data->GetClassName() + ": " + problem;
+        }
+      };
+      vtkDataObject* data = vtkDataObject::GetData(inputs[port], input);
+      if (auto composite = vtkCompositeDataSet::SafeDownCast(data))
+      {
+        const auto leaves = vtk::TakeSmartPointer(composite->NewIterator());
+        for (leaves->InitTraversal(); !leaves->IsDoneWithTraversal(); leaves->GoToNextItem())
+        {
+          take(leaves->GetCurrentDataObject(), static_cast<int>(leaves->GetCurrentFlatIndex()));
+        }
+      }
+      else if (data)
+      {
+        take(data, -1);
+      }
+    }
+  }
+  return all;
+}
+
+}
