@@ -483,8 +483,8 @@ public:
   /// so; where there is nothing yet the image as it is.
   Outcome Compute(const Inputs& inputs);
 
-  /// Whether nothing that an update depends on changed since this was last asked.
-  bool IsUnchanged(vtkInformationVector** inputs);
+  /// Whether nothing that an update depends on changed since this was last asked. `inputs` are those of `connected`.
+  bool IsUnchanged(vtkInformationVector** connected, const Inputs& inputs);
 
   /// After an error of the device nothing on it can be trusted.
   void DropEngine()
@@ -602,8 +602,14 @@ private:
 
   std::array<int, 6> ShownImageExtent{ { 0, -1, 0, -1, 0, -1 } }; // of the input that Shown was made from
 
-  // What the last update was asked with: the filter's time, and of each dataset itself, its time and when it was made.
-  std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> Asked;
+  /// What an update was asked with.
+  struct Asked
+  {
+    vtkMTimeType Filter = 0;
+    std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> Times; // of each dataset, and when it was made
+    Fingerprint Contents = 0;
+  };
+  Asked LastAsked;
 
   // How far the engine is on its way from nothing to the state deformed from rest. Lowered before it is told to do
   // something that may fail, raised after it has. An interactive state is none of these: it leaves Built.
@@ -659,31 +665,27 @@ private:
 };
 
 //------------------------------------------------------------------------------
-bool vtkChainMailDeformation::vtkInternals::IsUnchanged(vtkInformationVector** inputs)
+bool vtkChainMailDeformation::vtkInternals::IsUnchanged(vtkInformationVector** connected, const Inputs& inputs)
 {
-  if (vtkImageData* image = vtkImageData::GetData(inputs[IMAGE]))
-  {
-    // An array's first information object changes its time, and whoever asks for a range makes one.
-    for (int a = 0; a < image->GetPointData()->GetNumberOfArrays(); ++a)
-    {
-      image->GetPointData()->GetAbstractArray(a)->GetInformation();
-    }
-  }
-  std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> asked = { { nullptr, this->Self->GetMTime(), 0 } };
+  // Times tell soon that nothing changed, but not that something did: a reader runs again for every piece.
+  std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> times;
   for (int port = 0; port < this->Self->GetNumberOfInputPorts(); ++port)
   {
-    for (int input = 0; input < inputs[port]->GetNumberOfInformationObjects(); ++input)
+    for (int input = 0; input < connected[port]->GetNumberOfInformationObjects(); ++input)
     {
-      if (vtkDataObject* data = vtkDataObject::GetData(inputs[port], input))
-      {
-        asked.emplace_back(data, data->GetMTime(), data->GetUpdateTime());
-      }
+      vtkDataObject* data = vtkDataObject::GetData(connected[port], input);
+      times.emplace_back(data, data ? data->GetMTime() : 0, data ? data->GetUpdateTime() : 0);
     }
-    asked.emplace_back(); // the next port
+    times.emplace_back(); // the next port
   }
-  const bool unchanged = asked == this->Asked;
-  this->Asked = std::move(asked);
-  return unchanged;
+  const Asked before = this->LastAsked;
+  this->LastAsked.Filter = this->Self->GetMTime();
+  if (times != before.Times)
+  {
+    this->LastAsked.Times = std::move(times);
+    this->LastAsked.Contents = inputs.GetFingerprint();
+  }
+  return this->LastAsked.Filter == before.Filter && this->LastAsked.Contents == before.Contents;
 }
 
 //------------------------------------------------------------------------------
@@ -2082,9 +2084,10 @@ int vtkChainMailDeformation::RequestData(
 
   const bool wasPart = internals.ComputedInParallel;
   internals.ComputedInParallel = parallel;
-  if (!exchange.All(internals.IsUnchanged(inputVector) && wasPart == parallel && !internals.Last.Stopped))
+  const Inputs mine = vtkChainMail::CollectInputs(inputVector);
+  if (!exchange.All(internals.IsUnchanged(inputVector, mine) && wasPart == parallel && !internals.Last.Stopped))
   {
-    const Inputs inputs = exchange.Gather(vtkChainMail::CollectInputs(inputVector));
+    const Inputs inputs = exchange.Gather(mine);
     internals.Last = exchange.IsRoot() ? internals.Compute(inputs) : Outcome();
     exchange.Share(internals.Last);
     internals.WantsUpdate = internals.Last.NeedsUpdate;
@@ -2112,7 +2115,8 @@ int vtkChainMailDeformation::RequestData(
     output->GetCellData()->ShallowCopy(piece->GetCellData());
     output->GetFieldData()->ShallowCopy(piece->GetFieldData());
   }
-  this->SetErrorCode(internals.Last.Error.empty() ? vtkErrorCode::NoError : vtkErrorCode::UserError);
+  // Not SetErrorCode(), which would make this update out of date.
+  this->ErrorCode = internals.Last.Error.empty() ? vtkErrorCode::NoError : vtkErrorCode::UserError;
   // An update that failed shows the last good result, or the image as it is. A pipeline that fails instead leaves views
   // without anything to draw, also after the mistake was mended, and reports it over and over.
   return 1;

@@ -2,10 +2,12 @@
 #include "Inputs.h"
 
 #include "vtkCellArray.h"
+#include "vtkCellData.h"
 #include "vtkCompositeDataIterator.h"
 #include "vtkCompositeDataSet.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
+#include "vtkMatrix3x3.h"
 #include "vtkPointData.h"
 #include "vtkPointSet.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
@@ -77,6 +79,46 @@ Fingerprint Leaf::GetFingerprint() const
     return h;
   }
   return OfCells(this->Data->GetStrips(), OfCells(this->Data->GetPolys(), h));
+}
+
+Fingerprint Inputs::GetFingerprint() const
+{
+  Fingerprint h = FingerprintOf(this->Problem.data(), this->Problem.size());
+  if (this->Image)
+  {
+    vtkImageData* image = this->Image;
+    h = FingerprintOf(image->GetExtent(), 6 * sizeof(int), h);
+    h = FingerprintOf(image->GetOrigin(), 3 * sizeof(double), h);
+    h = FingerprintOf(image->GetSpacing(), 3 * sizeof(double), h);
+    h = FingerprintOf(image->GetDirectionMatrix()->GetData(), 9 * sizeof(double), h);
+    const std::array<vtkFieldData*, 3> groups = { { image->GetPointData(), image->GetCellData(),
+      image->GetFieldData() } };
+    for (vtkFieldData* group : groups)
+    {
+      for (int a = 0; a < group->GetNumberOfArrays(); ++a)
+      {
+        vtkAbstractArray* array = group->GetAbstractArray(a);
+        const std::string name = array->GetName() ? array->GetName() : "";
+        vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
+        const Fingerprint values = numbers ? FingerprintOf(numbers) : array->GetMTime();
+        h = FingerprintOf(name.data(), name.size(), FingerprintOf(&values, sizeof(values), h));
+      }
+    }
+    for (vtkDataSetAttributes* group : { static_cast<vtkDataSetAttributes*>(image->GetPointData()),
+           static_cast<vtkDataSetAttributes*>(image->GetCellData()) })
+    {
+      int active[vtkDataSetAttributes::NUM_ATTRIBUTES];
+      group->GetAttributeIndices(active);
+      h = FingerprintOf(active, sizeof(active), h);
+    }
+  }
+  for (const Leaf& leaf : this->Leaves)
+  {
+    const int place[] = { leaf.Port, leaf.Input, leaf.Block };
+    const Fingerprint values = leaf.GetFingerprint();
+    h = FingerprintOf(place, sizeof(place), FingerprintOf(&values, sizeof(values), h));
+  }
+  return h;
 }
 
 Inputs CollectInputs(vtkInformationVector** inputs)

@@ -56,6 +56,9 @@ struct Inputs
   std::array<int, 6> WholeExtent{ { 0, -1, 0, -1, 0, -1 } };
   /// In order of port, input, block and process.
   std::vector<Leaf> Leaves;
+
+  /// Of all that can change an output.
+  Fingerprint GetFingerprint() const;
 };
 
 /// This process's own. Empty datasets are left out.
