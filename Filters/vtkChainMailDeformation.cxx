@@ -201,7 +201,6 @@ public:
   bool IsRotated() const { return this->Direction != std::array<double, 9>{ { 1, 0, 0, 0, 1, 0, 0, 0, 1 } }; }
 
   const Vector3& GetSpacing() const { return this->Spacing; }
-  const std::array<double, 9>& GetDirection() const { return this->Direction; }
 
 private:
   Vector3 Origin;
@@ -289,6 +288,25 @@ std::function<double(double)> ToEngineFunction(const vtkSmartPointer<vtkPiecewis
 }
 
 //------------------------------------------------------------------------------
+/// An array that outputs share from update to update, as long as nobody has written to it: what reads an output may also
+/// write to it, as far as this filter can tell.
+template <typename ArrayType> class SharedArray
+{
+public:
+  void Set(const vtkSmartPointer<ArrayType>& array)
+  {
+    this->Array = array;
+    this->Values = FingerprintOf(array);
+  }
+  void Forget() { this->Array = nullptr; }
+  bool IsIntact() const { return this->Array && FingerprintOf(this->Array) == this->Values; }
+  ArrayType* Get() const { return this->Array; }
+
+private:
+  vtkSmartPointer<ArrayType> Array;
+  Fingerprint Values = 0;
+};
+
 /// An array by its contents: an upstream filter that runs again gives the same values in another one.
 struct ArrayContents
 {
@@ -560,8 +578,8 @@ private:
   void WriteDeformed(const Scene& scene, vtkImageData* output);
   void WriteModel(const Scene& scene, vtkImageData* output);
   void FetchTissue(const Scene& scene);
-  void FetchDisplacement(const Scene& scene);
-  void FetchTimes(const Scene& scene);
+  vtkSmartPointer<vtkFloatArray> FetchDisplacement(const Scene& scene);
+  void FetchTimes(const Scene& scene, vtkPointData* output);
   void WriteFieldData(const Scene& scene, vtkImageData* output);
 
   /// Runs a part of the update: its time is added to a row of Milliseconds, and the engine's progress in it is mapped
@@ -649,13 +667,9 @@ private:
   chainmail::PropagateResult Propagation;
   chainmail::RelaxResult Relaxation;
   chainmail::Statistics Statistics;
-  vtkSmartPointer<vtkFloatArray> Constraint;
-  vtkSmartPointer<vtkUnsignedCharArray> Element;
-  vtkSmartPointer<vtkIntArray> Cluster;
-  vtkSmartPointer<vtkFloatArray> Displacement;
-  std::array<double, 9> DisplacementDirection;
-  vtkSmartPointer<vtkFloatArray> PropagationTime;
-  vtkSmartPointer<vtkIntArray> Wavefront;
+  SharedArray<vtkFloatArray> Constraint;
+  SharedArray<vtkUnsignedCharArray> Element;
+  SharedArray<vtkIntArray> Cluster;
 
   std::array<double, NUMBER_OF_TIMES> Milliseconds{};
   double PeakDeviceMemory = 0.0; // of this update [MB]
@@ -1237,9 +1251,9 @@ void vtkChainMailDeformation::vtkInternals::Mend()
   this->Simulation->mend();
   this->Cuts.clear();
   this->Carves.clear();
-  this->Constraint = nullptr;
-  this->Element = nullptr;
-  this->Cluster = nullptr;
+  this->Constraint.Forget();
+  this->Element.Forget();
+  this->Cluster.Forget();
 }
 
 //------------------------------------------------------------------------------
@@ -1247,7 +1261,7 @@ void vtkChainMailDeformation::vtkInternals::Cut(const InputSurface& surface)
 {
   if (this->Simulation->cut(surface.Triangles) > 0)
   {
-    this->Cluster = nullptr; // a cut can divide a rigid cluster
+    this->Cluster.Forget(); // a cut can divide a rigid cluster
   }
   this->Cuts.push_back(surface);
 }
@@ -1259,9 +1273,9 @@ void vtkChainMailDeformation::vtkInternals::Carve(const InputSurface& surface)
   {
     if (this->Simulation->carve(surface.Triangles) > 0)
     {
-      this->Constraint = nullptr;
-      this->Element = nullptr;
-      this->Cluster = nullptr;
+      this->Constraint.Forget();
+      this->Element.Forget();
+      this->Cluster.Forget();
     }
   }
   catch (const InputError& error)
@@ -1378,8 +1392,6 @@ void vtkChainMailDeformation::vtkInternals::Deform(const Scene& scene)
   {
     std::vector<std::size_t> all(scene.Probes.size());
     std::iota(all.begin(), all.end(), 0);
-    this->Displacement = nullptr;
-    this->PropagationTime = nullptr;
     this->Run(PROPAGATE, 0.2, 0.45,
       [&]
       {
@@ -1415,8 +1427,6 @@ void vtkChainMailDeformation::vtkInternals::Interact(const Scene& scene)
     this->ResetRequested = false;
   }
 
-  this->Displacement = nullptr;
-  this->PropagationTime = nullptr;
   std::vector<std::size_t> held;
   this->Run(PROPAGATE, 0.15, 0.45,
     [&]
@@ -1541,12 +1551,12 @@ void vtkChainMailDeformation::vtkInternals::FetchTissue(const Scene& scene)
       }
     }
   }
-  this->Constraint = constraint;
-  this->Element = element;
+  this->Constraint.Set(constraint);
+  this->Element.Set(element);
 }
 
 //------------------------------------------------------------------------------
-void vtkChainMailDeformation::vtkInternals::FetchDisplacement(const Scene& scene)
+vtkSmartPointer<vtkFloatArray> vtkChainMailDeformation::vtkInternals::FetchDisplacement(const Scene& scene)
 {
   const vtkIdType voxels = scene.Image->GetNumberOfPoints();
   const auto displacement = MakeZeros<vtkFloatArray>("Displacement", 3, voxels);
@@ -1566,12 +1576,11 @@ void vtkChainMailDeformation::vtkInternals::FetchDisplacement(const Scene& scene
         }
       });
   }
-  this->Displacement = displacement;
-  this->DisplacementDirection = scene.Space.GetDirection();
+  return displacement;
 }
 
 //------------------------------------------------------------------------------
-void vtkChainMailDeformation::vtkInternals::FetchTimes(const Scene& scene)
+void vtkChainMailDeformation::vtkInternals::FetchTimes(const Scene& scene, vtkPointData* output)
 {
   const vtkIdType voxels = scene.Image->GetNumberOfPoints();
   const int axes = this->Model->axes();
@@ -1596,19 +1605,24 @@ void vtkChainMailDeformation::vtkInternals::FetchTimes(const Scene& scene)
     });
   const auto wavefront = MakeZeros<vtkIntArray>("Wavefront", axes, voxels);
   this->Simulation->wavefronts(wavefront->GetPointer(0), true);
-  this->PropagationTime = time;
-  this->Wavefront = wavefront;
+  output->AddArray(time);
+  output->AddArray(wavefront);
 }
 
 //------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::WriteModel(const Scene& scene, vtkImageData* output)
 {
-  const bool times = this->Self->PropagationTimes;
-  if (!this->Element)
+  output->SetOrigin(scene.Image->GetOrigin());
+  output->SetSpacing(scene.Image->GetSpacing());
+  output->SetDirectionMatrix(scene.Image->GetDirectionMatrix());
+  output->SetExtent(scene.Image->GetExtent());
+  vtkPointData* arrays = output->GetPointData();
+
+  if (!this->Element.IsIntact() || !this->Constraint.IsIntact())
   {
     this->Run(DOWNLOAD, 0.9, 0.93, [&] { this->FetchTissue(scene); });
   }
-  if (!this->Cluster)
+  if (!this->Cluster.IsIntact())
   {
     this->Run(DOWNLOAD, 0.93, 0.95,
       [&]
@@ -1618,31 +1632,16 @@ void vtkChainMailDeformation::vtkInternals::WriteModel(const Scene& scene, vtkIm
         cluster->SetNumberOfComponents(this->Model->axes());
         cluster->SetNumberOfTuples(scene.Image->GetNumberOfPoints());
         this->Simulation->clusters(cluster->GetPointer(0));
-        this->Cluster = cluster;
+        this->Cluster.Set(cluster);
       });
   }
-  if (!this->Displacement || this->DisplacementDirection != scene.Space.GetDirection())
+  this->Run(DOWNLOAD, 0.95, 0.98, [&] { arrays->SetVectors(this->FetchDisplacement(scene)); });
+  arrays->AddArray(this->Constraint.Get());
+  arrays->SetScalars(this->Element.Get());
+  arrays->AddArray(this->Cluster.Get());
+  if (this->Self->PropagationTimes)
   {
-    this->Run(DOWNLOAD, 0.95, 0.98, [&] { this->FetchDisplacement(scene); });
-  }
-  if (times && !this->PropagationTime)
-  {
-    this->Run(DOWNLOAD, 0.98, 1.0, [&] { this->FetchTimes(scene); });
-  }
-
-  output->SetOrigin(scene.Image->GetOrigin());
-  output->SetSpacing(scene.Image->GetSpacing());
-  output->SetDirectionMatrix(scene.Image->GetDirectionMatrix());
-  output->SetExtent(scene.Image->GetExtent());
-  vtkPointData* arrays = output->GetPointData();
-  arrays->SetVectors(this->Displacement);
-  arrays->AddArray(this->Constraint);
-  arrays->SetScalars(this->Element);
-  arrays->AddArray(this->Cluster);
-  if (times)
-  {
-    arrays->AddArray(this->PropagationTime);
-    arrays->AddArray(this->Wavefront);
+    this->Run(DOWNLOAD, 0.98, 1.0, [&] { this->FetchTimes(scene, arrays); });
   }
 }
 

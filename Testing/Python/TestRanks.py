@@ -30,11 +30,14 @@ with tempfile.TemporaryDirectory(dir=harness.OUTPUT) as folder:
     with open(os.path.join(folder, "plan.json"), "w") as file:
         json.dump(plan, file)
 
-    for count in (1, 2, 3, 5) if pieces.EVERY else (2, 3):
+    for count in (1, 2, 3, 5) if pieces.EVERY else (3,):
         command = [mpiexec, "--oversubscribe", "-n", str(count), os.environ.get("CHAINMAIL_PVBATCH", "pvbatch"), "--sym",
                    pieces.__file__, os.path.join(folder, "plan.json"), folder]
+        # pvpython has started MPI for itself, and what that left in the environment would be taken for the new job's.
         # Open MPI asks root for its word; other implementations know neither variable.
-        environment = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+        environment = {key: value for key, value in os.environ.items()
+                       if not key.startswith(("OMPI_", "PMIX_", "PMI_", "ORTE_"))}
+        environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
         done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                               timeout=3000)
         harness.require(done.returncode == 0, "%d processes end with status %d:\n%s", count, done.returncode, done.stdout)

@@ -61,7 +61,7 @@ def write_formats(image, folder, name):
 
 
 def scenes(folder):
-    """Names and arguments of Scene: the forearm in all formats and a scan; with EVERY scans in all of them."""
+    """Names and arguments of Scene: the forearm and a scan in some formats; with EVERY these and another scan in all."""
     sys.path.insert(0, DATA)
     from make_forearm import make_forearm
     images = {"forearm": make_forearm((66, 60, 78))}
@@ -75,7 +75,7 @@ def scenes(folder):
     result = {}
     for name, image in images.items():
         paths = write_formats(image, folder, name)
-        for kind in paths if EVERY or name == "forearm" else ("pvti",):
+        for kind in paths if EVERY else ("vti", "mhd") if name == "forearm" else ("pvti",):
             result["%s.%s" % (name, kind)] = [paths[kind], "CT (Hounsfield units)", -300.0, -1000.0]
     return result
 
@@ -243,8 +243,8 @@ def covers(parts, whole):
     return (count == 1).all()
 
 
-if __name__ == "__main__":
-    plan, folder = sys.argv[1:3]
+def main(plan, folder):
+    """One process of several."""
     rank, size = processes()
     with open(plan) as file:
         for name, arguments in json.load(file).items():
@@ -254,6 +254,11 @@ if __name__ == "__main__":
                     output = filter.GetClientSideObject().GetOutputDataObject(port)
                     np.savez(os.path.join(folder, "%s %s %d %d of %d.npz" % (name, step, port, rank, size)),
                              **content(output))
+
             Scene(*arguments).play(save)
-    # An error of one process alone would leave the others waiting for it.
+    # Whoever ends first must not take the others with it.
     vtkMultiProcessController.GetGlobalController().Barrier()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:3])
