@@ -1243,6 +1243,12 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
   output->SetDirectionMatrix(scene.Image->GetDirectionMatrix());
   output->SetExtent(extent);
 
+  // As the model tells it, which may be asked by one thread alone.
+  const auto isTissue = [&](vtkIdType voxel)
+  {
+    const double scalar = this->EngineScalars->GetComponent(voxel, 0);
+    return std::isfinite(scalar) && scalar >= scene.Tissue.Threshold;
+  };
   vtkPointData* arrays = scene.Image->GetPointData();
   std::vector<std::unique_ptr<vtkChainMailSampling::ArraySampler>> samplers;
   for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
@@ -1252,7 +1258,7 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
     const bool nearest = this->Self->Interpolation == INTERPOLATION_NEAREST || this->Self->HasLabelArray(name) ||
                          (name && std::string(name) == vtkDataSetAttributes::GhostArrayName());
     const double background = array == scene.Scalars ? this->Self->BackgroundValue : vtkMath::Nan();
-    samplers.push_back(vtkChainMailSampling::MakeSampler(array, grids, nearest, background));
+    samplers.push_back(vtkChainMailSampling::MakeSampler(array, grids, nearest, background, isTissue));
   }
 
   this->Simulation->resample(grids.Padding,

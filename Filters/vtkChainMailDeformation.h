@@ -431,9 +431,10 @@ public:
 
   ///@{
   /**
-   * How arrays are sampled: INTERPOLATION_LINEAR (0, trilinear, integers rounded to the nearest) or
-   * INTERPOLATION_NEAREST (1, nearest voxel). Label arrays, `vtkGhostType` and arrays of bits, strings and variants
-   * always take the nearest voxel. Default: INTERPOLATION_LINEAR.
+   * How arrays are sampled: INTERPOLATION_LINEAR (0, trilinear, integers rounded to the nearest; voxels that are no
+   * tissue and not finite have no weight beside others) or INTERPOLATION_NEAREST (1, nearest voxel). Label arrays,
+   * `vtkGhostType` and arrays of bits, strings and variants always take the nearest voxel. Default:
+   * INTERPOLATION_LINEAR.
    */
   vtkSetClampMacro(Interpolation, int, INTERPOLATION_LINEAR, INTERPOLATION_NEAREST);
   vtkGetMacro(Interpolation, int);

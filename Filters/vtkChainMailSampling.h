@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <type_traits>
@@ -106,6 +107,11 @@ struct Box
 };
 
 /**
+ * Whether a voxel of the input is tissue at rest. Called from several threads.
+ */
+using TissueTest = std::function<bool(vtkIdType)>;
+
+/**
  * One array of the output, made from one of the input.
  */
 class ArraySampler
@@ -126,8 +132,9 @@ public:
 template <typename T> class NumericSampler : public ArraySampler
 {
 public:
-  /// `background` NaN: the smallest finite value of each component.
-  NumericSampler(vtkDataArray* original, const Grids& grids, bool nearest, double background)
+  /// See MakeSampler().
+  NumericSampler(
+    vtkDataArray* original, const Grids& grids, bool nearest, double background, const TissueTest& isTissue)
     : Original(original)
     , Input(Interleaved(original))
     , In(static_cast<const T*>(this->Input->GetVoidPointer(0)))
@@ -135,6 +142,7 @@ public:
     , G(grids)
     , Nearest(nearest)
     , BackgroundValue(background)
+    , IsTissue(isTissue)
   {
     this->Step[0] = this->Components;
     this->Step[1] = this->Step[0] * grids.Size[0];
@@ -252,9 +260,42 @@ private:
     }
   }
 
+  struct Weighted
+  {
+    double Value;
+    double Weight;
+  };
+
+  /// As Interpolate(), but values beside tissue that are not finite have no weight: they would blot it out. Tissue's
+  /// own ones are kept, so that what is not known of it stays so.
+  template <int Axis> Weighted InterpolateKnown(const T* corner, const double* share) const
+  {
+    if constexpr (Axis < 0)
+    {
+      const bool known = std::isfinite(*corner) || this->IsTissue((corner - this->In) / this->Components);
+      return { static_cast<double>(*corner), known ? 1.0 : 0.0 };
+    }
+    else
+    {
+      const Weighted low = this->template InterpolateKnown<Axis - 1>(corner, share);
+      if (share[Axis] == 0.0)
+      {
+        return low;
+      }
+      const Weighted high = this->template InterpolateKnown<Axis - 1>(corner + this->Step[Axis], share);
+      const double part = share[Axis] * high.Weight;
+      const double whole = (1.0 - share[Axis]) * low.Weight + part;
+      return { high.Weight == 0.0  ? low.Value
+               : low.Weight == 0.0 ? high.Value
+                                   : Between(low.Value, high.Value, part / whole),
+        whole };
+    }
+  }
+
   void SampleAt(const std::array<int, 3>& voxel, const float* offset, T* out) const
   {
     const T* corner = this->In;
+    vtkIdType toNearest = 0;
     double share[3];
     bool onGrid = true;
     for (int a = 0; a < 3; ++a)
@@ -264,6 +305,7 @@ private:
       const double index = std::floor(this->Nearest ? place + 0.5 : place);
       share[a] = this->Nearest ? 0.0 : place - index;
       onGrid = onGrid && share[a] == 0.0;
+      toNearest += share[a] >= 0.5 ? this->Step[a] : 0;
       corner += static_cast<vtkIdType>(index) * this->Step[a];
     }
     if (onGrid)
@@ -273,7 +315,17 @@ private:
     }
     for (int c = 0; c < this->Components; ++c)
     {
-      out[c] = FromDouble(this->template Interpolate<2>(corner + c, share, corner[c]), corner[c]);
+      const double value = this->template Interpolate<2>(corner + c, share, corner[c]);
+      if constexpr (std::is_floating_point<T>::value)
+      {
+        if (!std::isfinite(value))
+        {
+          const Weighted known = this->template InterpolateKnown<2>(corner + c, share);
+          out[c] = known.Weight > 0.0 ? ToType(known.Value) : corner[c + toNearest];
+          continue;
+        }
+      }
+      out[c] = FromDouble(value, corner[c]);
     }
   }
 
@@ -338,6 +390,7 @@ private:
   Grids G;
   bool Nearest;
   double BackgroundValue;
+  TissueTest IsTissue;
   vtkIdType Step[3];
   std::vector<T> Background;
   vtkSmartPointer<vtkDataArray> Output;
@@ -438,17 +491,17 @@ private:
 };
 
 /**
- * The sampler for an array. `background` NaN: the array's own smallest finite value.
+ * The sampler for an array. `background` NaN: the array's own smallest finite value, by component.
  */
 inline std::unique_ptr<ArraySampler> MakeSampler(
-  vtkAbstractArray* input, const Grids& grids, bool nearest, double background)
+  vtkAbstractArray* input, const Grids& grids, bool nearest, double background, const TissueTest& isTissue)
 {
   vtkDataArray* numbers = vtkDataArray::SafeDownCast(input);
   if (numbers)
   {
     switch (numbers->GetDataType())
     {
-      vtkTemplateMacro(return std::make_unique<NumericSampler<VTK_TT>>(numbers, grids, nearest, background));
+      vtkTemplateMacro(return std::make_unique<NumericSampler<VTK_TT>>(numbers, grids, nearest, background, isTissue));
     }
   }
   return std::make_unique<TupleSampler>(input, grids);
