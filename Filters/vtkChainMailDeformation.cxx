@@ -307,6 +307,14 @@ struct TissueSource
   }
 };
 
+chainmail::Grid ToGrid(const TissueSource& tissue)
+{
+  chainmail::Grid grid;
+  grid.size = tissue.Size;
+  grid.spacing = tissue.Spacing;
+  return grid;
+}
+
 bool Same(const chainmail::Probe& a, const chainmail::Probe& b)
 {
   return a.position == b.position && a.displacement == b.displacement && a.radius == b.radius && a.anchor == b.anchor;
@@ -591,10 +599,10 @@ void vtkChainMailDeformation::vtkInternals::Update(
   this->CheckPointArrays(image);
   Scene scene(image);
   this->ReadScalars(inputs, scene);
-  this->ReadMaterial(scene);
   this->ReadProbes(inputs[PROBES], scene);
   scene.Cuts = ReadSurfaces(inputs[CUTS], "Cuts", scene);
   scene.Carves = ReadSurfaces(inputs[CARVES], "Carves", scene);
+  this->ReadMaterial(scene); // last: it may read all scalars for their range
 
   if (this->Done == Stage::Nothing || !(this->Tissue == scene.Tissue))
   {
@@ -684,6 +692,7 @@ void vtkChainMailDeformation::vtkInternals::ReadScalars(vtkInformationVector** i
 
   scene.Image->GetDimensions(tissue.Size.data());
   tissue.Spacing = scene.Space.GetSpacing();
+  ToGrid(tissue).check(); // the model does, too, but only after all scalars were read for their range
   tissue.AnchorRigid = this->Self->AnchorRigid;
   for (int f = 0; f < 6; ++f)
   {
@@ -928,9 +937,6 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
   const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars);
   const vtkSmartPointer<vtkDataArray> constraints = tissue.Constraints ? ToEngineArray(tissue.Constraints) : nullptr;
 
-  chainmail::Grid grid;
-  grid.size = tissue.Size;
-  grid.spacing = tissue.Spacing;
   chainmail::Material material;
   material.tissueThreshold = tissue.Threshold;
   material.constraintArray = View(constraints);
@@ -943,7 +949,7 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
   settings.brickSize = tissue.BlockSize;
   settings.modelReduction = tissue.ModelReduction;
 
-  const auto model = std::make_shared<const chainmail::Model>(grid, View(scalars), material, anchors);
+  const auto model = std::make_shared<const chainmail::Model>(ToGrid(tissue), View(scalars), material, anchors);
   if (model->nonFinite() > 0)
   {
     vtkWarningWithObjectMacro(
