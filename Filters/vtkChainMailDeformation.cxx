@@ -7,6 +7,7 @@
 #include "Simulation.h"
 #include "vtkChainMailSampling.h"
 
+#include "vtkBitArray.h"
 #include "vtkCellArray.h"
 #include "vtkCellArrayIterator.h"
 #include "vtkCellData.h"
@@ -38,7 +39,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <new>
@@ -100,21 +100,14 @@ std::string ListArrays(vtkFieldData* arrays)
 }
 
 //------------------------------------------------------------------------------
-/// An array of zeros. The system gives memory to the parts that are written to, when they are: most of a scan is at
-/// rest.
-template <typename ArrayType> vtkSmartPointer<ArrayType> MakeZeros(const char* name, int components, vtkIdType tuples)
+/// A new array of numbers with room for so many tuples, see vtkChainMailSampling::Allocate().
+template <typename ArrayType>
+vtkSmartPointer<ArrayType> MakeArray(const char* name, int components, vtkIdType tuples, bool zeros = false)
 {
-  using Value = typename ArrayType::ValueType;
-  const vtkIdType values = components * tuples;
   auto array = vtkSmartPointer<ArrayType>::New();
   array->SetName(name);
   array->SetNumberOfComponents(components);
-  auto zeros = static_cast<Value*>(std::calloc(values, sizeof(Value)));
-  if (!zeros)
-  {
-    throw std::bad_alloc();
-  }
-  array->SetArray(zeros, values, 0, vtkAbstractArray::VTK_DATA_ARRAY_FREE);
+  vtkChainMailSampling::Allocate(array, tuples, zeros);
   return array;
 }
 
@@ -203,10 +196,14 @@ private:
 /// What the engine reads: bits as bytes, anything else in its own type.
 vtkSmartPointer<vtkDataArray> ToEngineArray(vtkDataArray* array)
 {
-  if (array->GetDataType() == VTK_BIT)
+  if (vtkBitArray* bits = vtkBitArray::SafeDownCast(array))
   {
-    vtkNew<vtkUnsignedCharArray> bytes;
-    bytes->DeepCopy(array);
+    const auto bytes =
+      MakeArray<vtkUnsignedCharArray>(array->GetName(), array->GetNumberOfComponents(), array->GetNumberOfTuples());
+    for (vtkIdType v = 0; v < bytes->GetNumberOfValues(); ++v)
+    {
+      bytes->SetValue(v, static_cast<unsigned char>(bits->GetValue(v)));
+    }
     return bytes;
   }
   return vtkChainMailSampling::Interleaved(array);
@@ -473,6 +470,7 @@ private:
   void ReadProbes(vtkInformationVector* inputs, Scene& scene);
   static std::vector<InputSurface> ReadSurfaces(vtkInformationVector* inputs, const char* port, const Scene& scene);
   void CheckPointArrays(vtkImageData* image);
+  void CheckPadding(const Scene& scene);
 
   // Computing.
   void Build(const Scene& scene);
@@ -599,6 +597,7 @@ void vtkChainMailDeformation::vtkInternals::Update(
   this->CheckPointArrays(image);
   Scene scene(image);
   this->ReadScalars(inputs, scene);
+  this->CheckPadding(scene);
   this->ReadProbes(inputs[PROBES], scene);
   scene.Cuts = ReadSurfaces(inputs[CUTS], "Cuts", scene);
   scene.Carves = ReadSurfaces(inputs[CARVES], "Carves", scene);
@@ -926,6 +925,22 @@ void vtkChainMailDeformation::vtkInternals::CheckPointArrays(vtkImageData* image
       throw InputError("LabelArrays names \"" + name + "\", which is no point array of the input image. " +
                        ListArrays(arrays) + " Remove that name or choose one of these.");
     }
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::CheckPadding(const Scene& scene)
+{
+  const int padding = this->Self->OutputPadding;
+  const int fitting = vtkChainMailSampling::FittingPadding(scene.Tissue.Size, padding);
+  if (fitting < padding)
+  {
+    const chainmail::Index3 size = vtkChainMailSampling::Padded(scene.Tissue.Size, padding).size;
+    std::ostringstream message;
+    message << "With an OutputPadding of " << padding << " the deformed image would have " << size[0] << " x "
+            << size[1] << " x " << size[2] << " voxels; at most " << chainmail::Grid::maxVoxels
+            << " can be handled. Lower it to " << fitting << " or less.";
+    throw InputError(message.str());
   }
 }
 
@@ -1300,13 +1315,8 @@ void vtkChainMailDeformation::vtkInternals::FetchTissue(const Scene& scene)
 {
   const vtkIdType voxels = scene.Image->GetNumberOfPoints();
   const int axes = this->Model->axes();
-  auto constraint = vtkSmartPointer<vtkFloatArray>::New();
-  constraint->SetName("Constraint");
-  constraint->SetNumberOfComponents(axes);
-  constraint->SetNumberOfTuples(voxels);
-  auto element = vtkSmartPointer<vtkUnsignedCharArray>::New();
-  element->SetName("Element");
-  element->SetNumberOfTuples(voxels);
+  const auto constraint = MakeArray<vtkFloatArray>("Constraint", axes, voxels);
+  const auto element = MakeArray<vtkUnsignedCharArray>("Element", 1, voxels);
   const int width = scene.Tissue.Size[0];
   float* c = constraint->GetPointer(0);
   unsigned char* e = element->GetPointer(0);
@@ -1334,7 +1344,7 @@ void vtkChainMailDeformation::vtkInternals::FetchTissue(const Scene& scene)
 void vtkChainMailDeformation::vtkInternals::FetchDisplacement(const Scene& scene)
 {
   const vtkIdType voxels = scene.Image->GetNumberOfPoints();
-  const auto displacement = MakeZeros<vtkFloatArray>("Displacement", 3, voxels);
+  const auto displacement = MakeArray<vtkFloatArray>("Displacement", 3, voxels, true);
   float* u = displacement->GetPointer(0);
   this->Simulation->displacements(u, true);
   if (scene.Space.IsRotated())
@@ -1360,10 +1370,7 @@ void vtkChainMailDeformation::vtkInternals::FetchTimes(const Scene& scene)
 {
   const vtkIdType voxels = scene.Image->GetNumberOfPoints();
   const int axes = this->Model->axes();
-  auto time = vtkSmartPointer<vtkFloatArray>::New();
-  time->SetName("PropagationTime");
-  time->SetNumberOfComponents(axes);
-  time->SetNumberOfTuples(voxels);
+  const auto time = MakeArray<vtkFloatArray>("PropagationTime", axes, voxels);
   float* t = time->GetPointer(0);
   this->Simulation->propagationTimes(t);
   const Vector3& spacing = scene.Space.GetSpacing();
@@ -1379,7 +1386,7 @@ void vtkChainMailDeformation::vtkInternals::FetchTimes(const Scene& scene)
         }
       }
     });
-  const auto wavefront = MakeZeros<vtkIntArray>("Wavefront", axes, voxels);
+  const auto wavefront = MakeArray<vtkIntArray>("Wavefront", axes, voxels, true);
   this->Simulation->wavefronts(wavefront->GetPointer(0), true);
   this->PropagationTime = time;
   this->Wavefront = wavefront;
@@ -1398,10 +1405,7 @@ void vtkChainMailDeformation::vtkInternals::WriteModel(const Scene& scene, vtkIm
     this->Run(DOWNLOAD, 0.93, 0.95,
       [&]
       {
-        auto cluster = vtkSmartPointer<vtkIntArray>::New();
-        cluster->SetName("Cluster");
-        cluster->SetNumberOfComponents(this->Model->axes());
-        cluster->SetNumberOfTuples(scene.Image->GetNumberOfPoints());
+        const auto cluster = MakeArray<vtkIntArray>("Cluster", this->Model->axes(), scene.Image->GetNumberOfPoints());
         this->Simulation->clusters(cluster->GetPointer(0));
         this->Cluster = cluster;
       });
@@ -1735,11 +1739,17 @@ int vtkChainMailDeformation::RequestInformation(
   model->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
   vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1); // Element
 
+  // No more than fits: the update will say that it does not, and nobody is to ask for extents beyond all memory.
+  chainmail::Index3 size;
   for (int a = 0; a < 3; ++a)
   {
-    const int padding = extent[2 * a + 1] > extent[2 * a] ? this->OutputPadding : 0;
-    extent[2 * a] -= padding;
-    extent[2 * a + 1] += padding;
+    size[a] = extent[2 * a + 1] - extent[2 * a] + 1;
+  }
+  const int padding = vtkChainMailSampling::FittingPadding(size, this->OutputPadding);
+  for (int a = 0; a < 3; ++a)
+  {
+    extent[2 * a] -= size[a] > 1 ? padding : 0;
+    extent[2 * a + 1] += size[a] > 1 ? padding : 0;
   }
   outputVector->GetInformationObject(0)->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
 

@@ -103,10 +103,10 @@
  *
  * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
- * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels. In parallel
- * every process computes the whole image. A knife or a carving tool that moves between two updates works at the places
- * where updates find it, not along its way. The state of MODE_INTERACTIVE is not part of a saved pipeline: a loaded one
- * starts from rest.
+ * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels, padding
+ * included. In parallel every process computes the whole image. A knife or a carving tool that moves between two
+ * updates works at the places where updates find it, not along its way. The state of MODE_INTERACTIVE is not part of a
+ * saved pipeline: a loaded one starts from rest.
  *
  * @sa vtkChainMailProbeSource
  */
@@ -468,7 +468,7 @@ public:
   ///@{
   /**
    * Voxels added on every side of output 0, for tissue that leaves the image, [0, 4096]. A single slice stays a single
-   * slice: axes with one voxel are not padded. Default: 0.
+   * slice: axes with one voxel are not padded. More than 2^28 voxels with the padding are an error. Default: 0.
    */
   vtkSetClampMacro(OutputPadding, int, 0, 4096);
   vtkGetMacro(OutputPadding, int);

@@ -4,6 +4,8 @@
 #ifndef vtkChainMailSampling_h
 #define vtkChainMailSampling_h
 
+#include "Model.h"
+
 #include "vtkAbstractArray.h"
 #include "vtkBitArray.h"
 #include "vtkDataArray.h"
@@ -14,23 +16,38 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <limits>
 #include <memory>
+#include <new>
 #include <type_traits>
 #include <vector>
 
 namespace vtkChainMailSampling
 {
 
-/// Gives `array` the name, components and information of `like`, and room for so many tuples.
-inline void Describe(vtkAbstractArray* array, vtkAbstractArray* like, vtkIdType tuples)
+/// Room for so many tuples of a number of bytes; of `zeros`, the system gives memory to what is written to, when it is.
+/// Throws std::bad_alloc, where VTK's own allocation would end the process unless VTK was built for release.
+inline void Allocate(vtkDataArray* array, vtkIdType tuples, bool zeros = false)
+{
+  const vtkIdType values = tuples * array->GetNumberOfComponents();
+  const std::size_t size = static_cast<std::size_t>(array->GetDataTypeSize());
+  void* memory = zeros ? std::calloc(values, size) : std::malloc(values * size);
+  if (!memory && values > 0)
+  {
+    throw std::bad_alloc();
+  }
+  array->SetVoidArray(memory, values, 0, vtkAbstractArray::VTK_DATA_ARRAY_FREE);
+}
+
+/// Gives `array` the name, components and information of `like`.
+inline void Describe(vtkAbstractArray* array, vtkAbstractArray* like)
 {
   array->SetName(like->GetName());
   array->SetNumberOfComponents(like->GetNumberOfComponents());
   array->CopyComponentNames(like);
-  array->SetNumberOfTuples(tuples);
   if (like->HasInformation())
   {
     array->CopyInformation(like->GetInformation());
@@ -48,9 +65,35 @@ inline vtkSmartPointer<vtkDataArray> Interleaved(vtkDataArray* array)
     return array;
   }
   auto copy = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(array->GetDataType()));
-  Describe(copy, array, array->GetNumberOfTuples());
+  Describe(copy, array);
+  Allocate(copy, array->GetNumberOfTuples());
   array->ExportToVoidPointer(copy->GetVoidPointer(0));
   return copy;
+}
+
+/**
+ * The size of an image of so many voxels with so many more on every side: axes with a single one have no sides.
+ */
+inline chainmail::Grid Padded(const std::array<int, 3>& size, int padding)
+{
+  chainmail::Grid grid;
+  for (int a = 0; a < 3; ++a)
+  {
+    grid.size[a] = size[a] + (size[a] > 1 ? 2 * padding : 0);
+  }
+  return grid;
+}
+
+/**
+ * The most padding, up to `wanted`, with which there are no more voxels than can be handled.
+ */
+inline int FittingPadding(const std::array<int, 3>& size, int wanted)
+{
+  while (wanted > 0 && !Padded(size, wanted).fits())
+  {
+    --wanted;
+  }
+  return wanted;
 }
 
 /**
@@ -337,7 +380,8 @@ private:
     }
     this->MakeBackground();
     this->Output.TakeReference(this->Input->NewInstance());
-    Describe(this->Output, this->Original, this->G.OutputVoxels());
+    Describe(this->Output, this->Original);
+    Allocate(this->Output, this->G.OutputVoxels());
     this->Output->SetLookupTable(this->Original->GetLookupTable());
     this->Out = static_cast<T*>(this->Output->GetVoidPointer(0));
     if (this->G.IsPadded())
@@ -462,7 +506,8 @@ private:
       }
     }
     this->Output.TakeReference(this->Input->NewInstance());
-    Describe(this->Output, this->Input, this->G.OutputVoxels());
+    Describe(this->Output, this->Input);
+    this->Output->SetNumberOfTuples(this->G.OutputVoxels());
     if (this->G.IsPadded())
     {
       for (vtkIdType v = 0; v < this->G.OutputVoxels(); ++v)
