@@ -1277,6 +1277,7 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
     vtkAbstractArray* array = arrays->GetAbstractArray(a);
     const char* name = array->GetName();
     const bool nearest = this->Self->Interpolation == INTERPOLATION_NEAREST || this->Self->HasLabelArray(name) ||
+                         array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds() ||
                          (name && std::string(name) == vtkDataSetAttributes::GhostArrayName());
     const double background = array == scene.Scalars ? this->Self->BackgroundValue : vtkMath::Nan();
     samplers.push_back(vtkChainMailSampling::MakeSampler(array, grids, nearest, background, isTissue));
@@ -1296,10 +1297,11 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
   {
     out->AddArray(sampler->GetOutput());
   }
-  // The same arrays are the active ones.
+  // The same arrays are the active ones. Global ids would have to be unique: tissue that stretches shows one twice.
   for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
   {
-    vtkAbstractArray* active = arrays->GetAbstractAttribute(attribute);
+    vtkAbstractArray* active =
+      attribute == vtkDataSetAttributes::GLOBALIDS ? nullptr : arrays->GetAbstractAttribute(attribute);
     for (int a = 0; active && a < arrays->GetNumberOfArrays(); ++a)
     {
       if (arrays->GetAbstractArray(a) == active)
