@@ -907,16 +907,24 @@ std::vector<InputSurface> vtkChainMailDeformation::vtkInternals::ReadSurfaces(
 //------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::CheckPointArrays(vtkImageData* image)
 {
+  const auto check = [](vtkAbstractArray* array, const char* kind, vtkIdType places, const char* ofImage)
+  {
+    if (array->GetNumberOfTuples() != places)
+    {
+      throw InputError("The " + std::string(kind) + " array \"" + (array->GetName() ? array->GetName() : "") +
+                       "\" has " + std::to_string(array->GetNumberOfTuples()) + " tuples, but the input image has " +
+                       std::to_string(places) + " " + ofImage + ". Remove it, or give it a value for each.");
+    }
+  };
   vtkPointData* arrays = image->GetPointData();
   for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
   {
-    vtkAbstractArray* array = arrays->GetAbstractArray(a);
-    if (array->GetNumberOfTuples() != image->GetNumberOfPoints())
-    {
-      throw InputError("The point array \"" + std::string(array->GetName() ? array->GetName() : "") + "\" has " +
-                       std::to_string(array->GetNumberOfTuples()) + " tuples, but the input image has " +
-                       std::to_string(image->GetNumberOfPoints()) + " voxels. Remove it, or give it a value for each.");
-    }
+    check(arrays->GetAbstractArray(a), "point", image->GetNumberOfPoints(), "voxels");
+  }
+  // The only one of the cells that is read.
+  if (vtkAbstractArray* ghosts = image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
+  {
+    check(ghosts, "cell", image->GetNumberOfCells(), "cells");
   }
   for (const std::string& name : this->Self->LabelArrays)
   {
@@ -1277,10 +1285,16 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
     vtkAbstractArray* array = arrays->GetAbstractArray(a);
     const char* name = array->GetName();
     const bool nearest = this->Self->Interpolation == INTERPOLATION_NEAREST || this->Self->HasLabelArray(name) ||
-                         array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds() ||
-                         (name && std::string(name) == vtkDataSetAttributes::GhostArrayName());
+                         array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds();
     const double background = array == scene.Scalars ? this->Self->BackgroundValue : vtkMath::Nan();
-    samplers.push_back(vtkChainMailSampling::MakeSampler(array, grids, nearest, background, isTissue));
+    if (name && std::string(name) == vtkDataSetAttributes::GhostArrayName())
+    {
+      samplers.push_back(std::make_unique<vtkChainMailSampling::StillArray>(array, grids));
+    }
+    else
+    {
+      samplers.push_back(vtkChainMailSampling::MakeSampler(array, grids, nearest, background, isTissue));
+    }
   }
 
   this->Simulation->resample(grids.Padding,
@@ -1292,6 +1306,10 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
       }
     });
 
+  if (vtkAbstractArray* ghosts = scene.Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
+  {
+    output->GetCellData()->AddArray(vtkChainMailSampling::StillArray(ghosts, grids.Cells()).GetOutput());
+  }
   vtkPointData* out = output->GetPointData();
   for (const auto& sampler : samplers)
   {

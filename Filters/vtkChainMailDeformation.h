@@ -81,8 +81,9 @@
  * @section vtkChainMailDeformation-outputs Output ports
  *
  * - 0, the deformed image: the input's geometry, extended by OutputPadding, and all its point arrays, resampled each
- *   in its own type. Global ids are an array like others there, as they are not unique any more. Cell
- *   arrays are not passed on: they belong to cells of the undeformed grid.
+ *   in its own type. Global ids are an array like others there, as they are not unique any more. Cell arrays are not
+ *   passed on: they belong to cells of the undeformed grid. Ghosts and blanks (`vtkGhostType`, of voxels and of cells)
+ *   belong to the grid and stay where they are; padding has none.
  * - 1, the model at rest on the input's grid, with the point arrays `Displacement` (3 floats, world axes, [mm]),
  *   `Constraint` (float, fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air), `Element`
  *   (unsigned char: 0 air or carved away, 1 tissue) and `Cluster` (int, number of the rigid cluster, -1 none;
@@ -433,9 +434,8 @@ public:
   ///@{
   /**
    * How arrays are sampled: INTERPOLATION_LINEAR (0, trilinear, integers rounded to the nearest; voxels that are no
-   * tissue and not finite have no weight beside others) or INTERPOLATION_NEAREST (1, nearest voxel). Label arrays, ids,
-   * `vtkGhostType` and arrays of bits, strings and variants always take the nearest voxel. Default:
-   * INTERPOLATION_LINEAR.
+   * tissue and not finite have no weight beside others) or INTERPOLATION_NEAREST (1, nearest voxel). Label arrays, ids
+   * and arrays of bits, strings and variants always take the nearest voxel. Default: INTERPOLATION_LINEAR.
    */
   vtkSetClampMacro(Interpolation, int, INTERPOLATION_LINEAR, INTERPOLATION_NEAREST);
   vtkGetMacro(Interpolation, int);

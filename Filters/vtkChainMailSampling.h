@@ -109,6 +109,16 @@ struct Grids
   vtkIdType InputVoxels() const { return static_cast<vtkIdType>(this->Size[0]) * this->Size[1] * this->Size[2]; }
   vtkIdType OutputWidth(int axis) const { return this->Size[axis] + 2 * static_cast<vtkIdType>(this->Padding[axis]); }
   vtkIdType OutputVoxels() const { return this->OutputWidth(0) * this->OutputWidth(1) * this->OutputWidth(2); }
+  /// The grids of the cells between the voxels.
+  Grids Cells() const
+  {
+    Grids cells = *this;
+    for (int& width : cells.Size)
+    {
+      width = std::max(width - 1, 1);
+    }
+    return cells;
+  }
   vtkIdType InputId(int i, int j, int k) const
   {
     return i + this->Size[0] * (j + this->Size[1] * static_cast<vtkIdType>(k));
@@ -551,6 +561,26 @@ inline std::unique_ptr<ArraySampler> MakeSampler(
   }
   return std::make_unique<TupleSampler>(input, grids);
 }
+
+/**
+ * An array of the grid, not of what moves through it, such as which of its voxels are blank: it stays where it is, with
+ * 0 in the padding.
+ */
+class StillArray : public ArraySampler
+{
+public:
+  StillArray(vtkAbstractArray* input, const Grids& grids)
+    : Padded(MakeSampler(input, grids, true, 0.0, nullptr))
+  {
+  }
+
+  void Sample(const Box&) override {}
+
+  vtkAbstractArray* GetOutput() override { return this->Padded->GetOutput(); }
+
+private:
+  std::unique_ptr<ArraySampler> Padded;
+};
 
 }
 
