@@ -43,6 +43,7 @@
 #include <limits>
 #include <new>
 #include <numeric>
+#include <set>
 #include <sstream>
 #include <tuple>
 
@@ -485,6 +486,7 @@ private:
   void WarnAboutEmptyHands(const Scene& scene, const std::vector<std::size_t>& held);
 
   // Writing.
+  void WarnAboutLostArrays(vtkImageData* image);
   void WriteDeformed(const Scene& scene, vtkImageData* output);
   void WriteModel(const Scene& scene, vtkImageData* output);
   void FetchTissue(const Scene& scene);
@@ -559,6 +561,9 @@ private:
 
   // Probes that hold nothing and were warned about.
   std::vector<chainmail::Probe> EmptyHands;
+
+  // Cell arrays that are not passed on and were warned about.
+  std::set<std::string> LostArrays;
 
   // What was reached, shared by the outputs of all updates that find nothing new. The arrays are null where not
   // fetched.
@@ -1255,6 +1260,31 @@ void vtkChainMailDeformation::vtkInternals::Interact(const Scene& scene)
 }
 
 //------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WarnAboutLostArrays(vtkImageData* image)
+{
+  std::set<std::string> names;
+  vtkCellData* arrays = image->GetCellData();
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    const char* name = arrays->GetArrayName(a);
+    names.insert(name ? name : "");
+  }
+  names.erase(vtkDataSetAttributes::GhostArrayName());
+  if (!names.empty() && names != this->LostArrays)
+  {
+    std::string list;
+    for (const std::string& name : names)
+    {
+      list += (list.empty() ? "" : ", ") + name;
+    }
+    vtkWarningWithObjectMacro(
+      this->Self, << "Cell arrays are not deformed and not passed on: " << list
+                  << ". To have them deformed, put Cell Data to Point Data before this filter.");
+  }
+  this->LostArrays = std::move(names);
+}
+
+//------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vtkImageData* output)
 {
   vtkChainMailSampling::Grids grids;
@@ -1306,6 +1336,7 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
       }
     });
 
+  this->WarnAboutLostArrays(scene.Image);
   if (vtkAbstractArray* ghosts = scene.Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
   {
     output->GetCellData()->AddArray(vtkChainMailSampling::StillArray(ghosts, grids.Cells()).GetOutput());

@@ -82,8 +82,8 @@
  *
  * - 0, the deformed image: the input's geometry, extended by OutputPadding, and all its point arrays, resampled each
  *   in its own type. Global ids are an array like others there, as they are not unique any more. Cell arrays are not
- *   passed on: they belong to cells of the undeformed grid. Ghosts and blanks (`vtkGhostType`, of voxels and of cells)
- *   belong to the grid and stay where they are; padding has none.
+ *   passed on, as they belong to cells of the undeformed grid: they are warned about once. Ghosts and blanks (of
+ *   voxels and of cells, `vtkGhostType`) belong to the grid and stay where they are; padding has none.
  * - 1, the model at rest on the input's grid, with the point arrays `Displacement` (3 floats, world axes, [mm]),
  *   `Constraint` (float, fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air), `Element`
  *   (unsigned char: 0 air or carved away, 1 tissue) and `Cluster` (int, number of the rigid cluster, -1 none;
