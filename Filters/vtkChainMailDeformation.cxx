@@ -6,6 +6,7 @@
 #include "Model.h"
 #include "Simulation.h"
 #include "vtkChainMailSampling.h"
+#include "vtkChainMailSurfaceHistory.h"
 
 #include "vtkBitArray.h"
 #include "vtkCellArray.h"
@@ -318,12 +319,7 @@ bool Same(const chainmail::Probe& a, const chainmail::Probe& b)
   return a.position == b.position && a.displacement == b.displacement && a.radius == b.radius && a.anchor == b.anchor;
 }
 
-/// The polygons of one input of Cuts or Carves.
-struct InputSurface
-{
-  int Input;
-  chainmail::Surface Triangles;
-};
+using InputSurface = vtkChainMailInputSurface;
 
 bool Same(const InputSurface& a, const InputSurface& b)
 {
@@ -480,6 +476,7 @@ private:
   void Mend();
   void Cut(const InputSurface& surface);
   void Carve(const InputSurface& surface);
+  void Warn(const std::string& text);
   void Pull(const Scene& scene, const std::vector<std::size_t>& held);
   void Relax(const Scene& scene, const std::vector<std::size_t>& held);
   Method GetMethod() const;
@@ -562,6 +559,10 @@ private:
   // Probes that hold nothing and were warned about.
   std::vector<chainmail::Probe> EmptyHands;
 
+  // Surfaces that met no tissue and were warned about.
+  vtkChainMailSurfaceHistory CutHistory{ "Cuts" };
+  vtkChainMailSurfaceHistory CarveHistory{ "Carves" };
+
   // Cell arrays that are not passed on and were warned about.
   std::set<std::string> LostArrays;
 
@@ -606,6 +607,8 @@ void vtkChainMailDeformation::vtkInternals::Update(
   this->ReadProbes(inputs[PROBES], scene);
   scene.Cuts = ReadSurfaces(inputs[CUTS], "Cuts", scene);
   scene.Carves = ReadSurfaces(inputs[CARVES], "Carves", scene);
+  this->CutHistory.Begin(scene.Cuts);
+  this->CarveHistory.Begin(scene.Carves);
   this->ReadMaterial(scene); // last: it may read all scalars for their range
 
   if (this->Done == Stage::Nothing || !(this->Tissue == scene.Tissue))
@@ -1052,19 +1055,23 @@ void vtkChainMailDeformation::vtkInternals::Mend()
 //------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::Cut(const InputSurface& surface)
 {
-  if (this->Simulation->cut(surface.Triangles) > 0)
+  const std::size_t links = this->Simulation->cut(surface.Triangles);
+  if (links > 0)
   {
     this->Cluster = nullptr; // a cut can divide a rigid cluster
   }
   this->Cuts.push_back(surface);
+  this->Warn(this->CutHistory.Worked(surface, links));
 }
 
 //------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::Carve(const InputSurface& surface)
 {
+  std::size_t elements = 0;
   try
   {
-    if (this->Simulation->carve(surface.Triangles) > 0)
+    elements = this->Simulation->carve(surface.Triangles);
+    if (elements > 0)
     {
       this->Constraint = nullptr;
       this->Element = nullptr;
@@ -1076,6 +1083,16 @@ void vtkChainMailDeformation::vtkInternals::Carve(const InputSurface& surface)
     throw InputError("Carves input " + std::to_string(surface.Input) + ": " + error.what());
   }
   this->Carves.push_back(surface);
+  this->Warn(this->CarveHistory.Worked(surface, elements));
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Warn(const std::string& text)
+{
+  if (!text.empty())
+  {
+    vtkWarningWithObjectMacro(this->Self, << text);
+  }
 }
 
 //------------------------------------------------------------------------------

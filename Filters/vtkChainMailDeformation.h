@@ -73,10 +73,11 @@
  *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is). An element has one
  *   holder; a probe whose tissue others hold, or whose tissue was carved away, moves nothing and is warned about once.
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades. Vertices and lines are
- *   ignored, an empty dataset cuts nothing.
+ *   ignored, an empty dataset cuts nothing. One that meets no tissue is warned about once, until it does.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
  * of any number of parts; elements inside it are removed and show BackgroundValue. A surface that is not closed is an
- *   error. Vertices and lines are ignored, an empty dataset carves nothing.
+ *   error. Vertices and lines are ignored, an empty dataset carves nothing. One that meets no tissue is warned about
+ *   once, until it does.
  *
  * @section vtkChainMailDeformation-outputs Output ports
  *
