@@ -559,7 +559,7 @@ private:
   // Probes that hold nothing and were warned about.
   std::vector<chainmail::Probe> EmptyHands;
 
-  // Surfaces that met no tissue and were warned about.
+  // Surfaces that met no tissue, or came back to where they were, and were warned about.
   vtkChainMailSurfaceHistory CutHistory{ "Cuts" };
   vtkChainMailSurfaceHistory CarveHistory{ "Carves" };
 
@@ -1047,6 +1047,8 @@ void vtkChainMailDeformation::vtkInternals::Mend()
   this->Simulation->mend();
   this->Cuts.clear();
   this->Carves.clear();
+  this->CutHistory.Rest();
+  this->CarveHistory.Rest();
   this->Constraint = nullptr;
   this->Element = nullptr;
   this->Cluster = nullptr;
@@ -1235,6 +1237,8 @@ void vtkChainMailDeformation::vtkInternals::Interact(const Scene& scene)
   {
     this->Cuts = scene.Cuts;
     this->Carves = scene.Carves;
+    std::for_each(this->Cuts.begin(), this->Cuts.end(), [&](const auto& one) { this->CutHistory.Remember(one); });
+    std::for_each(this->Carves.begin(), this->Carves.end(), [&](const auto& one) { this->CarveHistory.Remember(one); });
     this->Released = scene.Probes;
     this->ResetRequested = false;
   }

@@ -36,7 +36,8 @@
  *
  * 1. Every `Cuts` surface that the last update did not have cuts. A surface that moved cuts again at its new place, as
  * a knife does; one that is gone changes nothing: what is cut stays cut.
- * 2. Every `Carves` surface that the last update did not have carves, likewise.
+ * 2. Every `Carves` surface that the last update did not have carves, likewise. A surface that comes back to where it
+ *    was since rest, as Undo in ParaView makes it, brings back no tissue, and is warned about once: Reset() does.
  * 3. Probes. One with the position and radius of a probe that is held already is that probe, and goes where its
  *    `Displacement` says now, counted from where its tissue was when it was grabbed. Any other one grabs the tissue
  * that is at its position now. Probes that are gone let go of their tissue where it is.

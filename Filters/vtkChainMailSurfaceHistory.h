@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Private to vtkChainMailDeformation: which of the surfaces that cut or carve did nothing, for warnings that come once.
+// Private to vtkChainMailDeformation: what surfaces that cut or carve did, for warnings that come once.
 
 #ifndef vtkChainMailSurfaceHistory_h
 #define vtkChainMailSurfaceHistory_h
 
 #include "Simulation.h"
 
-#include <algorithm>
+#include <functional>
 #include <set>
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <vector>
 
 /// The polygons of one input of Cuts or Carves.
@@ -43,6 +45,20 @@ public:
     this->Missing = std::move(missing);
   }
 
+  /// All tissue is whole and at rest again.
+  void Rest()
+  {
+    this->Places.clear();
+    this->Returned.clear();
+  }
+
+  /// Keeps in mind where a surface is. Returns whether it was there before, since rest.
+  bool Remember(const vtkChainMailInputSurface& surface)
+  {
+    const chainmail::Surface& at = surface.Triangles;
+    return !this->Places.insert({ surface.Input, Hash(at.points), Hash(at.triangles) }).second;
+  }
+
   /// What a surface that cut or carved has to be warned about; empty: nothing, or nothing new. `removed`: how many
   /// links or elements are gone.
   std::string Worked(const vtkChainMailInputSurface& surface, std::size_t removed)
@@ -51,9 +67,15 @@ public:
     if (removed > 0)
     {
       this->Missing.erase(surface.Input);
-      return {};
     }
-    if (!this->Missing.insert(surface.Input).second)
+    if (this->Remember(surface))
+    {
+      return this->Returned.insert(surface.Input).second
+               ? name + " is back where it was before; in Interactive mode what was cut stays cut: Reset brings the "
+                        "tissue back."
+               : std::string();
+    }
+    if (removed > 0 || !this->Missing.insert(surface.Input).second)
     {
       return {};
     }
@@ -61,8 +83,15 @@ public:
   }
 
 private:
+  template <typename T> static std::size_t Hash(const std::vector<T>& values)
+  {
+    return std::hash<std::string_view>()({ reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T) });
+  }
+
   std::string Port;
-  std::set<int> Missing; // inputs that removed nothing when they worked last
+  std::set<std::tuple<int, std::size_t, std::size_t>> Places; // since rest: input and hashes of what was there
+  std::set<int> Returned;                                     // since rest: inputs that were told to be back
+  std::set<int> Missing;                                      // inputs that removed nothing when they worked last
 };
 
 #endif
