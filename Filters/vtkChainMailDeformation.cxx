@@ -7,9 +7,11 @@
 #include "Private/Exchange.h"
 #include "Private/Fingerprint.h"
 #include "Private/Inputs.h"
+#include "Private/SurfaceHistory.h"
 #include "Simulation.h"
 #include "vtkChainMailSampling.h"
 
+#include "vtkBitArray.h"
 #include "vtkCellArray.h"
 #include "vtkCellArrayIterator.h"
 #include "vtkCellData.h"
@@ -45,7 +47,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <map>
@@ -64,9 +65,11 @@ using vtkChainMail::Fingerprint;
 using vtkChainMail::FingerprintOf;
 using vtkChainMail::IMAGE;
 using vtkChainMail::Inputs;
+using vtkChainMail::InputSurface;
 using vtkChainMail::Leaf;
 using vtkChainMail::Outcome;
 using vtkChainMail::PROBES;
+using vtkChainMail::SurfaceHistory;
 
 namespace
 {
@@ -111,21 +114,14 @@ std::string ListArrays(vtkFieldData* arrays)
 }
 
 //------------------------------------------------------------------------------
-/// An array of zeros. The system gives memory to the parts that are written to, when they are: most of a scan is at
-/// rest.
-template <typename ArrayType> vtkSmartPointer<ArrayType> MakeZeros(const char* name, int components, vtkIdType tuples)
+/// A new array of numbers with room for so many tuples, see vtkChainMailSampling::Allocate().
+template <typename ArrayType>
+vtkSmartPointer<ArrayType> MakeArray(const char* name, int components, vtkIdType tuples, bool zeros = false)
 {
-  using Value = typename ArrayType::ValueType;
-  const vtkIdType values = components * tuples;
   auto array = vtkSmartPointer<ArrayType>::New();
   array->SetName(name);
   array->SetNumberOfComponents(components);
-  auto zeros = static_cast<Value*>(std::calloc(values, sizeof(Value)));
-  if (!zeros)
-  {
-    throw std::bad_alloc();
-  }
-  array->SetArray(zeros, values, 0, vtkAbstractArray::VTK_DATA_ARRAY_FREE);
+  vtkChainMailSampling::Allocate(array, tuples, zeros);
   return array;
 }
 
@@ -213,10 +209,14 @@ private:
 /// What the engine reads: bits as bytes, anything else in its own type.
 vtkSmartPointer<vtkDataArray> ToEngineArray(vtkDataArray* array)
 {
-  if (array->GetDataType() == VTK_BIT)
+  if (vtkBitArray* bits = vtkBitArray::SafeDownCast(array))
   {
-    vtkNew<vtkUnsignedCharArray> bytes;
-    bytes->DeepCopy(array);
+    const auto bytes =
+      MakeArray<vtkUnsignedCharArray>(array->GetName(), array->GetNumberOfComponents(), array->GetNumberOfTuples());
+    for (vtkIdType v = 0; v < bytes->GetNumberOfValues(); ++v)
+    {
+      bytes->SetValue(v, static_cast<unsigned char>(bits->GetValue(v)));
+    }
     return bytes;
   }
   return vtkChainMailSampling::Interleaved(array);
@@ -352,17 +352,18 @@ struct TissueSource
   }
 };
 
+chainmail::Grid ToGrid(const TissueSource& tissue)
+{
+  chainmail::Grid grid;
+  grid.size = tissue.Size;
+  grid.spacing = tissue.Spacing;
+  return grid;
+}
+
 bool Same(const chainmail::Probe& a, const chainmail::Probe& b)
 {
   return a.position == b.position && a.displacement == b.displacement && a.radius == b.radius && a.anchor == b.anchor;
 }
-
-/// The polygons of one dataset of Cuts or Carves.
-struct InputSurface
-{
-  std::string Name; // for messages
-  chainmail::Surface Triangles;
-};
 
 /// Whether every edge has two sides.
 bool IsClosed(vtkPolyData* surface)
@@ -561,6 +562,7 @@ private:
   static std::vector<InputSurface> ReadCuts(const Scene& scene);
   static std::vector<InputSurface> ReadCarves(const Scene& scene);
   void CheckPointArrays(vtkImageData* image);
+  void CheckPadding(const Scene& scene);
 
   // Computing.
   void Build(const Scene& scene);
@@ -569,12 +571,14 @@ private:
   void Mend();
   void Cut(const InputSurface& surface);
   void Carve(const InputSurface& surface);
+  void Warn(const std::string& text);
   void Pull(const Scene& scene, const std::vector<std::size_t>& held);
   void Relax(const Scene& scene, const std::vector<std::size_t>& held);
   Method GetMethod() const;
   void WarnAboutEmptyHands(const Scene& scene, const std::vector<std::size_t>& held);
 
   // Writing.
+  void WarnAboutLostArrays(vtkImageData* image);
   void WriteDeformed(const Scene& scene, vtkImageData* output);
   void WriteModel(const Scene& scene, vtkImageData* output);
   void FetchTissue(const Scene& scene);
@@ -660,6 +664,13 @@ private:
 
   // Probes that hold nothing and were warned about.
   std::vector<chainmail::Probe> EmptyHands;
+
+  // Surfaces that met no tissue, or came back to where they were, and were warned about.
+  SurfaceHistory CutHistory;
+  SurfaceHistory CarveHistory;
+
+  // Cell arrays that are not passed on and were warned about.
+  std::set<std::string> LostArrays;
 
   // What was reached, shared by the outputs of all updates that find nothing new. The arrays are null where not
   // fetched.
@@ -791,10 +802,13 @@ void vtkChainMailDeformation::vtkInternals::Update(const Inputs& inputs)
   this->CheckPointArrays(image);
   Scene scene(inputs);
   this->ReadScalars(scene);
-  this->ReadMaterial(scene);
+  this->CheckPadding(scene);
   ReadProbes(scene);
   scene.Cuts = ReadCuts(scene);
   scene.Carves = ReadCarves(scene);
+  this->CutHistory.Begin(scene.Cuts);
+  this->CarveHistory.Begin(scene.Carves);
+  this->ReadMaterial(scene); // last: it may read all scalars for their range
 
   if (this->Done == Stage::Nothing || !(this->Tissue == scene.Tissue))
   {
@@ -887,6 +901,7 @@ void vtkChainMailDeformation::vtkInternals::ReadScalars(Scene& scene)
 
   scene.Image->GetDimensions(tissue.Size.data());
   tissue.Spacing = scene.Space.GetSpacing();
+  ToGrid(tissue).check(); // the model does, too, but only after all scalars were read for their range
   tissue.AnchorRigid = this->Self->AnchorRigid;
   for (int f = 0; f < 6; ++f)
   {
@@ -1140,16 +1155,24 @@ std::vector<InputSurface> vtkChainMailDeformation::vtkInternals::ReadCarves(cons
 //------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::CheckPointArrays(vtkImageData* image)
 {
+  const auto check = [](vtkAbstractArray* array, const char* kind, vtkIdType places, const char* ofImage)
+  {
+    if (array->GetNumberOfTuples() != places)
+    {
+      throw InputError("The " + std::string(kind) + " array \"" + (array->GetName() ? array->GetName() : "") +
+                       "\" has " + std::to_string(array->GetNumberOfTuples()) + " tuples, but the input image has " +
+                       std::to_string(places) + " " + ofImage + ". Remove it, or give it a value for each.");
+    }
+  };
   vtkPointData* arrays = image->GetPointData();
   for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
   {
-    vtkAbstractArray* array = arrays->GetAbstractArray(a);
-    if (array->GetNumberOfTuples() != image->GetNumberOfPoints())
-    {
-      throw InputError("The point array \"" + std::string(array->GetName() ? array->GetName() : "") + "\" has " +
-                       std::to_string(array->GetNumberOfTuples()) + " tuples, but the input image has " +
-                       std::to_string(image->GetNumberOfPoints()) + " voxels. Remove it, or give it a value for each.");
-    }
+    check(arrays->GetAbstractArray(a), "point", image->GetNumberOfPoints(), "voxels");
+  }
+  // The only one of the cells that is read.
+  if (vtkAbstractArray* ghosts = image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
+  {
+    check(ghosts, "cell", image->GetNumberOfCells(), "cells");
   }
   for (const std::string& name : this->Self->LabelArrays)
   {
@@ -1162,6 +1185,22 @@ void vtkChainMailDeformation::vtkInternals::CheckPointArrays(vtkImageData* image
 }
 
 //------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::CheckPadding(const Scene& scene)
+{
+  const int padding = this->Self->OutputPadding;
+  const int fitting = vtkChainMailSampling::FittingPadding(scene.Tissue.Size, padding);
+  if (fitting < padding)
+  {
+    const chainmail::Index3 size = vtkChainMailSampling::Padded(scene.Tissue.Size, padding).size;
+    std::ostringstream message;
+    message << "With an OutputPadding of " << padding << " the deformed image would have " << size[0] << " x "
+            << size[1] << " x " << size[2] << " voxels; at most " << chainmail::Grid::maxVoxels
+            << " can be handled. Lower it to " << fitting << " or less.";
+    throw InputError(message.str());
+  }
+}
+
+//------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
 {
   // What there is stays until its successor is there: with tissue that cannot be used nothing is lost.
@@ -1169,9 +1208,6 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
   const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars.Array);
   const vtkSmartPointer<vtkDataArray> constraints = tissue.Constraints.Array ? ToEngineArray(tissue.Constraints.Array) : nullptr;
 
-  chainmail::Grid grid;
-  grid.size = tissue.Size;
-  grid.spacing = tissue.Spacing;
   chainmail::Material material;
   material.tissueThreshold = tissue.Threshold;
   material.constraintArray = View(constraints);
@@ -1184,7 +1220,7 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
   settings.brickSize = tissue.BlockSize;
   settings.modelReduction = tissue.ModelReduction;
 
-  const auto model = std::make_shared<const chainmail::Model>(grid, View(scalars), material, anchors);
+  const auto model = std::make_shared<const chainmail::Model>(ToGrid(tissue), View(scalars), material, anchors);
   if (model->nonFinite() > 0)
   {
     vtkWarningWithObjectMacro(
@@ -1251,6 +1287,8 @@ void vtkChainMailDeformation::vtkInternals::Mend()
   this->Simulation->mend();
   this->Cuts.clear();
   this->Carves.clear();
+  this->CutHistory.Rest();
+  this->CarveHistory.Rest();
   this->Constraint.Forget();
   this->Element.Forget();
   this->Cluster.Forget();
@@ -1259,19 +1297,23 @@ void vtkChainMailDeformation::vtkInternals::Mend()
 //------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::Cut(const InputSurface& surface)
 {
-  if (this->Simulation->cut(surface.Triangles) > 0)
+  const std::size_t links = this->Simulation->cut(surface.Triangles);
+  if (links > 0)
   {
     this->Cluster.Forget(); // a cut can divide a rigid cluster
   }
   this->Cuts.push_back(surface);
+  this->Warn(this->CutHistory.Worked(surface, links));
 }
 
 //------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::Carve(const InputSurface& surface)
 {
+  std::size_t elements = 0;
   try
   {
-    if (this->Simulation->carve(surface.Triangles) > 0)
+    elements = this->Simulation->carve(surface.Triangles);
+    if (elements > 0)
     {
       this->Constraint.Forget();
       this->Element.Forget();
@@ -1283,6 +1325,16 @@ void vtkChainMailDeformation::vtkInternals::Carve(const InputSurface& surface)
     throw InputError(surface.Name + ": " + error.what());
   }
   this->Carves.push_back(surface);
+  this->Warn(this->CarveHistory.Worked(surface, elements));
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::Warn(const std::string& text)
+{
+  if (!text.empty())
+  {
+    vtkWarningWithObjectMacro(this->Self, << text);
+  }
 }
 
 //------------------------------------------------------------------------------
@@ -1423,6 +1475,8 @@ void vtkChainMailDeformation::vtkInternals::Interact(const Scene& scene)
   {
     this->Cuts = scene.Cuts;
     this->Carves = scene.Carves;
+    std::for_each(this->Cuts.begin(), this->Cuts.end(), [&](const auto& one) { this->CutHistory.Remember(one); });
+    std::for_each(this->Carves.begin(), this->Carves.end(), [&](const auto& one) { this->CarveHistory.Remember(one); });
     this->Released = scene.Probes;
     this->ResetRequested = false;
   }
@@ -1463,6 +1517,31 @@ void vtkChainMailDeformation::vtkInternals::Interact(const Scene& scene)
 }
 
 //------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WarnAboutLostArrays(vtkImageData* image)
+{
+  std::set<std::string> names;
+  vtkCellData* arrays = image->GetCellData();
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    const char* name = arrays->GetArrayName(a);
+    names.insert(name ? name : "");
+  }
+  names.erase(vtkDataSetAttributes::GhostArrayName());
+  if (!names.empty() && names != this->LostArrays)
+  {
+    std::string list;
+    for (const std::string& name : names)
+    {
+      list += (list.empty() ? "" : ", ") + name;
+    }
+    vtkWarningWithObjectMacro(
+      this->Self, << "Cell arrays are not deformed and not passed on: " << list
+                  << ". To have them deformed, put Cell Data to Point Data before this filter.");
+  }
+  this->LostArrays = std::move(names);
+}
+
+//------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vtkImageData* output)
 {
   vtkChainMailSampling::Grids grids;
@@ -1480,6 +1559,12 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
   output->SetDirectionMatrix(scene.Image->GetDirectionMatrix());
   output->SetExtent(extent);
 
+  // As the model tells it, which may be asked by one thread alone.
+  const auto isTissue = [&](vtkIdType voxel)
+  {
+    const double scalar = this->EngineScalars->GetComponent(voxel, 0);
+    return std::isfinite(scalar) && scalar >= scene.Tissue.Threshold;
+  };
   vtkPointData* arrays = scene.Image->GetPointData();
   std::vector<std::unique_ptr<vtkChainMailSampling::ArraySampler>> samplers;
   for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
@@ -1487,9 +1572,16 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
     vtkAbstractArray* array = arrays->GetAbstractArray(a);
     const char* name = array->GetName();
     const bool nearest = this->Self->Interpolation == INTERPOLATION_NEAREST || this->Self->HasLabelArray(name) ||
-                         (name && std::string(name) == vtkDataSetAttributes::GhostArrayName());
+                         array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds();
     const double background = array == scene.Scalars ? this->Self->BackgroundValue : vtkMath::Nan();
-    samplers.push_back(vtkChainMailSampling::MakeSampler(array, grids, nearest, background));
+    if (name && std::string(name) == vtkDataSetAttributes::GhostArrayName())
+    {
+      samplers.push_back(std::make_unique<vtkChainMailSampling::StillArray>(array, grids));
+    }
+    else
+    {
+      samplers.push_back(vtkChainMailSampling::MakeSampler(array, grids, nearest, background, isTissue));
+    }
   }
 
   this->Simulation->resample(grids.Padding,
@@ -1501,15 +1593,21 @@ void vtkChainMailDeformation::vtkInternals::WriteDeformed(const Scene& scene, vt
       }
     });
 
+  this->WarnAboutLostArrays(scene.Image);
+  if (vtkAbstractArray* ghosts = scene.Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
+  {
+    output->GetCellData()->AddArray(vtkChainMailSampling::StillArray(ghosts, grids.Cells()).GetOutput());
+  }
   vtkPointData* out = output->GetPointData();
   for (const auto& sampler : samplers)
   {
     out->AddArray(sampler->GetOutput());
   }
-  // The same arrays are the active ones.
+  // The same arrays are the active ones. Global ids would have to be unique: tissue that stretches shows one twice.
   for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
   {
-    vtkAbstractArray* active = arrays->GetAbstractAttribute(attribute);
+    vtkAbstractArray* active =
+      attribute == vtkDataSetAttributes::GLOBALIDS ? nullptr : arrays->GetAbstractAttribute(attribute);
     for (int a = 0; active && a < arrays->GetNumberOfArrays(); ++a)
     {
       if (arrays->GetAbstractArray(a) == active)
@@ -1525,13 +1623,8 @@ void vtkChainMailDeformation::vtkInternals::FetchTissue(const Scene& scene)
 {
   const vtkIdType voxels = scene.Image->GetNumberOfPoints();
   const int axes = this->Model->axes();
-  auto constraint = vtkSmartPointer<vtkFloatArray>::New();
-  constraint->SetName("Constraint");
-  constraint->SetNumberOfComponents(axes);
-  constraint->SetNumberOfTuples(voxels);
-  auto element = vtkSmartPointer<vtkUnsignedCharArray>::New();
-  element->SetName("Element");
-  element->SetNumberOfTuples(voxels);
+  const auto constraint = MakeArray<vtkFloatArray>("Constraint", axes, voxels);
+  const auto element = MakeArray<vtkUnsignedCharArray>("Element", 1, voxels);
   const int width = scene.Tissue.Size[0];
   float* c = constraint->GetPointer(0);
   unsigned char* e = element->GetPointer(0);
@@ -1559,7 +1652,7 @@ void vtkChainMailDeformation::vtkInternals::FetchTissue(const Scene& scene)
 vtkSmartPointer<vtkFloatArray> vtkChainMailDeformation::vtkInternals::FetchDisplacement(const Scene& scene)
 {
   const vtkIdType voxels = scene.Image->GetNumberOfPoints();
-  const auto displacement = MakeZeros<vtkFloatArray>("Displacement", 3, voxels);
+  const auto displacement = MakeArray<vtkFloatArray>("Displacement", 3, voxels, true);
   float* u = displacement->GetPointer(0);
   this->Simulation->displacements(u, true);
   if (scene.Space.IsRotated())
@@ -1584,10 +1677,7 @@ void vtkChainMailDeformation::vtkInternals::FetchTimes(const Scene& scene, vtkPo
 {
   const vtkIdType voxels = scene.Image->GetNumberOfPoints();
   const int axes = this->Model->axes();
-  auto time = vtkSmartPointer<vtkFloatArray>::New();
-  time->SetName("PropagationTime");
-  time->SetNumberOfComponents(axes);
-  time->SetNumberOfTuples(voxels);
+  const auto time = MakeArray<vtkFloatArray>("PropagationTime", axes, voxels);
   float* t = time->GetPointer(0);
   this->Simulation->propagationTimes(t);
   const Vector3& spacing = scene.Space.GetSpacing();
@@ -1603,7 +1693,7 @@ void vtkChainMailDeformation::vtkInternals::FetchTimes(const Scene& scene, vtkPo
         }
       }
     });
-  const auto wavefront = MakeZeros<vtkIntArray>("Wavefront", axes, voxels);
+  const auto wavefront = MakeArray<vtkIntArray>("Wavefront", axes, voxels, true);
   this->Simulation->wavefronts(wavefront->GetPointer(0), true);
   output->AddArray(time);
   output->AddArray(wavefront);
@@ -1627,10 +1717,7 @@ void vtkChainMailDeformation::vtkInternals::WriteModel(const Scene& scene, vtkIm
     this->Run(DOWNLOAD, 0.93, 0.95,
       [&]
       {
-        auto cluster = vtkSmartPointer<vtkIntArray>::New();
-        cluster->SetName("Cluster");
-        cluster->SetNumberOfComponents(this->Model->axes());
-        cluster->SetNumberOfTuples(scene.Image->GetNumberOfPoints());
+        const auto cluster = MakeArray<vtkIntArray>("Cluster", this->Model->axes(), scene.Image->GetNumberOfPoints());
         this->Simulation->clusters(cluster->GetPointer(0));
         this->Cluster.Set(cluster);
       });
@@ -1972,11 +2059,17 @@ int vtkChainMailDeformation::RequestInformation(
   model->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
   vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1); // Element
 
+  // No more than fits: the update will say that it does not, and nobody is to ask for extents beyond all memory.
+  chainmail::Index3 size;
   for (int a = 0; a < 3; ++a)
   {
-    const int padding = extent[2 * a + 1] > extent[2 * a] ? this->OutputPadding : 0;
-    extent[2 * a] -= padding;
-    extent[2 * a + 1] += padding;
+    size[a] = extent[2 * a + 1] - extent[2 * a] + 1;
+  }
+  const int padding = vtkChainMailSampling::FittingPadding(size, this->OutputPadding);
+  for (int a = 0; a < 3; ++a)
+  {
+    extent[2 * a] -= size[a] > 1 ? padding : 0;
+    extent[2 * a + 1] += size[a] > 1 ? padding : 0;
   }
   deformed->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
 

@@ -36,13 +36,14 @@
  *
  * 1. Every `Cuts` surface that the last update did not have cuts. A surface that moved cuts again at its new place, as
  * a knife does; one that is gone changes nothing: what is cut stays cut.
- * 2. Every `Carves` surface that the last update did not have carves, likewise.
+ * 2. Every `Carves` surface that the last update did not have carves, likewise. A surface that comes back to where it
+ *    was since rest, as Undo in ParaView makes it, brings back no tissue, and is warned about once: Reset() does.
  * 3. Probes. One with the position and radius of a probe that is held already is that probe, and goes where its
  *    `Displacement` says now, counted from where its tissue was when it was grabbed. Any other one grabs the tissue
  * that is at its position now. Probes that are gone let go of their tissue where it is.
  * 4. Waves travel for at most PropagationIterations, then tissue settles for at most RelaxationIterations. This happens
- *    in every update, also where no input changed. As the pipeline calls no filter that has nothing new to do,
- *    GetNeedsUpdate() tells whether there is more to do and makes the next Update() do it:
+ *    in every update that the contents of an input or Modified() call for. GetNeedsUpdate() tells whether there is more
+ *    to do, and makes the next Update() do it:
  * @code
  * do
  * {
@@ -50,15 +51,22 @@
  *   // show it
  * } while (filter->GetNeedsUpdate());
  * @endcode
- *    Modified() makes the next Update() go on in any case.
  *
  * Other tissue (the image, its scalars, place or spacing, material, anchors, ModelReduction, Device, BlockSize), and
  * switching to this mode, start from rest, and everything that is connected is applied anew. Reset() is the way back to
- * rest.
+ * rest. Whether tissue is another is told by the contents of its arrays: equal values in new arrays, from a reader that
+ * ran again say, go on from where it was.
  *
  * An update that fails, for a probe in air say, leaves the state usable: the next one goes on from where it was, and a
  * cut that came before the failure is not made twice. One that is stopped (AbortExecute) lets go of all probes and
  * leaves tissue at rest, cuts and carves as they are; the next one grabs anew.
+ *
+ * @section vtkChainMailDeformation-errors Errors
+ *
+ * An update that fails reports one error, sets the error code (GetErrorCode()), and goes on showing: both outputs are
+ * the last good ones, or the image as it is where there is none that fits it, with the message in the field array
+ * `Error`, which good outputs do not have. The pipeline counts it as done, so that views that show the output recover
+ * with the next update that succeeds.
  *
  * @section vtkChainMailDeformation-inputs Input ports
  *
@@ -73,15 +81,22 @@
  *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is). An element has one
  *   holder; a probe whose tissue others hold, or whose tissue was carved away, moves nothing and is warned about once.
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades. Vertices and lines are
- *   ignored, an empty dataset cuts nothing.
+ *   ignored, an empty dataset cuts nothing. One that meets no tissue is warned about once, until it does.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
  * of any number of parts; elements inside it are removed and show BackgroundValue. A surface that is not closed is an
- *   error. Vertices and lines are ignored, an empty dataset carves nothing.
+ *   error. Vertices and lines are ignored, an empty dataset carves nothing. One that meets no tissue is warned about
+ *   once, until it does.
+ *
+ * Probes, cuts and carves may be composite datasets: they are what their datasets are together, in order; of carves each
+ * dataset that is closed is a surface of its own, and those of one input that are not are parts of one surface. A
+ * composite image is an error: one image is deformed at a time. The outputs have the time steps of all inputs together.
  *
  * @section vtkChainMailDeformation-outputs Output ports
  *
  * - 0, the deformed image: the input's geometry, extended by OutputPadding, and all its point arrays, resampled each
- *   in its own type. Cell arrays are not passed on: they belong to cells of the undeformed grid.
+ *   in its own type. Global ids are an array like others there, as they are not unique any more. Cell arrays are not
+ *   passed on, as they belong to cells of the undeformed grid: they are warned about once. Ghosts and blanks (of
+ *   voxels and of cells, `vtkGhostType`) belong to the grid and stay where they are; padding has none.
  * - 1, the model at rest on the input's grid, with the point arrays `Displacement` (3 floats, world axes, [mm]),
  *   `Constraint` (float, fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air), `Element`
  *   (unsigned char: 0 air or carved away, 1 tissue) and `Cluster` (int, number of the rigid cluster, -1 none;
@@ -95,18 +110,28 @@
  * what the hand pulls them with, world axes, no unit), `Energy` [mm] (with ElasticRecovery r below 1 only strain of
  * more than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C), fraction of the spacing),
  * `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `ActiveElements` (elements away from their rest place),
- * `Milliseconds` (upload, propagate, relax, resample, download; 0 for what this update did not have to do again),
+ * `Milliseconds` (upload, propagate, relax, resample, download; 0 for what did not have to be done again),
  * `PeakDeviceMemory` (the most that all these filters of the process held on the device during this update [MB]) and
  * `DeviceName`.
+ *
+ * @section vtkChainMailDeformation-parallel Pieces and processes
+ *
+ * Whatever piece of the outputs is asked for is that piece of the whole, to the bit: a wave can come from anywhere, so
+ * every update asks for all of all inputs and computes the whole, once for all pieces of it. The processes of a parallel
+ * server (see SetController()) give their inputs to the first one, which computes for all and hands out the pieces. What
+ * several have alike, as of a source that every process can run, counts once; what only some have, probes or parts of
+ * the image or of a surface, is put together in order of the processes. Errors and field data are the same everywhere. The
+ * first process needs the memory of one that works alone, the others that of their pieces and of what their readers
+ * read, which is the whole image where they can.
  *
  * @section vtkChainMailDeformation-limitations Limitations
  *
  * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
- * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels. In parallel
- * every process computes the whole image. A knife or a carving tool that moves between two updates works at the places
- * where updates find it, not along its way. The state of MODE_INTERACTIVE is not part of a saved pipeline: a loaded one
- * starts from rest.
+ * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels, padding
+ * included. In parallel one process computes, so more of them make it neither faster nor the image larger. A knife or a carving tool that moves between two
+ * updates works at the places where updates find it, not along its way. The state of MODE_INTERACTIVE is not part of a
+ * saved pipeline: a loaded one starts from rest.
  *
  * @sa vtkChainMailProbeSource
  */
@@ -432,9 +457,9 @@ public:
 
   ///@{
   /**
-   * How arrays are sampled: INTERPOLATION_LINEAR (0, trilinear, integers rounded to the nearest) or
-   * INTERPOLATION_NEAREST (1, nearest voxel). Label arrays, `vtkGhostType` and arrays of bits, strings and variants
-   * always take the nearest voxel. Default: INTERPOLATION_LINEAR.
+   * How arrays are sampled: INTERPOLATION_LINEAR (0, trilinear, integers rounded to the nearest; voxels that are no
+   * tissue and not finite have no weight beside others) or INTERPOLATION_NEAREST (1, nearest voxel). Label arrays, ids
+   * and arrays of bits, strings and variants always take the nearest voxel. Default: INTERPOLATION_LINEAR.
    */
   vtkSetClampMacro(Interpolation, int, INTERPOLATION_LINEAR, INTERPOLATION_NEAREST);
   vtkGetMacro(Interpolation, int);
@@ -468,7 +493,7 @@ public:
   ///@{
   /**
    * Voxels added on every side of output 0, for tissue that leaves the image, [0, 4096]. A single slice stays a single
-   * slice: axes with one voxel are not padded. Default: 0.
+   * slice: axes with one voxel are not padded. More than 2^28 voxels with the padding are an error. Default: 0.
    */
   vtkSetClampMacro(OutputPadding, int, 0, 4096);
   vtkGetMacro(OutputPadding, int);

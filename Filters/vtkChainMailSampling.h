@@ -4,6 +4,8 @@
 #ifndef vtkChainMailSampling_h
 #define vtkChainMailSampling_h
 
+#include "Model.h"
+
 #include "vtkAbstractArray.h"
 #include "vtkBitArray.h"
 #include "vtkDataArray.h"
@@ -14,22 +16,38 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <memory>
+#include <new>
 #include <type_traits>
 #include <vector>
 
 namespace vtkChainMailSampling
 {
 
-/// Gives `array` the name, components and information of `like`, and room for so many tuples.
-inline void Describe(vtkAbstractArray* array, vtkAbstractArray* like, vtkIdType tuples)
+/// Room for so many tuples of a number of bytes; of `zeros`, the system gives memory to what is written to, when it is.
+/// Throws std::bad_alloc, where VTK's own allocation would end the process unless VTK was built for release.
+inline void Allocate(vtkDataArray* array, vtkIdType tuples, bool zeros = false)
+{
+  const vtkIdType values = tuples * array->GetNumberOfComponents();
+  const std::size_t size = static_cast<std::size_t>(array->GetDataTypeSize());
+  void* memory = zeros ? std::calloc(values, size) : std::malloc(values * size);
+  if (!memory && values > 0)
+  {
+    throw std::bad_alloc();
+  }
+  array->SetVoidArray(memory, values, 0, vtkAbstractArray::VTK_DATA_ARRAY_FREE);
+}
+
+/// Gives `array` the name, components and information of `like`.
+inline void Describe(vtkAbstractArray* array, vtkAbstractArray* like)
 {
   array->SetName(like->GetName());
   array->SetNumberOfComponents(like->GetNumberOfComponents());
   array->CopyComponentNames(like);
-  array->SetNumberOfTuples(tuples);
   if (like->HasInformation())
   {
     array->CopyInformation(like->GetInformation());
@@ -47,9 +65,35 @@ inline vtkSmartPointer<vtkDataArray> Interleaved(vtkDataArray* array)
     return array;
   }
   auto copy = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(array->GetDataType()));
-  Describe(copy, array, array->GetNumberOfTuples());
+  Describe(copy, array);
+  Allocate(copy, array->GetNumberOfTuples());
   array->ExportToVoidPointer(copy->GetVoidPointer(0));
   return copy;
+}
+
+/**
+ * The size of an image of so many voxels with so many more on every side: axes with a single one have no sides.
+ */
+inline chainmail::Grid Padded(const std::array<int, 3>& size, int padding)
+{
+  chainmail::Grid grid;
+  for (int a = 0; a < 3; ++a)
+  {
+    grid.size[a] = size[a] + (size[a] > 1 ? 2 * padding : 0);
+  }
+  return grid;
+}
+
+/**
+ * The most padding, up to `wanted`, with which there are no more voxels than can be handled.
+ */
+inline int FittingPadding(const std::array<int, 3>& size, int wanted)
+{
+  while (wanted > 0 && !Padded(size, wanted).fits())
+  {
+    --wanted;
+  }
+  return wanted;
 }
 
 /**
@@ -65,6 +109,16 @@ struct Grids
   vtkIdType InputVoxels() const { return static_cast<vtkIdType>(this->Size[0]) * this->Size[1] * this->Size[2]; }
   vtkIdType OutputWidth(int axis) const { return this->Size[axis] + 2 * static_cast<vtkIdType>(this->Padding[axis]); }
   vtkIdType OutputVoxels() const { return this->OutputWidth(0) * this->OutputWidth(1) * this->OutputWidth(2); }
+  /// The grids of the cells between the voxels.
+  Grids Cells() const
+  {
+    Grids cells = *this;
+    for (int& width : cells.Size)
+    {
+      width = std::max(width - 1, 1);
+    }
+    return cells;
+  }
   vtkIdType InputId(int i, int j, int k) const
   {
     return i + this->Size[0] * (j + this->Size[1] * static_cast<vtkIdType>(k));
@@ -106,6 +160,11 @@ struct Box
 };
 
 /**
+ * Whether a voxel of the input is tissue at rest. Called from several threads.
+ */
+using TissueTest = std::function<bool(vtkIdType)>;
+
+/**
  * One array of the output, made from one of the input.
  */
 class ArraySampler
@@ -126,8 +185,9 @@ public:
 template <typename T> class NumericSampler : public ArraySampler
 {
 public:
-  /// `background` NaN: the smallest finite value of each component.
-  NumericSampler(vtkDataArray* original, const Grids& grids, bool nearest, double background)
+  /// See MakeSampler().
+  NumericSampler(
+    vtkDataArray* original, const Grids& grids, bool nearest, double background, const TissueTest& isTissue)
     : Original(original)
     , Input(Interleaved(original))
     , In(static_cast<const T*>(this->Input->GetVoidPointer(0)))
@@ -135,6 +195,7 @@ public:
     , G(grids)
     , Nearest(nearest)
     , BackgroundValue(background)
+    , IsTissue(isTissue)
   {
     this->Step[0] = this->Components;
     this->Step[1] = this->Step[0] * grids.Size[0];
@@ -252,9 +313,43 @@ private:
     }
   }
 
+  struct Weighted
+  {
+    double Value;
+    double Weight;
+  };
+
+  /// As Interpolate(), but values beside tissue that are not finite have no weight: they would blot it out. Tissue's
+  /// own ones are kept, so that what is not known of it stays so. Where the nearest voxel is such a value, so is the
+  /// place: else tissue would grow by half a voxel on all sides.
+  template <int Axis> Weighted InterpolateKnown(const T* corner, const double* share) const
+  {
+    if constexpr (Axis < 0)
+    {
+      const bool known = std::isfinite(*corner) || this->IsTissue((corner - this->In) / this->Components);
+      return { static_cast<double>(*corner), known ? 1.0 : 0.0 };
+    }
+    else
+    {
+      const Weighted low = this->template InterpolateKnown<Axis - 1>(corner, share);
+      if (share[Axis] == 0.0)
+      {
+        return low;
+      }
+      const Weighted high = this->template InterpolateKnown<Axis - 1>(corner + this->Step[Axis], share);
+      const double part = share[Axis] * high.Weight;
+      const double whole = (1.0 - share[Axis]) * low.Weight + part;
+      return { high.Weight == 0.0  ? low.Value
+               : low.Weight == 0.0 ? high.Value
+                                   : Between(low.Value, high.Value, part / whole),
+        whole };
+    }
+  }
+
   void SampleAt(const std::array<int, 3>& voxel, const float* offset, T* out) const
   {
     const T* corner = this->In;
+    vtkIdType toNearest = 0;
     double share[3];
     bool onGrid = true;
     for (int a = 0; a < 3; ++a)
@@ -264,6 +359,7 @@ private:
       const double index = std::floor(this->Nearest ? place + 0.5 : place);
       share[a] = this->Nearest ? 0.0 : place - index;
       onGrid = onGrid && share[a] == 0.0;
+      toNearest += share[a] >= 0.5 ? this->Step[a] : 0;
       corner += static_cast<vtkIdType>(index) * this->Step[a];
     }
     if (onGrid)
@@ -273,7 +369,18 @@ private:
     }
     for (int c = 0; c < this->Components; ++c)
     {
-      out[c] = FromDouble(this->template Interpolate<2>(corner + c, share, corner[c]), corner[c]);
+      const double value = this->template Interpolate<2>(corner + c, share, corner[c]);
+      if constexpr (std::is_floating_point<T>::value)
+      {
+        if (!std::isfinite(value))
+        {
+          const Weighted nearest = this->template InterpolateKnown<-1>(corner + c + toNearest, share);
+          out[c] = nearest.Weight > 0.0 ? ToType(this->template InterpolateKnown<2>(corner + c, share).Value)
+                                        : static_cast<T>(nearest.Value);
+          continue;
+        }
+      }
+      out[c] = FromDouble(value, corner[c]);
     }
   }
 
@@ -285,7 +392,8 @@ private:
     }
     this->MakeBackground();
     this->Output.TakeReference(this->Input->NewInstance());
-    Describe(this->Output, this->Original, this->G.OutputVoxels());
+    Describe(this->Output, this->Original);
+    Allocate(this->Output, this->G.OutputVoxels());
     this->Output->SetLookupTable(this->Original->GetLookupTable());
     this->Out = static_cast<T*>(this->Output->GetVoidPointer(0));
     if (this->G.IsPadded())
@@ -338,6 +446,7 @@ private:
   Grids G;
   bool Nearest;
   double BackgroundValue;
+  TissueTest IsTissue;
   vtkIdType Step[3];
   std::vector<T> Background;
   vtkSmartPointer<vtkDataArray> Output;
@@ -409,7 +518,8 @@ private:
       }
     }
     this->Output.TakeReference(this->Input->NewInstance());
-    Describe(this->Output, this->Input, this->G.OutputVoxels());
+    Describe(this->Output, this->Input);
+    this->Output->SetNumberOfTuples(this->G.OutputVoxels());
     if (this->G.IsPadded())
     {
       for (vtkIdType v = 0; v < this->G.OutputVoxels(); ++v)
@@ -438,21 +548,41 @@ private:
 };
 
 /**
- * The sampler for an array. `background` NaN: the array's own smallest finite value.
+ * The sampler for an array. `background` NaN: the array's own smallest finite value, by component.
  */
 inline std::unique_ptr<ArraySampler> MakeSampler(
-  vtkAbstractArray* input, const Grids& grids, bool nearest, double background)
+  vtkAbstractArray* input, const Grids& grids, bool nearest, double background, const TissueTest& isTissue)
 {
   vtkDataArray* numbers = vtkDataArray::SafeDownCast(input);
   if (numbers)
   {
     switch (numbers->GetDataType())
     {
-      vtkTemplateMacro(return std::make_unique<NumericSampler<VTK_TT>>(numbers, grids, nearest, background));
+      vtkTemplateMacro(return std::make_unique<NumericSampler<VTK_TT>>(numbers, grids, nearest, background, isTissue));
     }
   }
   return std::make_unique<TupleSampler>(input, grids);
 }
+
+/**
+ * An array of the grid, not of what moves through it, such as which of its voxels are blank: it stays where it is, with
+ * 0 in the padding.
+ */
+class StillArray : public ArraySampler
+{
+public:
+  StillArray(vtkAbstractArray* input, const Grids& grids)
+    : Padded(MakeSampler(input, grids, true, 0.0, nullptr))
+  {
+  }
+
+  void Sample(const Box&) override {}
+
+  vtkAbstractArray* GetOutput() override { return this->Padded->GetOutput(); }
+
+private:
+  std::unique_ptr<ArraySampler> Padded;
+};
 
 }
 

@@ -15,7 +15,11 @@ namespace
 {
 
 constexpr float air = -std::numeric_limits<float>::infinity();
-constexpr std::size_t maxVoxels = std::size_t(1) << 28;
+
+std::string toString(const Index3& size)
+{
+  return std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]);
+}
 
 /// Calls `f` with a pointer of the array's own type.
 template <typename F> auto dispatch(const ArrayView& view, F&& f)
@@ -112,26 +116,31 @@ private:
 
 }
 
-Model::Model(const Grid& grid, const ArrayView& scalars, const Material& material, const Anchors& anchors)
-  : grid_(grid)
-  , anchors_(anchors)
+void Grid::check() const
 {
   for (int a = 0; a < 3; ++a)
   {
-    if (grid.size[a] < 1)
+    if (this->size[a] < 1)
     {
       throw InputError("The image is empty: give one with at least one voxel on every axis.");
     }
-    if (!(grid.spacing[a] > 0.0) || !std::isfinite(grid.spacing[a]))
+    if (!(this->spacing[a] > 0.0) || !std::isfinite(this->spacing[a]))
     {
       throw InputError("The spacing of the image is not positive on every axis.");
     }
   }
-  if (grid.voxels() > maxVoxels)
+  if (!this->fits())
   {
-    throw InputError("The image has " + std::to_string(grid.voxels()) + " voxels; at most " +
-                     std::to_string(maxVoxels) + " can be handled. Crop it or resample it to fewer.");
+    throw InputError("The image has " + toString(this->size) + " voxels; at most " + std::to_string(maxVoxels) +
+                     " can be handled. Crop it or resample it to fewer.");
   }
+}
+
+Model::Model(const Grid& grid, const ArrayView& scalars, const Material& material, const Anchors& anchors)
+  : grid_(grid)
+  , anchors_(anchors)
+{
+  grid.check();
   if (!scalars)
   {
     throw InputError("The image has no scalars to tell tissue from air: choose an array.");

@@ -16,12 +16,25 @@ using Vector3 = std::array<double, 3>;
 /// own axes, measured from the centre of voxel (0, 0, 0). Arrays over a grid run x fastest, then y, then z.
 struct Grid
 {
+  /// The most voxels of an image that is deformed, and of one that is made of it.
+  static constexpr std::size_t maxVoxels = std::size_t(1) << 28;
+
   Index3 size{ 0, 0, 0 };           ///< voxels per axis
   Vector3 spacing{ 1.0, 1.0, 1.0 }; ///< [mm], positive
+
+  /// Throws InputError: no voxels, a spacing that is not positive, more than maxVoxels.
+  void check() const;
 
   std::size_t voxels() const
   {
     return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]);
+  }
+  /// Whether there are at most maxVoxels.
+  bool fits() const
+  {
+    // The product of all three need not fit its type.
+    const std::size_t layer = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
+    return layer <= maxVoxels && layer * static_cast<std::size_t>(size[2]) <= maxVoxels;
   }
   std::size_t at(int i, int j, int k) const
   {
@@ -90,8 +103,7 @@ struct Anchors
 class Model
 {
 public:
-  /// Throws InputError: an empty grid, no finite tissue at all, a constraint outside [0, 1), a spacing that is not
-  /// positive, more than 2^28 voxels.
+  /// Throws InputError: what Grid::check() finds, no finite tissue at all, a constraint outside [0, 1).
   Model(const Grid& grid, const ArrayView& scalars, const Material& material, const Anchors& anchors);
 
   /// Reads the signed constraints (see row()) of `count` voxels from one on along x.

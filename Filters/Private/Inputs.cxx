@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Inputs.h"
 
+#include "Error.h"
+#include "Model.h"
+
 #include "vtkCellArray.h"
 #include "vtkCellData.h"
 #include "vtkCompositeDataIterator.h"
@@ -84,6 +87,10 @@ Fingerprint Leaf::GetFingerprint() const
 Fingerprint Inputs::GetFingerprint() const
 {
   Fingerprint h = FingerprintOf(this->Problem.data(), this->Problem.size());
+  if (!this->Problem.empty())
+  {
+    return h; // nothing else is looked at
+  }
   if (this->Image)
   {
     vtkImageData* image = this->Image;
@@ -137,6 +144,20 @@ Inputs CollectInputs(vtkInformationVector** inputs)
       all.Problem = "The input is a " + std::string(data->GetClassName()) +
                     ", but one image is deformed at a time. Make a filter for each of its images, or one image of them "
                     "with Resample To Image.";
+    }
+    if (all.Image && all.Image->GetNumberOfPoints() > 0)
+    {
+      chainmail::Grid grid;
+      all.Image->GetDimensions(grid.size.data());
+      all.Image->GetSpacing(grid.spacing.data());
+      try
+      {
+        grid.check(); // before anything is read of it
+      }
+      catch (const chainmail::InputError& error)
+      {
+        all.Problem = error.what();
+      }
     }
   }
 

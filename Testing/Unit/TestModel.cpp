@@ -202,9 +202,17 @@ TEST(Model, RefusesWhatItCannotUse)
     grid.spacing[1] = spacing;
     EXPECT_TRUE(contains(message(grid, good, percent(0)), "spacing")) << spacing;
   }
-  Grid huge = rowOf(1 << 10);
-  huge.size = { 1 << 10, 1 << 10, 1 << 10 };
-  EXPECT_TRUE(contains(message(huge, good, percent(0)), "voxels"));
+  // One layer too many; and 2^64 voxels, which is 0 in 64 bits.
+  for (const Index3& size : { Index3{ 1 << 10, 1 << 10, (1 << 8) + 1 }, Index3{ 1 << 22, 1 << 22, 1 << 20 } })
+  {
+    Grid huge = rowOf(1);
+    huge.size = size;
+    EXPECT_FALSE(huge.fits());
+    EXPECT_TRUE(contains(message(huge, good, percent(0)), "voxels"));
+  }
+  Grid largest = rowOf(1);
+  largest.size = { 1 << 10, 1 << 10, 1 << 8 };
+  EXPECT_TRUE(largest.fits());
 
   const std::string allAir = message(rowOf(3), good, percent(31.0));
   EXPECT_TRUE(contains(allAir, "air") && contains(allAir, "threshold")) << allAir;
