@@ -63,7 +63,6 @@ def show_volume(source, view, name, colours, opacities):
 
 def capture(view):
     """What the view shows, brought up to date, as pixels [row from below, column, rgb], 0..255."""
-    Render(view)
     window = view.CaptureWindow(1)
     width, height, _ = window.GetDimensions()
     return vtk_to_numpy(window.GetPointData().GetScalars()).reshape(height, width, -1)[:, :, :3].copy()
