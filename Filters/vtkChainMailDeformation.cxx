@@ -1885,7 +1885,8 @@ void vtkChainMailDeformation::Reset()
 bool vtkChainMailDeformation::GetNeedsUpdate()
 {
   const bool needed = this->Mode == MODE_INTERACTIVE && this->Internals->WantsUpdate;
-  if (needed)
+  // Of several processes perhaps one alone is asked. It would go on alone, and wait for the others without end.
+  if (needed && !this->Internals->ComputedInParallel)
   {
     this->Modified();
   }
@@ -2185,7 +2186,7 @@ int vtkChainMailDeformation::RequestData(
     internals.WantsUpdate = internals.Last.NeedsUpdate;
     internals.Interacting = internals.Last.Interacting;
     internals.ResetRequested = internals.ResetRequested && !internals.Last.Error.empty();
-    if (!internals.Last.Error.empty())
+    if (!internals.Last.Error.empty() && exchange.IsRoot())
     {
       vtkErrorMacro(<< internals.Last.Error);
     }

@@ -291,8 +291,9 @@ public:
   /**
    * Whether another update would change the output though no input or property did: with MODE_INTERACTIVE, after an
    * update that ended before its waves had finished or before relaxation converged, and after Reset(). Where it is true
-   * the filter is Modified(), so that the next Update() does it. False after an update that failed or was stopped.
-   * ParaView's window asks this some times a second and updates the filter for as long as it is true.
+   * the filter is Modified(), so that the next Update() does it; not where several processes update it together: then
+   * call Modified() on each of them. False after an update that failed or was stopped. ParaView's window asks this some
+   * times a second and updates the filter for as long as it is true; scripts ask by the property of this name.
    */
   bool GetNeedsUpdate();
 

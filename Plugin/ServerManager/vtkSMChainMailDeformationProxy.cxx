@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSMChainMailDeformationProxy.h"
 
+#include "vtkClientServerStream.h"
 #include "vtkObjectFactory.h"
 #include "vtkPVDataInformation.h"
 #include "vtkPVXMLElement.h"
@@ -40,4 +41,16 @@ vtkPVXMLElement* vtkSMChainMailDeformationProxy::GetHints()
     }
   }
   return this->SliceHints;
+}
+
+//------------------------------------------------------------------------------
+void vtkSMChainMailDeformationProxy::MarkModified(vtkSMProxy* modifiedProxy)
+{
+  if (modifiedProxy == this && this->ObjectsCreated)
+  {
+    vtkClientServerStream stream;
+    stream << vtkClientServerStream::Invoke << VTKOBJECT(this) << "Modified" << vtkClientServerStream::End;
+    this->ExecuteStream(stream);
+  }
+  this->Superclass::MarkModified(modifiedProxy);
 }

@@ -4,7 +4,6 @@ saved."""
 import os
 import sys
 
-import chainmail.ChainMailFilters  # noqa: F401, so that GetClientSideObject() knows the class and its methods
 import numpy as np
 from paraview import servermanager
 from paraview.simple import *
@@ -20,10 +19,12 @@ deformation = ChainMailDeformation(Input=scan, Probes=[probe], RelaxationIterati
 def settle():
     deformation.MarkModified(deformation)
     deformation.UpdatePipeline()
+    deformation.UpdatePropertyInformation()
     count = 1
-    while deformation.GetClientSideObject().GetNeedsUpdate():
+    while deformation.NeedsUpdate:
         deformation.MarkModified(deformation)
         deformation.UpdatePipeline()
+        deformation.UpdatePropertyInformation()
         count += 1
     if count > 50:
         sys.exit("FAILED: %d updates are more than the window had time for" % count)

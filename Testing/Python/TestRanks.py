@@ -41,8 +41,8 @@ with tempfile.TemporaryDirectory(dir=harness.OUTPUT) as folder:
         done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                               timeout=3000)
         harness.require(done.returncode == 0, "%d processes end with status %d:\n%s", count, done.returncode, done.stdout)
-        # The one error of each scene, from every process.
-        harness.require(done.stdout.count("holds no tissue") == count * len(plan), "%d processes report:\n%s", count, done.stdout)
+        # The one error of each scene.
+        harness.require(done.stdout.count("holds no tissue") == len(plan), "%d processes report:\n%s", count, done.stdout)
         for (name, step, port), whole in wholes.items():
             parts = []
             for rank in range(count):

@@ -44,8 +44,8 @@ def make_view(size, position, focus, up, angle):
     return view
 
 
-def picture(source, view, name, colours, opacities):
-    """The source's volume as pixels [row from below, column, rgb], 0..255. Nothing else is shown meanwhile."""
+def show_volume(source, view, name, colours, opacities):
+    """Shows the source as a volume; its display."""
     display = Show(source, view, "UniformGridRepresentation")
     display.SetRepresentationType("Volume")
     ColorBy(display, ("POINTS", name))
@@ -58,11 +58,22 @@ def picture(source, view, name, colours, opacities):
     display.Ambient, display.Diffuse, display.Specular, display.SpecularPower = 0.2, 0.9, 0.2, 20
     display.ScalarOpacityUnitDistance = 2.0
     display.VolumeRenderingMode = "GPU Based"
-    Render(view)
+    return display
+
+
+def capture(view):
+    """What the view shows, brought up to date, as pixels [row from below, column, rgb], 0..255."""
     window = view.CaptureWindow(1)
-    Hide(source, view)
     width, height, _ = window.GetDimensions()
     return vtk_to_numpy(window.GetPointData().GetScalars()).reshape(height, width, -1)[:, :, :3].copy()
+
+
+def picture(source, view, name, colours, opacities):
+    """The source's volume as pixels. Nothing else is shown meanwhile."""
+    show_volume(source, view, name, colours, opacities)
+    pixels = capture(view)
+    Hide(source, view)
+    return pixels
 
 
 def write(pixels, path):
