@@ -18,6 +18,9 @@ float rounding(float displacement)
 
 /// A probe that still does not fit after so many attempts stays where it is.
 constexpr int mostAttempts = 50;
+
+/// A probe that goes to and fro so often has no place between those that hold against it, or none but for rounding.
+constexpr int mostTurns = 3;
 }
 
 Waves::Waves(Bricks& bricks, Holds& holds)
@@ -304,26 +307,21 @@ bool Waves::settled()
   {
     const bool tooHigh = conflict.tooHigh[a] > wave.tolerance[a];
     const bool tooLow = conflict.tooLow[a] > wave.tolerance[a];
-    if (tooHigh && tooLow)
-    {
-      wave.stays[a] = true;
-      continue;
-    }
     const int way = tooHigh ? -1 : tooLow ? 1 : 0;
-    const bool little = (tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a]) <= 4.0 * wave.tolerance[a];
-    if (little && way * wave.lastWay[a] < 0)
+    wave.turns[a] += way * wave.lastWay[a] < 0 ? 1 : 0;
+    wave.lastWay[a] = way == 0 ? wave.lastWay[a] : way;
+    if ((tooHigh && tooLow) || wave.turns[a] == mostTurns)
     {
-      // To and fro: all that is left between those that hold against the probe is rounding.
       wave.stays[a] = true;
     }
     else if (way != 0)
     {
       // The conflict of a long wave is known less exactly, so a large step stops short of it.
       const double excess = tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a];
-      const double step = excess - (!little && excess > 0.1 * std::fabs(wave.to[a]) ? wave.tolerance[a] : 0.0);
+      const bool large = excess > 4.0 * wave.tolerance[a] && excess > 0.1 * std::fabs(wave.to[a]);
+      const double step = excess - (large ? wave.tolerance[a] : 0.0);
       wave.to[a] = static_cast<float>(wave.to[a] + (tooHigh ? -step : step));
       wave.to[a] = std::fabs(wave.to[a]) <= wave.tolerance[a] ? 0.0f : wave.to[a];
-      wave.lastWay[a] = little ? way : 0;
     }
   }
   if (wave.attempts == mostAttempts)

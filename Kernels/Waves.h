@@ -57,7 +57,8 @@ private:
     std::vector<float> before;              ///< displacements of these
     std::array<float, 3> to{};              ///< of a single one, since it grabbed
     std::array<bool, 3> stays{};            ///< axes that a single one cannot move along
-    std::array<int, 3> lastWay{};           ///< signs of its last small corrections
+    std::array<int, 3> lastWay{};           ///< signs of its last corrections
+    std::array<int, 3> turns{};             ///< how often they changed
     std::array<float, 3> tolerance{};       ///< conflict on an axis that is no more than rounding
     float enough = 0.0f;                    ///< conflict that ends an attempt early
     int attempts = 0;
