@@ -4,6 +4,7 @@
 #include "CoarseToFine.h"
 #include "Cutting.h"
 #include "Error.h"
+#include "HeldBy.h"
 #include "Measurement.h"
 #include "ModelReduction.h"
 #include "PaperRelaxation.h"
@@ -48,6 +49,7 @@ public:
   PropagateResult propagate(int iterations);
   RelaxResult relax(int iterations, double tolerance);
   std::vector<ProbeResult> probes();
+  HeldBy heldBy(std::size_t probe);
   Statistics measure();
   void displacements(float* out, bool zeroed);
   void propagationTimes(float* out);
@@ -259,6 +261,63 @@ std::vector<ProbeResult> Simulation::Impl::probes()
   std::vector<ProbeResult> results = this->holds_.reached();
   this->addForces(results);
   return results;
+}
+
+HeldBy Simulation::Impl::heldBy(std::size_t probe)
+{
+  const std::vector<Holds::Pointer>& hands = this->holds_.all();
+  if (probe >= hands.size())
+  {
+    throw InputError("There is no probe " + std::to_string(probe) + " to ask about.");
+  }
+  HeldBy heldBy;
+  const Hold& hand = *hands[probe];
+  if (hand.probe.anchor || hand.voxels.empty() || this->waves_.underWay())
+  {
+    return heldBy;
+  }
+  const Vector3 reached = this->holds_.reached()[probe].reached;
+  Vector3 lack;
+  for (int a = 0; a < 3; ++a)
+  {
+    lack[a] = hand.probe.displacement[a] - reached[a];
+  }
+  const auto most =
+    std::max_element(lack.begin(), lack.end(), [](double a, double b) { return std::fabs(a) < std::fabs(b); });
+  const int axis = static_cast<int>(most - lack.begin());
+  if (std::fabs(*most) <= 1e-5 * (std::fabs(hand.probe.displacement[axis]) + this->model_->grid().spacing[axis]))
+  {
+    return heldBy; // rounding
+  }
+  const std::optional<Grip> grip = findGrip(this->bricks_, hands, hand, axis, *most > 0.0 ? 1.0 : -1.0);
+  if (!grip)
+  {
+    return heldBy;
+  }
+  heldBy.bone = grip->rigidly;
+  for (std::size_t n = 0; n < hands.size(); ++n)
+  {
+    if (std::binary_search(hands[n]->voxels.begin(), hands[n]->voxels.end(), grip->voxel))
+    {
+      heldBy.what = HeldBy::What::Probe;
+      heldBy.probe = n;
+      return heldBy;
+    }
+  }
+  heldBy.what = HeldBy::What::Rigid;
+  for (const std::size_t voxel :
+    this->reduction_ ? this->reduction_->voxelsOf(grip->voxel) : std::vector<std::size_t>{ grip->voxel })
+  {
+    const Index3 at = this->model_->grid().indexOf(voxel);
+    const int face = this->model_->anchoringFace(at[0], at[1], at[2]);
+    if (face >= 0)
+    {
+      heldBy.what = HeldBy::What::Face;
+      heldBy.face = face;
+      return heldBy;
+    }
+  }
+  return heldBy;
 }
 
 /// Gradients of the energy where the voxels of a hand, with the bone they are part of, move together.
@@ -684,6 +743,11 @@ RelaxResult Simulation::relax(int iterations, double tolerance)
 std::vector<ProbeResult> Simulation::probes() const
 {
   return translated([&] { return this->impl_->probes(); });
+}
+
+HeldBy Simulation::heldBy(std::size_t probe) const
+{
+  return translated([&] { return this->impl_->heldBy(probe); });
 }
 
 Statistics Simulation::measure() const

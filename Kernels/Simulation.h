@@ -67,6 +67,23 @@ struct ProbeResult
   std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
 };
 
+/// What keeps a probe short of its displacement.
+struct HeldBy
+{
+  enum class What
+  {
+    Nothing, ///< it got all, or its wave has not come to its end
+    Probe,   ///< the tissue that another probe holds
+    Face,    ///< tissue that is anchored at a face of the grid
+    Rigid    ///< anchored rigid tissue
+  };
+
+  What what = What::Nothing;
+  std::size_t probe = 0; ///< the number of that probe
+  int face = 0;          ///< that face, as Anchors::faces
+  bool bone = false;     ///< the bone that the probe grips is itself held by it; else tissue between stretches no more
+};
+
 /// A cutting surface: triangles in [mm], see Grid. It need not be closed, flat or connected.
 struct Surface
 {
@@ -191,6 +208,11 @@ public:
 
   /// The probes of the last hold() in the current state.
   std::vector<ProbeResult> probes() const;
+
+  /// What keeps one of these probes from going further, on the axis on which it lacks most [mm]: the nearest where
+  /// several do. A search on the host through the tissue that the probe strains: meant for a few probes that got much
+  /// less than they asked for.
+  HeldBy heldBy(std::size_t probe) const;
 
   Statistics measure() const;
 
