@@ -5,6 +5,7 @@
 #include "Error.h"
 #include "Model.h"
 #include "Simulation.h"
+#include "vtkChainMailProbeWarnings.h"
 #include "vtkChainMailSampling.h"
 
 #include "vtkCellArray.h"
@@ -40,6 +41,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <iomanip>
+#include <iterator>
 #include <limits>
 #include <new>
 #include <numeric>
@@ -336,14 +339,21 @@ template <typename T> std::vector<bool> Recognize(const std::vector<T>& present,
 {
   std::vector<bool> known;
   std::vector<T> kept;
+  std::vector<bool> gone(before.size(), false);
+  std::size_t next = 0; // most often they come in the order that they had
   for (const T& one : present)
   {
-    const auto found = std::find_if(before.begin(), before.end(), [&](const T& other) { return Same(one, other); });
-    known.push_back(found != before.end());
+    std::size_t tried = 0;
+    while (tried < before.size() && (gone[next] || !Same(one, before[next])))
+    {
+      ++tried;
+      next = (next + 1) % before.size();
+    }
+    known.push_back(tried < before.size());
     if (known.back())
     {
-      kept.push_back(std::move(*found));
-      before.erase(found);
+      kept.push_back(std::move(before[next]));
+      gone[next] = true;
     }
   }
   before = std::move(kept);
@@ -380,11 +390,12 @@ struct ProbeOrigin
   vtkIdType Point;
   Vector3 Position; // world
 
-  std::string ToString() const
+  std::string Name() const
   {
     return "Probes input " + std::to_string(this->Input) + ", point " + std::to_string(this->Point) + " at " +
-           ::ToString(this->Position.data()) + ": ";
+           ::ToString(this->Position.data());
   }
+  std::string ToString() const { return this->Name() + ": "; }
 };
 
 /// One update's inputs, checked and in the engine's terms.
@@ -476,7 +487,10 @@ private:
   void Pull(const Scene& scene, const std::vector<std::size_t>& held);
   void Relax(const Scene& scene, const std::vector<std::size_t>& held);
   Method GetMethod() const;
+  void WarnAboutProbes(const Scene& scene, const std::vector<std::size_t>& held);
   void WarnAboutEmptyHands(const Scene& scene, const std::vector<std::size_t>& held);
+  void WarnAboutShortProbes(const Scene& scene, const std::vector<std::size_t>& held);
+  std::string WhatHolds(const Scene& scene, const std::vector<std::size_t>& held, std::size_t probe);
 
   // Writing.
   void WriteDeformed(const Scene& scene, vtkImageData* output);
@@ -551,8 +565,9 @@ private:
   std::unique_ptr<Frame> Space;
   std::vector<chainmail::Probe> Released;
 
-  // Probes that hold nothing and were warned about.
-  std::vector<chainmail::Probe> EmptyHands;
+  // Probes that hold nothing, and those that got far less than they asked for.
+  vtkChainMailProbeWarnings::Known EmptyHands;
+  vtkChainMailProbeWarnings::Known ShortProbes;
 
   // What was reached, shared by the outputs of all updates that find nothing new. The arrays are null where not
   // fetched.
@@ -970,7 +985,8 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
   this->EngineConstraints = constraints;
   this->Model = model;
   this->Simulation = std::move(simulation);
-  this->EmptyHands.clear();
+  this->EmptyHands.Clear();
+  this->ShortProbes.Clear();
   this->MethodUsed = Method(); // as the engine's
   this->Tissue = tissue;
   this->Done = Stage::Built;
@@ -1095,29 +1111,98 @@ void vtkChainMailDeformation::vtkInternals::Relax(const Scene& scene, const std:
 }
 
 //------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WarnAboutProbes(const Scene& scene, const std::vector<std::size_t>& held)
+{
+  this->WarnAboutEmptyHands(scene, held);
+  if (this->Propagation.finished) // else they may still come where they shall be
+  {
+    this->WarnAboutShortProbes(scene, held);
+  }
+}
+
+//------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::WarnAboutEmptyHands(
   const Scene& scene, const std::vector<std::size_t>& held)
 {
-  std::vector<chainmail::Probe> empty;
+  std::vector<std::size_t> empty;
+  std::copy_if(held.begin(), held.end(), std::back_inserter(empty),
+    [this](std::size_t p) { return this->Results[p].elements == 0; });
+  const std::vector<std::size_t> added = this->EmptyHands.Renew(scene.Probes, empty);
+  if (added.size() == 1)
+  {
+    vtkWarningWithObjectMacro(this->Self, << scene.ProbeOrigins[added[0]].ToString()
+                                          << "the probe has no tissue of its own: other probes or anchors hold all "
+                                             "that is within its radius, or it was carved away.");
+  }
+  else if (added.size() > 1)
+  {
+    vtkWarningWithObjectMacro(this->Self,
+      << added.size() << " of " << held.size()
+      << " probes have no tissue of their own: other probes or anchors hold all "
+         "that is within their radii, or it was carved away. They are "
+      << vtkChainMailProbeWarnings::List(added, [&](std::size_t p) { return scene.ProbeOrigins[p].Name(); }));
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WarnAboutShortProbes(
+  const Scene& scene, const std::vector<std::size_t>& held)
+{
+  // What is next to nothing beside a voxel may get lost.
+  const Vector3& spacing = scene.Space.GetSpacing();
+  const double least = 1e-3 * *std::min_element(spacing.begin(), spacing.end());
+  std::vector<std::size_t> shortened;
   for (const std::size_t p : held)
   {
-    if (this->Results[p].elements > 0)
+    const double asked = vtkMath::Norm(scene.Probes[p].displacement.data());
+    if (!scene.Probes[p].anchor && this->Results[p].elements > 0 && asked > least &&
+        vtkMath::Norm(this->Results[p].reached.data()) < 0.5 * asked)
     {
-      continue;
-    }
-    const chainmail::Probe& probe = scene.Probes[p];
-    empty.push_back(probe);
-    // Its displacement is not looked at: one that is dragged is still the same.
-    if (std::none_of(this->EmptyHands.begin(), this->EmptyHands.end(),
-          [&](const chainmail::Probe& known)
-          { return known.position == probe.position && known.radius == probe.radius; }))
-    {
-      vtkWarningWithObjectMacro(this->Self, << scene.ProbeOrigins[p].ToString()
-                                            << "the probe has no tissue of its own: other probes or anchors hold all "
-                                               "that is within its radius, or it was carved away.");
+      shortened.push_back(p);
     }
   }
-  this->EmptyHands = std::move(empty);
+  const std::vector<std::size_t> added = this->ShortProbes.Renew(scene.Probes, shortened);
+  const auto describe = [&](std::size_t p)
+  {
+    std::ostringstream text;
+    text << std::setprecision(3) << "reached " << vtkMath::Norm(this->Results[p].reached.data()) << " of "
+         << vtkMath::Norm(scene.Probes[p].displacement.data()) << " mm" << this->WhatHolds(scene, held, p);
+    return text.str();
+  };
+  if (added.size() == 1)
+  {
+    vtkWarningWithObjectMacro(this->Self, << scene.ProbeOrigins[added[0]].ToString() << describe(added[0]) << ".");
+  }
+  else if (added.size() > 1)
+  {
+    vtkWarningWithObjectMacro(this->Self, << added.size() << " of " << held.size()
+                                          << " probes reached less than half of their displacements: "
+                                          << vtkChainMailProbeWarnings::List(added, [&](std::size_t p)
+                                               { return scene.ProbeOrigins[p].ToString() + describe(p); }));
+  }
+}
+
+//------------------------------------------------------------------------------
+/// What keeps a probe from going further, as the end of a sentence about it.
+std::string vtkChainMailDeformation::vtkInternals::WhatHolds(
+  const Scene& scene, const std::vector<std::size_t>& held, std::size_t probe)
+{
+  using What = chainmail::HeldBy::What;
+  const auto number = std::find(held.begin(), held.end(), probe) - held.begin();
+  const chainmail::HeldBy holder = this->Simulation->heldBy(static_cast<std::size_t>(number));
+  const std::string what = holder.bone ? ", as the bone that it grips " : ", as it is held by tissue that ";
+  const char* const faces[] = { "x-", "x+", "y-", "y+", "z-", "z+" };
+  switch (holder.what)
+  {
+  case What::Probe:
+    return what + (holder.bone ? "is held by " : "is in the hand of ") + scene.ProbeOrigins[held[holder.probe]].Name();
+  case What::Face:
+    return what + "touches the face " + faces[holder.face] + " of the image (AnchoredFaces)";
+  case What::Rigid:
+    return what + "is rigid and anchored (AnchorRigid)";
+  default:
+    return {};
+  }
 }
 
 //------------------------------------------------------------------------------
@@ -1161,7 +1246,7 @@ void vtkChainMailDeformation::vtkInternals::Deform(const Scene& scene)
       });
     this->Run(RELAX, 0.45, 0.75, [&] { this->Relax(scene, all); });
     this->Run(DOWNLOAD, 0.75, 0.75, [&] { this->Statistics = this->Simulation->measure(); });
-    this->WarnAboutEmptyHands(scene, all);
+    this->WarnAboutProbes(scene, all);
     this->Probes = scene.Probes;
     this->Done = Stage::Relaxed;
   }
@@ -1176,7 +1261,8 @@ void vtkChainMailDeformation::vtkInternals::Interact(const Scene& scene)
   {
     this->Mend();
     this->Released.clear();
-    this->EmptyHands.clear();
+    this->EmptyHands.Clear();
+    this->ShortProbes.Clear();
     this->Space = std::make_unique<Frame>(scene.Space);
     this->Interacting = true;
   }
@@ -1222,7 +1308,7 @@ void vtkChainMailDeformation::vtkInternals::Interact(const Scene& scene)
     });
   this->Run(RELAX, 0.45, 0.75, [&] { this->Relax(scene, held); });
   this->Run(DOWNLOAD, 0.75, 0.75, [&] { this->Statistics = this->Simulation->measure(); });
-  this->WarnAboutEmptyHands(scene, held);
+  this->WarnAboutProbes(scene, held);
 }
 
 //------------------------------------------------------------------------------

@@ -61,7 +61,8 @@ struct PropagateResult
 struct ProbeResult
 {
   Vector3 reached{}; ///< [mm] the displacement it got since it grabbed; shorter than asked where the tissue does not
-                     ///< stretch so far, where its wave has not started yet, or where a later probe dragged it back
+                     ///< stretch so far (see Simulation::heldBy()), where its wave has not started yet, or where a
+                     ///< later probe dragged it back
   Vector3 force{}; ///< gradient of the energy at the tissue it holds, with the bone that is part of: what the hand must
                    ///< pull with
   std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
@@ -194,7 +195,9 @@ public:
   /// (0: until nothing changes). An iteration of Timestamp is one link; of Envelope, one pass over all bricks that a
   /// wave has reached.
   ///
-  /// A wave starts when those before it have finished; with Timestamp and Latest it starts at once, and where waves
+  /// Envelope: probes that one call of hold() moved are one wave where they are compatible with each other and with
+  /// what is held; else one half of them goes before the other, and so on. A wave starts when those before it have
+  /// finished; with Timestamp, which gives each probe a wave of its own, and Latest it starts at once, and where waves
   /// overlap the later one prevails.
   PropagateResult propagate(int iterations = 0);
 
