@@ -7,6 +7,7 @@
 #include "Private/Exchange.h"
 #include "Private/Fingerprint.h"
 #include "Private/Inputs.h"
+#include "Private/ProbeWarnings.h"
 #include "Private/SurfaceHistory.h"
 #include "Simulation.h"
 #include "vtkChainMailSampling.h"
@@ -48,6 +49,8 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <iomanip>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <new>
@@ -411,14 +414,21 @@ template <typename T> std::vector<bool> Recognize(const std::vector<T>& present,
 {
   std::vector<bool> known;
   std::vector<T> kept;
+  std::vector<bool> gone(before.size(), false);
+  std::size_t next = 0; // most often they come in the order that they had
   for (const T& one : present)
   {
-    const auto found = std::find_if(before.begin(), before.end(), [&](const T& other) { return Same(one, other); });
-    known.push_back(found != before.end());
+    std::size_t tried = 0;
+    while (tried < before.size() && (gone[next] || !Same(one, before[next])))
+    {
+      ++tried;
+      next = (next + 1) % before.size();
+    }
+    known.push_back(tried < before.size());
     if (known.back())
     {
-      kept.push_back(std::move(*found));
-      before.erase(found);
+      kept.push_back(std::move(before[next]));
+      gone[next] = true;
     }
   }
   before = std::move(kept);
@@ -466,11 +476,11 @@ struct Scene
   {
   }
 
-  /// "Probes input 0, point 3 at (1, 2, 3): ", for messages.
+  /// "Probes input 0, point 3 at (1, 2, 3)", for messages.
   std::string NameOf(const ProbeOrigin& origin) const
   {
     return this->Given.Leaves[origin.Leaf].ToString() + ", point " + std::to_string(origin.Point) + " at " +
-           ToString(origin.Position.data()) + ": ";
+           ToString(origin.Position.data());
   }
 
   const Inputs& Given;
@@ -575,7 +585,10 @@ private:
   void Pull(const Scene& scene, const std::vector<std::size_t>& held);
   void Relax(const Scene& scene, const std::vector<std::size_t>& held);
   Method GetMethod() const;
+  void WarnAboutProbes(const Scene& scene, const std::vector<std::size_t>& held);
   void WarnAboutEmptyHands(const Scene& scene, const std::vector<std::size_t>& held);
+  void WarnAboutShortProbes(const Scene& scene, const std::vector<std::size_t>& held);
+  std::string WhatHolds(const Scene& scene, const std::vector<std::size_t>& held, std::size_t probe);
 
   // Writing.
   void WarnAboutLostArrays(vtkImageData* image);
@@ -662,8 +675,9 @@ private:
   std::unique_ptr<Frame> Space;
   std::vector<chainmail::Probe> Released;
 
-  // Probes that hold nothing and were warned about.
-  std::vector<chainmail::Probe> EmptyHands;
+  // Probes that hold nothing, and those that got far less than they asked for.
+  vtkChainMail::WarnedProbes EmptyHands;
+  vtkChainMail::WarnedProbes ShortProbes;
 
   // Surfaces that met no tissue, or came back to where they were, and were warned about.
   SurfaceHistory CutHistory;
@@ -1001,7 +1015,7 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(Scene& scene)
       points->GetPoint(p, position);
       if (!IsFinite(position))
       {
-        throw InputError(scene.NameOf(origin) + "the position has to be finite.");
+        throw InputError(scene.NameOf(origin) + ": the position has to be finite.");
       }
       chainmail::Probe probe;
       probe.position = scene.Space.PointToEngine(position);
@@ -1009,13 +1023,13 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(Scene& scene)
       probe.radius = radii ? radii->GetTuple1(p) : 0.0;
       if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
       {
-        throw InputError(scene.NameOf(origin) + "the radius is " + std::to_string(probe.radius) +
+        throw InputError(scene.NameOf(origin) + ": the radius is " + std::to_string(probe.radius) +
                          "; it has to be 0 (the nearest element) or a positive length.");
       }
       if (!probe.anchor && !displacements)
       {
         throw InputError(
-          scene.NameOf(origin) + "there is no point array \"Displacement\" to say how far to pull. " +
+          scene.NameOf(origin) + ": there is no point array \"Displacement\" to say how far to pull. " +
           ListArrays(points->GetPointData()) +
           " Add one with 3 components, or an array \"Anchor\" that is not 0 where tissue is to be held in place.");
       }
@@ -1025,7 +1039,7 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(Scene& scene)
         displacements->GetTuple(p, displacement);
         if (!IsFinite(displacement))
         {
-          throw InputError(scene.NameOf(origin) + "the displacement " + ToString(displacement) + " has to be finite.");
+          throw InputError(scene.NameOf(origin) + ": the displacement " + ToString(displacement) + " has to be finite.");
         }
         probe.displacement = scene.Space.VectorToEngine(displacement);
       }
@@ -1247,7 +1261,8 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
   this->EngineConstraints = constraints;
   this->Model = model;
   this->Simulation = std::move(simulation);
-  this->EmptyHands.clear();
+  this->EmptyHands.Clear();
+  this->ShortProbes.Clear();
   this->MethodUsed = Method(); // as the engine's
   this->Tissue = tissue;
   this->Done = Stage::Built;
@@ -1370,7 +1385,7 @@ void vtkChainMailDeformation::vtkInternals::Pull(const Scene& scene, const std::
   catch (const chainmail::ProbeError& error)
   {
     // The user knows it by another name and place.
-    throw InputError(scene.NameOf(scene.ProbeOrigins[held[error.probe]]) + "the probe " + error.problem);
+    throw InputError(scene.NameOf(scene.ProbeOrigins[held[error.probe]]) + ": the probe " + error.problem);
   }
   this->Propagation = this->Simulation->propagate(this->MethodUsed.PropagationIterations);
 }
@@ -1388,29 +1403,98 @@ void vtkChainMailDeformation::vtkInternals::Relax(const Scene& scene, const std:
 }
 
 //------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WarnAboutProbes(const Scene& scene, const std::vector<std::size_t>& held)
+{
+  this->WarnAboutEmptyHands(scene, held);
+  if (this->Propagation.finished) // else they may still come where they shall be
+  {
+    this->WarnAboutShortProbes(scene, held);
+  }
+}
+
+//------------------------------------------------------------------------------
 void vtkChainMailDeformation::vtkInternals::WarnAboutEmptyHands(
   const Scene& scene, const std::vector<std::size_t>& held)
 {
-  std::vector<chainmail::Probe> empty;
+  std::vector<std::size_t> empty;
+  std::copy_if(held.begin(), held.end(), std::back_inserter(empty),
+    [this](std::size_t p) { return this->Results[p].elements == 0; });
+  const std::vector<std::size_t> added = this->EmptyHands.Renew(scene.Probes, empty);
+  if (added.size() == 1)
+  {
+    vtkWarningWithObjectMacro(this->Self, << scene.NameOf(scene.ProbeOrigins[added[0]]) << ": "
+                                          << "the probe has no tissue of its own: other probes or anchors hold all "
+                                             "that is within its radius, or it was carved away.");
+  }
+  else if (added.size() > 1)
+  {
+    vtkWarningWithObjectMacro(this->Self,
+      << added.size() << " of " << held.size()
+      << " probes have no tissue of their own: other probes or anchors hold all "
+         "that is within their radii, or it was carved away. They are "
+      << vtkChainMail::List(added, [&](std::size_t p) { return scene.NameOf(scene.ProbeOrigins[p]); }));
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::vtkInternals::WarnAboutShortProbes(
+  const Scene& scene, const std::vector<std::size_t>& held)
+{
+  // What is next to nothing beside a voxel may get lost.
+  const Vector3& spacing = scene.Space.GetSpacing();
+  const double least = 1e-3 * *std::min_element(spacing.begin(), spacing.end());
+  std::vector<std::size_t> shortened;
   for (const std::size_t p : held)
   {
-    if (this->Results[p].elements > 0)
+    const double asked = vtkMath::Norm(scene.Probes[p].displacement.data());
+    if (!scene.Probes[p].anchor && this->Results[p].elements > 0 && asked > least &&
+        vtkMath::Norm(this->Results[p].reached.data()) < 0.5 * asked)
     {
-      continue;
-    }
-    const chainmail::Probe& probe = scene.Probes[p];
-    empty.push_back(probe);
-    // Its displacement is not looked at: one that is dragged is still the same.
-    if (std::none_of(this->EmptyHands.begin(), this->EmptyHands.end(),
-          [&](const chainmail::Probe& known)
-          { return known.position == probe.position && known.radius == probe.radius; }))
-    {
-      vtkWarningWithObjectMacro(this->Self, << scene.NameOf(scene.ProbeOrigins[p])
-                                            << "the probe has no tissue of its own: other probes or anchors hold all "
-                                               "that is within its radius, or it was carved away.");
+      shortened.push_back(p);
     }
   }
-  this->EmptyHands = std::move(empty);
+  const std::vector<std::size_t> added = this->ShortProbes.Renew(scene.Probes, shortened);
+  const auto describe = [&](std::size_t p)
+  {
+    std::ostringstream text;
+    text << std::setprecision(3) << "reached " << vtkMath::Norm(this->Results[p].reached.data()) << " of "
+         << vtkMath::Norm(scene.Probes[p].displacement.data()) << " mm" << this->WhatHolds(scene, held, p);
+    return text.str();
+  };
+  if (added.size() == 1)
+  {
+    vtkWarningWithObjectMacro(this->Self, << scene.NameOf(scene.ProbeOrigins[added[0]]) << ": " << describe(added[0]) << ".");
+  }
+  else if (added.size() > 1)
+  {
+    vtkWarningWithObjectMacro(this->Self, << added.size() << " of " << held.size()
+                                          << " probes reached less than half of their displacements: "
+                                          << vtkChainMail::List(added, [&](std::size_t p)
+                                               { return scene.NameOf(scene.ProbeOrigins[p]) + ": " + describe(p); }));
+  }
+}
+
+//------------------------------------------------------------------------------
+/// What keeps a probe from going further, as the end of a sentence about it.
+std::string vtkChainMailDeformation::vtkInternals::WhatHolds(
+  const Scene& scene, const std::vector<std::size_t>& held, std::size_t probe)
+{
+  using What = chainmail::HeldBy::What;
+  const auto number = std::find(held.begin(), held.end(), probe) - held.begin();
+  const chainmail::HeldBy holder = this->Simulation->heldBy(static_cast<std::size_t>(number));
+  const std::string what = holder.bone ? ", as the bone that it grips " : ", as it is held by tissue that ";
+  const char* const faces[] = { "x-", "x+", "y-", "y+", "z-", "z+" };
+  switch (holder.what)
+  {
+  case What::Probe:
+    return what + (holder.bone ? "is held by " : "is in the hand of ") + scene.NameOf(scene.ProbeOrigins[held[holder.probe]]);
+  case What::Face:
+    return what + "touches the face " + faces[holder.face] + " of the image (AnchoredFaces)";
+  case What::Rigid:
+    return what + "is rigid and anchored (AnchorRigid)";
+  default:
+    return {};
+  }
 }
 
 //------------------------------------------------------------------------------
@@ -1452,7 +1536,7 @@ void vtkChainMailDeformation::vtkInternals::Deform(const Scene& scene)
       });
     this->Run(RELAX, 0.45, 0.75, [&] { this->Relax(scene, all); });
     this->Run(DOWNLOAD, 0.75, 0.75, [&] { this->Statistics = this->Simulation->measure(); });
-    this->WarnAboutEmptyHands(scene, all);
+    this->WarnAboutProbes(scene, all);
     this->Probes = scene.Probes;
     this->Done = Stage::Relaxed;
   }
@@ -1467,7 +1551,8 @@ void vtkChainMailDeformation::vtkInternals::Interact(const Scene& scene)
   {
     this->Mend();
     this->Released.clear();
-    this->EmptyHands.clear();
+    this->EmptyHands.Clear();
+    this->ShortProbes.Clear();
     this->Space = std::make_unique<Frame>(scene.Space);
     this->Interacting = true;
   }
@@ -1513,7 +1598,7 @@ void vtkChainMailDeformation::vtkInternals::Interact(const Scene& scene)
     });
   this->Run(RELAX, 0.45, 0.75, [&] { this->Relax(scene, held); });
   this->Run(DOWNLOAD, 0.75, 0.75, [&] { this->Statistics = this->Simulation->measure(); });
-  this->WarnAboutEmptyHands(scene, held);
+  this->WarnAboutProbes(scene, held);
 }
 
 //------------------------------------------------------------------------------

@@ -18,7 +18,8 @@
  * 2. Probes: all probes are held at their displacements t at once, and tissue follows as little as (C) allows:
  *    u_a(i) = clamp(u0_a(i), max_k(t_k - d_a(k,i)), min_k(t_k + d_a(k,i))), with u0 the displacement before (0 at rest)
  *    and d_a the length of the shortest path of links of length D_a. What happens to a probe that would tear the
- * tissue, ConflictPolicy tells; the array `ProbeReached` tells what each one got.
+ *    tissue, ConflictPolicy tells; the array `ProbeReached` tells what each one got. A probe that got less than half of
+ *    the length it asks for is warned about, with what holds it, when its wave has come to its end.
  * 3. Relaxation: at most RelaxationIterations steps lower the energy, the sum over links and axes of
  *    (u_a(i) - u_a(j))^2 / D_a(i,j), under (C) and with probes and anchors held.
  * 4. Resampling: output voxel y shows the material at X with X + u(X) = y. Voxels that did not change are copies of the
@@ -80,6 +81,7 @@
  *   `Displacement` (3 components, [mm]; needed unless every point is an anchor), `Radius` (optional, [mm], default 0:
  *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is). An element has one
  *   holder; a probe whose tissue others hold, or whose tissue was carved away, moves nothing and is warned about once.
+ *   Warnings count the probes that they are about and name the first few.
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades. Vertices and lines are
  *   ignored, an empty dataset cuts nothing. One that meets no tissue is warned about once, until it does.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,

@@ -46,11 +46,13 @@ void Arrivals::follow(const std::vector<const Hold*>& sources, int front, const 
   context.queue().enqueueFillBuffer(this->arrival_.buffer, std::numeric_limits<cl_float>::infinity(), 0,
     sizeof(cl_float) * axes * this->bricks_.pitch());
   std::vector<int> bricks;
+  std::vector<std::uint32_t> addresses;
   for (const Hold* source : sources)
   {
-    this->bricks_.set(this->arrival_, source->addresses, std::vector<cl_float>(axes * source->addresses.size(), 0.0f));
+    addresses.insert(addresses.end(), source->addresses.begin(), source->addresses.end());
     bricks.insert(bricks.end(), source->bricks.begin(), source->bricks.end());
   }
+  this->bricks_.set(this->arrival_, addresses, std::vector<cl_float>(axes * addresses.size(), 0.0f));
 
   this->spread_.start(bricks);
   this->spread_.run(0, std::numeric_limits<float>::infinity(), checkpoint,

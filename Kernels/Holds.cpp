@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <unordered_set>
 
 namespace chainmail
@@ -70,6 +72,8 @@ public:
     this->reach2_ *= 1.0 + 1e-9;
     this->radius2_ = probe.radius * probe.radius * (1.0 + 1e-9);
   }
+
+  const Probe& probe() const { return this->probe_; }
 
   /// Elements further from the probe than this do not matter [mm].
   double farthest() const { return std::sqrt(std::max(this->reach2_, this->radius2_)); }
@@ -136,12 +140,20 @@ std::vector<float> Hold::displacedBy(const std::array<float, 3>& to) const
   return values;
 }
 
-std::vector<std::size_t> elementsAround(Bricks& bricks, const Probe& probe, std::size_t number)
+std::vector<std::vector<std::size_t>> elementsAround(
+  Bricks& bricks, const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
 {
+  if (probes.empty())
+  {
+    return {};
+  }
   const Grid& grid = bricks.model().grid();
   const int axes = bricks.model().axes();
-  Grasp grasp(probe, grid);
-  const double farthest = grasp.farthest();
+  std::vector<Grasp> grasps;
+  for (const Probe& probe : probes)
+  {
+    grasps.emplace_back(probe, grid);
+  }
   std::vector<float> row;
 
   // Tissue that has moved, brick by brick.
@@ -161,33 +173,41 @@ std::vector<std::size_t> elementsAround(Bricks& bricks, const Probe& probe, std:
     const int brick = bricks.brick(slot);
     displaced.insert(brick);
     const Index3 origin = bricks.origin(brick);
-    Index3 first;
-    Index3 last;
-    bool near = true;
-    for (int a = 0; a < 3; ++a)
+    bool read = false;
+    for (Grasp& grasp : grasps)
     {
-      clampRange(probe.position[a], farthest, grid.spacing[a], figures[n].low[a], figures[n].high[a], origin[a],
-        std::min(origin[a] + size[a], grid.size[a]), first[a], last[a]);
-      near = near && first[a] <= last[a];
-    }
-    if (!near)
-    {
-      continue;
-    }
-    bricks.readSlot(slot, u);
-    row.resize(static_cast<std::size_t>(last[0] - first[0] + 1) * axes);
-    for (int k = first[2]; k <= last[2]; ++k)
-    {
-      for (int j = first[1]; j <= last[1]; ++j)
+      Index3 first;
+      Index3 last;
+      bool near = true;
+      for (int a = 0; near && a < 3; ++a)
       {
-        bricks.row(first[0], j, k, last[0] - first[0] + 1, row.data());
-        for (int i = first[0]; i <= last[0]; ++i)
+        clampRange(grasp.probe().position[a], grasp.farthest(), grid.spacing[a], figures[n].low[a], figures[n].high[a],
+          origin[a], std::min(origin[a] + size[a], grid.size[a]), first[a], last[a]);
+        near = first[a] <= last[a];
+      }
+      if (!near)
+      {
+        continue;
+      }
+      if (!read)
+      {
+        bricks.readSlot(slot, u);
+        read = true;
+      }
+      row.resize(static_cast<std::size_t>(last[0] - first[0] + 1) * axes);
+      for (int k = first[2]; k <= last[2]; ++k)
+      {
+        for (int j = first[1]; j <= last[1]; ++j)
         {
-          if (!std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]))
+          bricks.row(first[0], j, k, last[0] - first[0] + 1, row.data());
+          for (int i = first[0]; i <= last[0]; ++i)
           {
-            const std::uint32_t at = bricks.local(i, j, k);
-            grasp.offer(grid.at(i, j, k), static_cast<double>(i) + u[at], static_cast<double>(j) + u[count + at],
-              static_cast<double>(k) + u[2 * count + at]);
+            if (!std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]))
+            {
+              const std::uint32_t at = bricks.local(i, j, k);
+              grasp.offer(grid.at(i, j, k), static_cast<double>(i) + u[at], static_cast<double>(j) + u[count + at],
+                static_cast<double>(k) + u[2 * count + at]);
+            }
           }
         }
       }
@@ -195,207 +215,260 @@ std::vector<std::size_t> elementsAround(Bricks& bricks, const Probe& probe, std:
   }
 
   // Tissue at rest.
-  Index3 first;
-  Index3 last;
-  for (int a = 0; a < 3; ++a)
+  std::vector<std::vector<std::size_t>> grabbed;
+  for (Grasp& grasp : grasps)
   {
-    clampRange(probe.position[a], farthest, grid.spacing[a], 0.0, 0.0, 0, grid.size[a], first[a], last[a]);
-  }
-  for (int k = first[2]; k <= last[2]; ++k)
-  {
-    for (int j = first[1]; j <= last[1] && first[0] <= last[0]; ++j)
+    Index3 first;
+    Index3 last;
+    for (int a = 0; a < 3; ++a)
     {
-      row.resize(static_cast<std::size_t>(last[0] - first[0] + 1) * axes);
-      bricks.row(first[0], j, k, last[0] - first[0] + 1, row.data());
-      for (int i = first[0]; i <= last[0]; ++i)
+      clampRange(
+        grasp.probe().position[a], grasp.farthest(), grid.spacing[a], 0.0, 0.0, 0, grid.size[a], first[a], last[a]);
+    }
+    for (int k = first[2]; k <= last[2]; ++k)
+    {
+      for (int j = first[1]; j <= last[1] && first[0] <= last[0]; ++j)
       {
-        if (!std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]) &&
-            (displaced.empty() || displaced.count(bricks.brickAt(i, j, k)) == 0))
+        row.resize(static_cast<std::size_t>(last[0] - first[0] + 1) * axes);
+        bricks.row(first[0], j, k, last[0] - first[0] + 1, row.data());
+        for (int i = first[0]; i <= last[0]; ++i)
         {
-          grasp.offer(grid.at(i, j, k), i, j, k);
+          if (!std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]) &&
+              (displaced.empty() || displaced.count(bricks.brickAt(i, j, k)) == 0))
+          {
+            grasp.offer(grid.at(i, j, k), i, j, k);
+          }
         }
       }
     }
-  }
-
-  std::vector<std::size_t> grabbed = grasp.grabbed();
-  if (grabbed.empty())
-  {
-    throw ProbeError(number, nameOf(probe, number),
-      "holds no tissue: there is none within its radius of " + std::to_string(probe.radius) +
-        " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
+    const std::size_t number = numbers[grabbed.size()];
+    grabbed.push_back(grasp.grabbed());
+    if (grabbed.back().empty())
+    {
+      throw ProbeError(number, nameOf(grasp.probe(), number),
+        "holds no tissue: there is none within its radius of " + std::to_string(grasp.probe().radius) +
+          " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
+    }
   }
   return grabbed;
 }
 
-/// `mine` of all that the probe grabbed are its own.
-void Holds::fill(Hold& hold, const std::vector<std::size_t>& mine, const std::vector<std::size_t>& grabbed)
+/// For hands that know their probes and voxels. `places`: where each of them is near.
+void Holds::fill(const std::vector<Pointer>& holds, const std::vector<std::size_t>& places)
 {
   const Grid& grid = this->bricks_.model().grid();
-  const auto addressesOf = [&](const std::vector<std::size_t>& voxels, std::vector<int>& bricks)
+  const std::size_t axes = static_cast<std::size_t>(this->bricks_.model().axes());
+  const auto brickOf = [&](std::size_t voxel)
   {
-    std::vector<Index3> places;
-    for (const std::size_t voxel : voxels)
+    const Index3 at = grid.indexOf(voxel);
+    return this->bricks_.brickAt(at[0], at[1], at[2]);
+  };
+  std::vector<int> needed;
+  for (std::size_t n = 0; n < holds.size(); ++n)
+  {
+    std::vector<int>& bricks = holds[n]->bricks;
+    for (const std::size_t voxel : holds[n]->voxels)
     {
-      places.push_back(grid.indexOf(voxel));
-      bricks.push_back(this->bricks_.brickAt(places.back()[0], places.back()[1], places.back()[2]));
+      bricks.push_back(brickOf(voxel));
     }
     std::sort(bricks.begin(), bricks.end());
     bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
-    this->bricks_.require(bricks);
-    std::vector<std::uint32_t> addresses;
-    for (const Index3& at : places)
+    needed.insert(needed.end(), bricks.begin(), bricks.end());
+    needed.push_back(brickOf(places[n]));
+  }
+  std::sort(needed.begin(), needed.end());
+  needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
+  this->bricks_.require(needed);
+
+  std::vector<std::uint32_t> addresses;
+  for (std::size_t n = 0; n < holds.size(); ++n)
+  {
+    Hold& hold = *holds[n];
+    hold.constraints.resize(axes * hold.voxels.size());
+    for (std::size_t m = 0; m < hold.voxels.size(); ++m)
     {
-      addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
+      const Index3 at = grid.indexOf(hold.voxels[m]);
+      hold.addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
+      this->bricks_.row(at[0], at[1], at[2], 1, hold.constraints.data() + axes * m);
     }
-    return addresses;
-  };
-  hold.voxels = mine;
-  hold.addresses = addressesOf(mine, hold.bricks);
-  hold.grabbed = this->bricks_.displacements(hold.addresses);
-  std::vector<int> bricks;
-  hold.place = addressesOf({ mine.empty() ? grabbed.front() : mine.front() }, bricks).front();
-  const std::vector<float> at = this->bricks_.displacements({ hold.place });
-  std::copy(at.begin(), at.end(), hold.placeGrabbed.begin());
+    const Index3 at = grid.indexOf(places[n]);
+    hold.place = this->bricks_.address(at[0], at[1], at[2]);
+    addresses.insert(addresses.end(), hold.addresses.begin(), hold.addresses.end());
+    addresses.push_back(hold.place);
+  }
+  const std::vector<float> displacements = this->bricks_.displacements(addresses);
+  auto from = displacements.begin();
+  for (const Pointer& hold : holds)
+  {
+    const auto end = from + 3 * hold->addresses.size();
+    hold->grabbed.assign(from, end);
+    std::copy_n(end, 3, hold->placeGrabbed.begin());
+    from = end + 3;
+  }
+}
+
+/// Tells the device what each of these does.
+void Holds::mark(const std::vector<Pointer>& holds)
+{
+  std::vector<std::uint32_t> addresses;
+  std::vector<float> constraints;
+  for (const Pointer& hold : holds)
+  {
+    addresses.insert(addresses.end(), hold->addresses.begin(), hold->addresses.end());
+    for (const float c : hold->constraints)
+    {
+      constraints.push_back(hold->held ? -std::fabs(c) : c);
+    }
+  }
+  this->bricks_.setConstraints(addresses, constraints);
 }
 
 Holds::Change Holds::take(const std::vector<Probe>& probes)
 {
   // First all that can fail for the caller's sake.
+  using Place = std::pair<Vector3, double>;
+  std::multimap<Place, Pointer> left;
+  for (const Pointer& hold : this->holds_)
+  {
+    left.emplace(Place(hold->probe.position, hold->probe.radius), hold);
+  }
   std::vector<Pointer> next(probes.size());
-  std::vector<std::vector<std::size_t>> grabbed(probes.size());
-  std::vector<Pointer> left = this->holds_;
+  std::vector<Probe> newProbes;
+  std::vector<std::size_t> newNumbers;
   for (std::size_t n = 0; n < probes.size(); ++n)
   {
     check(probes[n], n, this->bricks_.model().grid().spacing);
-    const auto same = std::find_if(left.begin(), left.end(),
-      [&](const Pointer& hold)
-      { return hold && hold->probe.position == probes[n].position && hold->probe.radius == probes[n].radius; });
-    if (same != left.end())
+    const Place place(probes[n].position, probes[n].radius);
+    const auto same = left.lower_bound(place); // the first of several
+    if (same != left.end() && same->first == place)
     {
-      next[n] = *same;
-      *same = nullptr;
+      next[n] = same->second;
+      left.erase(same);
     }
     else
     {
-      grabbed[n] = this->grab_(probes[n], n);
+      newProbes.push_back(probes[n]);
+      newNumbers.push_back(n);
     }
   }
-
-  Change change;
-  std::copy_if(left.begin(), left.end(), std::back_inserter(change.released), [](const Pointer& h) { return h; });
+  const std::vector<std::vector<std::size_t>> grabbed = this->grab_(newProbes, newNumbers);
 
   // An element has one holder: whoever has it already, else an anchor, else the first probe that grabs it. The others
   // take what is left, and are compatible with its holder only if the links between allow it.
-  std::vector<std::size_t> taken;
-  const auto take = [&taken](const std::vector<std::size_t>& voxels)
-  {
-    std::vector<std::size_t> both;
-    std::set_union(taken.begin(), taken.end(), voxels.begin(), voxels.end(), std::back_inserter(both));
-    taken.swap(both);
-  };
+  std::unordered_set<std::size_t> taken;
   for (const Pointer& hold : next)
   {
     if (hold)
     {
-      take(hold->voxels);
+      taken.insert(hold->voxels.begin(), hold->voxels.end());
     }
   }
   const Grid& grid = this->bricks_.model().grid();
+  const auto isAnchored = [&](std::size_t voxel)
+  {
+    const Index3 at = grid.indexOf(voxel);
+    float c[3];
+    this->bricks_.row(at[0], at[1], at[2], 1, c);
+    return std::signbit(c[0]);
+  };
+  std::vector<Pointer> made(newProbes.size());
+  std::vector<std::size_t> places(newProbes.size());
   for (const bool anchors : { true, false })
   {
-    for (std::size_t n = 0; n < probes.size(); ++n)
+    for (std::size_t m = 0; m < made.size(); ++m)
     {
-      if (next[n] || probes[n].anchor != anchors)
+      if (newProbes[m].anchor != anchors)
       {
         continue;
       }
-      std::vector<std::size_t> mine;
-      std::set_difference(grabbed[n].begin(), grabbed[n].end(), taken.begin(), taken.end(), std::back_inserter(mine));
-      mine.erase(std::remove_if(mine.begin(), mine.end(),
-                   [&](std::size_t voxel)
-                   {
-                     const Index3 at = grid.indexOf(voxel);
-                     float c[3];
-                     this->bricks_.row(at[0], at[1], at[2], 1, c);
-                     return std::signbit(c[0]);
-                   }),
-        mine.end());
-      take(mine);
-      next[n] = std::make_shared<Hold>();
-      next[n]->probe = probes[n];
-      this->fill(*next[n], mine, grabbed[n]);
-      this->setHeld(*next[n], true);
-      if (!probes[n].anchor)
+      made[m] = std::make_shared<Hold>();
+      made[m]->probe = newProbes[m];
+      for (const std::size_t voxel : grabbed[m])
       {
-        change.moved.push_back(next[n]);
+        if (!isAnchored(voxel) && taken.insert(voxel).second)
+        {
+          made[m]->voxels.push_back(voxel);
+        }
       }
+      places[m] = made[m]->voxels.empty() ? grabbed[m].front() : made[m]->voxels.front();
+      made[m]->held = true;
+      next[newNumbers[m]] = made[m];
     }
   }
+  this->fill(made, places);
+  this->mark(made);
+
+  Change change;
+  std::transform(
+    left.begin(), left.end(), std::back_inserter(change.released), [](const auto& entry) { return entry.second; });
+  auto isNew = newNumbers.begin();
   for (std::size_t n = 0; n < probes.size(); ++n)
   {
-    Probe& before = next[n]->probe;
-    if (!probes[n].anchor && (before.anchor || before.displacement != probes[n].displacement))
+    const Probe before = next[n]->probe;
+    const bool grabs = isNew != newNumbers.end() && *isNew == n;
+    isNew += grabs ? 1 : 0;
+    if (!probes[n].anchor && (grabs || before.anchor || before.displacement != probes[n].displacement))
     {
       change.moved.push_back(next[n]);
     }
-    before = probes[n];
+    next[n]->probe = probes[n];
   }
-  const auto place = [&next](const Pointer& hold) { return std::find(next.begin(), next.end(), hold); };
-  std::sort(
-    change.moved.begin(), change.moved.end(), [&](const Pointer& a, const Pointer& b) { return place(a) < place(b); });
   this->holds_ = std::move(next);
   return change;
 }
 
 void Holds::letGo(const std::vector<Pointer>& released)
 {
+  if (released.empty())
+  {
+    return;
+  }
   for (const Pointer& hold : released)
   {
-    this->setHeld(*hold, false);
+    hold->held = false;
   }
-  for (const Pointer& hold : this->holds_)
-  {
-    if (!released.empty() && hold->held)
-    {
-      hold->held = false;
-      this->setHeld(*hold, true);
-    }
-  }
+  this->mark(released);
+  std::vector<Pointer> others;
+  std::copy_if(this->holds_.begin(), this->holds_.end(), std::back_inserter(others),
+    [](const Pointer& hold) { return hold->held; });
+  this->mark(others);
 }
 
 void Holds::clear()
 {
-  for (const Pointer& hold : this->holds_)
-  {
-    this->setHeld(*hold, false);
-  }
+  this->setHeld([](const Hold&) { return false; });
   this->holds_.clear();
 }
 
 void Holds::forget(const std::vector<std::size_t>& voxels)
 {
+  const Grid& grid = this->bricks_.model().grid();
+  const std::ptrdiff_t axes = this->bricks_.model().axes();
+  std::unordered_set<std::uint32_t> carved;
+  for (const std::size_t voxel : voxels)
+  {
+    const Index3 at = grid.indexOf(voxel);
+    carved.insert(this->bricks_.address(at[0], at[1], at[2]));
+  }
   for (const Pointer& hold : this->holds_)
   {
     Hold kept = *hold;
     kept.voxels.clear();
     kept.addresses.clear();
+    kept.constraints.clear();
     kept.grabbed.clear();
     for (std::size_t n = 0; n < hold->voxels.size(); ++n)
     {
-      if (!std::binary_search(voxels.begin(), voxels.end(), hold->voxels[n]))
+      if (carved.count(hold->addresses[n]) == 0)
       {
         kept.voxels.push_back(hold->voxels[n]);
         kept.addresses.push_back(hold->addresses[n]);
+        const auto c = hold->constraints.begin() + axes * static_cast<std::ptrdiff_t>(n);
+        kept.constraints.insert(kept.constraints.end(), c, c + axes);
         kept.grabbed.insert(kept.grabbed.end(), hold->grabbed.begin() + 3 * n, hold->grabbed.begin() + 3 * n + 3);
       }
     }
-    const bool placeCarved = std::any_of(voxels.begin(), voxels.end(),
-      [&](std::size_t voxel)
-      {
-        const Index3 at = this->bricks_.model().grid().indexOf(voxel);
-        return this->bricks_.address(at[0], at[1], at[2]) == hold->place;
-      });
+    const bool placeCarved = carved.count(hold->place) > 0;
     if (placeCarved && kept.voxels.empty())
     {
       kept.placeGrabbed.fill(0.0f); // carved tissue is at 0
@@ -407,29 +480,6 @@ void Holds::forget(const std::vector<std::size_t>& voxels)
     }
     *hold = std::move(kept);
   }
-}
-
-void Holds::setHeld(Hold& hold, bool held)
-{
-  if (hold.held == held)
-  {
-    return;
-  }
-  hold.held = held;
-  const Grid& grid = this->bricks_.model().grid();
-  const int axes = this->bricks_.model().axes();
-  std::vector<float> values(hold.voxels.size() * axes);
-  for (std::size_t n = 0; n < hold.voxels.size(); ++n)
-  {
-    const Index3 at = grid.indexOf(hold.voxels[n]);
-    float* c = values.data() + n * axes;
-    this->bricks_.row(at[0], at[1], at[2], 1, c);
-    for (int a = 0; held && a < axes; ++a)
-    {
-      c[a] = -std::fabs(c[a]);
-    }
-  }
-  this->bricks_.setConstraints(hold.addresses, values);
 }
 
 std::vector<std::size_t> Holds::voxels() const

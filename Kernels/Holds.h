@@ -16,9 +16,12 @@ struct Hold
   Probe probe;                          ///< as it was last asked for
   std::vector<std::size_t> voxels;      ///< the elements that it holds, ascending
   std::vector<std::uint32_t> addresses; ///< theirs
+  std::vector<float> constraints;       ///< theirs, where nobody holds them, axes() interleaved values each
   std::vector<float> grabbed;           ///< their displacements when they were grabbed, 3 interleaved values each
   std::vector<int> bricks;              ///< that they lie in
   bool held = false;                    ///< whether they are marked as held on the device
+  bool waits = false;                   ///< for its wave to begin
+  bool moves = false;                   ///< by a wave that is under way
 
   /// The element whose displacement is the probe's, and what it was: the first held one; one near the probe, held by
   /// another, where it holds none.
@@ -29,16 +32,18 @@ struct Hold
   std::vector<float> displacedBy(const std::array<float, 3>& to) const;
 };
 
-/// The elements that a probe grabs at the places where they are now, ascending: those within its radius, or the nearest
-/// one. `number` is for messages. Throws ProbeError where there are none.
-std::vector<std::size_t> elementsAround(Bricks& bricks, const Probe& probe, std::size_t number);
+/// What probes with these numbers grab at the places where the elements are now: for each those within its radius, or
+/// the nearest one, ascending. Throws ProbeError where there are none.
+std::vector<std::vector<std::size_t>> elementsAround(
+  Bricks& bricks, const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
 
 /// The hands of all probes, in the order of the probes.
 class Holds
 {
 public:
-  /// Finds what a probe grabs, as elementsAround() does.
-  using Grab = std::function<std::vector<std::size_t>(const Probe&, std::size_t number)>;
+  /// Finds what probes with these numbers grab, as elementsAround() does.
+  using Grab = std::function<std::vector<std::vector<std::size_t>>(
+    const std::vector<Probe>&, const std::vector<std::size_t>& numbers)>;
 
   Holds(Bricks& bricks, Grab grab)
     : bricks_(bricks)
@@ -69,8 +74,21 @@ public:
   /// Takes carved elements out of every hand.
   void forget(const std::vector<std::size_t>& voxels);
 
-  /// Marks its tissue on the device: nothing but its own probe moves what is held.
-  void setHeld(Hold& hold, bool held);
+  /// Marks tissue on the device: nothing but its own probe moves what is held. `isHeld(hold)` says which hands hold
+  /// theirs from now on.
+  template <typename F> void setHeld(const F& isHeld)
+  {
+    std::vector<Pointer> changed;
+    for (const Pointer& hold : this->holds_)
+    {
+      if (hold->held != isHeld(*hold))
+      {
+        hold->held = !hold->held;
+        changed.push_back(hold);
+      }
+    }
+    this->mark(changed);
+  }
 
   /// All voxels in a hand.
   std::vector<std::size_t> voxels() const;
@@ -79,7 +97,8 @@ public:
   std::vector<ProbeResult> reached();
 
 private:
-  void fill(Hold& hold, const std::vector<std::size_t>& mine, const std::vector<std::size_t>& grabbed);
+  void fill(const std::vector<Pointer>& holds, const std::vector<std::size_t>& places);
+  void mark(const std::vector<Pointer>& holds);
 
   Bricks& bricks_;
   Grab grab_;

@@ -275,4 +275,17 @@ void Model::row(int i, int j, int k, int count, float* out) const
   }
 }
 
+int Model::anchoringFace(int i, int j, int k) const
+{
+  const Index3 at{ i, j, k };
+  for (int face = 0; face < 6; ++face)
+  {
+    const int size = this->grid_.size[face / 2];
+    if (this->anchors_.faces[face] && size > 1 && at[face / 2] == (face % 2 == 0 ? 0 : size - 1))
+    {
+      return face;
+    }
+  }
+  return -1;
+}
 }

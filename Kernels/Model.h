@@ -128,6 +128,9 @@ public:
   /// (rigid and anchored: -0.0f). Air is minus infinity.
   void row(int i, int j, int k, int count, float* out) const;
 
+  /// The face of the grid (as Anchors::faces) that a voxel is anchored by, the first of several; -1: none.
+  int anchoringFace(int i, int j, int k) const;
+
 private:
   Grid grid_;
   Anchors anchors_;

@@ -222,8 +222,7 @@ bool ModelReduction::linked(const Index3& voxel, int direction, Index3& neighbou
          (this->whole_.cutBits(voxel[0], voxel[1], voxel[2]) >> direction & 1) == 0 && this->isElement(neighbour);
 }
 
-/// The tissue within the box of an element, ascending.
-ModelReduction::Cell ModelReduction::voxelsOf(std::size_t element) const
+std::vector<std::size_t> ModelReduction::voxelsOf(std::size_t element) const
 {
   const Grid& whole = this->whole_.model().grid();
   const Index3 cell = this->bricks_.model().grid().indexOf(element);

@@ -51,6 +51,9 @@ public:
   /// the one of which it has most. Ascending.
   std::vector<std::size_t> elementsOf(const std::vector<std::size_t>& voxels) const;
 
+  /// The tissue within the box of an element, ascending.
+  std::vector<std::size_t> voxelsOf(std::size_t element) const;
+
   /// So many links of voxels, side by side, go through one of an element: what its energy and its force count for.
   double linksPerLink() const;
 
@@ -85,7 +88,6 @@ private:
   }
   std::size_t parentOf(std::size_t voxel) const;
   std::size_t ownerOf(std::size_t voxel) const;
-  Cell voxelsOf(std::size_t element) const;
   bool isElement(const Index3& voxel) const;
   bool linked(const Index3& voxel, int direction, Index3& neighbour) const;
   std::vector<Cell> pieces(std::size_t element) const;

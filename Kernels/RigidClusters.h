@@ -21,6 +21,9 @@ public:
   /// number.
   static int label(const Bricks& bricks, int axis, std::vector<int>& out);
 
+  /// Which cluster of an axis a voxel belongs to; -1: none.
+  int clusterOf(std::size_t voxel, int axis) const;
+
   /// These voxels (sorted) and all that hang on them rigidly along an image axis.
   std::vector<std::size_t> withClusters(const std::vector<std::size_t>& voxels, int axis) const;
 
@@ -51,8 +54,6 @@ private:
     std::vector<int> bricks;
   };
 
-  /// Which cluster of an axis a voxel belongs to; -1: none.
-  int clusterOf(std::size_t voxel, int axis) const;
   void upload();
 
   Bricks& bricks_;

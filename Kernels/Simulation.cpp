@@ -4,6 +4,7 @@
 #include "CoarseToFine.h"
 #include "Cutting.h"
 #include "Error.h"
+#include "HeldBy.h"
 #include "Measurement.h"
 #include "ModelReduction.h"
 #include "PaperRelaxation.h"
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <unordered_map>
 
 namespace chainmail
 {
@@ -27,7 +29,8 @@ public:
     , voxels_(this->context_, this->model_, settings.brickSize)
     , reduction_(settings.modelReduction == 1 ? nullptr : new ModelReduction(this->voxels_, settings.modelReduction))
     , bricks_(this->reduction_ ? this->reduction_->bricks() : this->voxels_)
-    , holds_(this->bricks_, [this](const Probe& probe, std::size_t number) { return this->grab(probe, number); })
+    , holds_(this->bricks_, [this](const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
+        { return this->grab(probes, numbers); })
     , waves_(this->bricks_, this->holds_)
     , relaxation_(this->bricks_)
     , coarseToFine_(this->bricks_, this->holds_)
@@ -46,6 +49,7 @@ public:
   PropagateResult propagate(int iterations);
   RelaxResult relax(int iterations, double tolerance);
   std::vector<ProbeResult> probes();
+  HeldBy heldBy(std::size_t probe);
   Statistics measure();
   void displacements(float* out, bool zeroed);
   void propagationTimes(float* out);
@@ -69,8 +73,8 @@ private:
   void checkpoint(double share);
   Bricks& voxels();
   void moved();
-  std::vector<std::size_t> grab(const Probe& probe, std::size_t number);
-  Vector3 forceAt(const std::vector<std::size_t>& held);
+  std::vector<std::vector<std::size_t>> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
+  void addForces(std::vector<ProbeResult>& results);
   RigidClusters& rigidClusters();
 
   /// Runs a public call that checkpoints may stop.
@@ -126,10 +130,15 @@ void Simulation::Impl::moved()
   }
 }
 
-std::vector<std::size_t> Simulation::Impl::grab(const Probe& probe, std::size_t number)
+std::vector<std::vector<std::size_t>> Simulation::Impl::grab(
+  const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
 {
-  const std::vector<std::size_t> voxels = elementsAround(this->voxels(), probe, number);
-  return this->reduction_ ? this->reduction_->elementsOf(voxels) : voxels;
+  std::vector<std::vector<std::size_t>> grabbed = elementsAround(this->voxels(), probes, numbers);
+  for (std::vector<std::size_t>& voxels : grabbed)
+  {
+    voxels = this->reduction_ ? this->reduction_->elementsOf(voxels) : voxels;
+  }
+  return grabbed;
 }
 
 void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticRecovery)
@@ -250,71 +259,163 @@ PropagateResult Simulation::Impl::propagate(int iterations)
 std::vector<ProbeResult> Simulation::Impl::probes()
 {
   std::vector<ProbeResult> results = this->holds_.reached();
-  for (std::size_t n = 0; n < results.size(); ++n)
-  {
-    results[n].force = this->forceAt(this->holds_.all()[n]->voxels);
-  }
+  this->addForces(results);
   return results;
 }
 
-/// Gradient of the energy where these voxels, with the bone they are part of, move together.
-Vector3 Simulation::Impl::forceAt(const std::vector<std::size_t>& held)
+HeldBy Simulation::Impl::heldBy(std::size_t probe)
 {
+  const std::vector<Holds::Pointer>& hands = this->holds_.all();
+  if (probe >= hands.size())
+  {
+    throw InputError("There is no probe " + std::to_string(probe) + " to ask about.");
+  }
+  HeldBy heldBy;
+  const Hold& hand = *hands[probe];
+  if (hand.probe.anchor || hand.voxels.empty() || this->waves_.underWay())
+  {
+    return heldBy;
+  }
+  const Vector3 reached = this->holds_.reached()[probe].reached;
+  Vector3 lack;
+  for (int a = 0; a < 3; ++a)
+  {
+    lack[a] = hand.probe.displacement[a] - reached[a];
+  }
+  const auto most =
+    std::max_element(lack.begin(), lack.end(), [](double a, double b) { return std::fabs(a) < std::fabs(b); });
+  const int axis = static_cast<int>(most - lack.begin());
+  if (std::fabs(*most) <= 1e-5 * (std::fabs(hand.probe.displacement[axis]) + this->model_->grid().spacing[axis]))
+  {
+    return heldBy; // rounding
+  }
+  const std::optional<Grip> grip = findGrip(this->bricks_, hands, hand, axis, *most > 0.0 ? 1.0 : -1.0);
+  if (!grip)
+  {
+    return heldBy;
+  }
+  heldBy.bone = grip->rigidly;
+  for (std::size_t n = 0; n < hands.size(); ++n)
+  {
+    if (std::binary_search(hands[n]->voxels.begin(), hands[n]->voxels.end(), grip->voxel))
+    {
+      heldBy.what = HeldBy::What::Probe;
+      heldBy.probe = n;
+      return heldBy;
+    }
+  }
+  heldBy.what = HeldBy::What::Rigid;
+  for (const std::size_t voxel :
+    this->reduction_ ? this->reduction_->voxelsOf(grip->voxel) : std::vector<std::size_t>{ grip->voxel })
+  {
+    const Index3 at = this->model_->grid().indexOf(voxel);
+    const int face = this->model_->anchoringFace(at[0], at[1], at[2]);
+    if (face >= 0)
+    {
+      heldBy.what = HeldBy::What::Face;
+      heldBy.face = face;
+      return heldBy;
+    }
+  }
+  return heldBy;
+}
+
+/// Gradients of the energy where the voxels of a hand, with the bone they are part of, move together.
+void Simulation::Impl::addForces(std::vector<ProbeResult>& results)
+{
+  constexpr std::size_t linksPerTransfer = std::size_t(1) << 20;
   const Grid& grid = this->bricks_.model().grid();
   const int axes = this->model_->axes();
-  Vector3 force{};
+  const double linksPerLink = this->reduction_ ? this->reduction_->linksPerLink() : 1.0;
   for (int component = 0; component < axes; ++component)
   {
-    const std::vector<std::size_t> voxels = this->rigidClusters().withClusters(held, component);
     const auto constraintOf = [&](const Index3& at)
     {
       float c[3];
       this->bricks_.row(at[0], at[1], at[2], 1, c);
       return std::fabs(c[component]);
     };
+    // The links that lead out of hands.
+    std::vector<std::size_t> hands;
     std::vector<std::uint32_t> inner;
     std::vector<std::uint32_t> outer;
     std::vector<float> limits;
-    for (const std::size_t voxel : voxels)
+    const auto addLinks = [&]
     {
-      const Index3 at = grid.indexOf(voxel);
-      const std::uint8_t cut = this->bricks_.cutBits(at[0], at[1], at[2]);
-      for (int d = 0; d < 6; ++d)
+      const std::vector<float> ui = this->bricks_.displacements(inner);
+      const std::vector<float> uj = this->bricks_.displacements(outer);
+      for (std::size_t m = 0; m < limits.size(); ++m)
       {
-        Index3 next = at;
-        next[d / 2] += d % 2 == 0 ? -1 : 1;
-        if ((cut & (1 << d)) != 0 || !grid.contains(next[0], next[1], next[2]) ||
-            std::binary_search(voxels.begin(), voxels.end(), grid.at(next[0], next[1], next[2])))
+        for (int a = 0; a < 3; ++a)
         {
+          if (axes == 1 || a == component)
+          {
+            // d/du of weight * pull^2 in physical units; spacings cancel.
+            const double pull = this->elasticity_.pull(ui[3 * m + a], uj[3 * m + a], limits[m]);
+            results[hands[m]].force[a] -= 2.0 * linksPerLink * Elasticity::weight(limits[m]) * pull;
+          }
+        }
+      }
+      hands.clear();
+      inner.clear();
+      outer.clear();
+      limits.clear();
+    };
+    std::unordered_map<int, std::size_t> onlyThisBone; // the first hand that holds no other tissue
+    std::vector<std::pair<std::size_t, std::size_t>> alike;
+    for (std::size_t hand = 0; hand < results.size(); ++hand)
+    {
+      const std::vector<std::size_t>& held = this->holds_.all()[hand]->voxels;
+      const int bone = held.empty() ? -1 : this->rigidClusters().clusterOf(held.front(), component);
+      if (bone >= 0 && std::all_of(held.begin(), held.end(),
+                         [&](std::size_t voxel) { return this->clusters_->clusterOf(voxel, component) == bone; }))
+      {
+        const auto [first, isFirst] = onlyThisBone.emplace(bone, hand);
+        if (!isFirst)
+        {
+          alike.emplace_back(first->second, hand);
           continue;
         }
-        const float limit = 0.5f * (constraintOf(at) + constraintOf(next));
-        if (!std::isinf(limit))
+      }
+      const std::vector<std::size_t> voxels = this->rigidClusters().withClusters(held, component);
+      for (const std::size_t voxel : voxels)
+      {
+        const Index3 at = grid.indexOf(voxel);
+        const std::uint8_t cut = this->bricks_.cutBits(at[0], at[1], at[2]);
+        for (int d = 0; d < 6; ++d)
         {
-          // An element without memory has not moved; slot 0 says so.
-          inner.push_back(this->bricks_.address(at[0], at[1], at[2]));
-          outer.push_back(this->bricks_.address(next[0], next[1], next[2]));
-          limits.push_back(limit);
+          Index3 next = at;
+          next[d / 2] += d % 2 == 0 ? -1 : 1;
+          if ((cut & (1 << d)) != 0 || !grid.contains(next[0], next[1], next[2]) ||
+              std::binary_search(voxels.begin(), voxels.end(), grid.at(next[0], next[1], next[2])))
+          {
+            continue;
+          }
+          const float limit = 0.5f * (constraintOf(at) + constraintOf(next));
+          if (!std::isinf(limit))
+          {
+            // An element without memory has not moved; slot 0 says so.
+            hands.push_back(hand);
+            inner.push_back(this->bricks_.address(at[0], at[1], at[2]));
+            outer.push_back(this->bricks_.address(next[0], next[1], next[2]));
+            limits.push_back(limit);
+          }
         }
       }
-    }
-    const std::vector<float> ui = this->bricks_.displacements(inner);
-    const std::vector<float> uj = this->bricks_.displacements(outer);
-    for (int a = 0; a < 3; ++a)
-    {
-      for (std::size_t m = 0; (axes == 1 || a == component) && m < limits.size(); ++m)
+      if (limits.size() > linksPerTransfer)
       {
-        // d/du of weight * pull^2 in physical units; spacings cancel.
-        const double pull = this->elasticity_.pull(ui[3 * m + a], uj[3 * m + a], limits[m]);
-        force[a] -= 2.0 * Elasticity::weight(limits[m]) * pull;
+        addLinks();
+      }
+    }
+    addLinks();
+    for (const auto& [first, same] : alike)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        results[same].force[a] = axes == 1 || a == component ? results[first].force[a] : results[same].force[a];
       }
     }
   }
-  for (double& component : force)
-  {
-    component *= this->reduction_ ? this->reduction_->linksPerLink() : 1.0;
-  }
-  return force;
 }
 
 RigidClusters& Simulation::Impl::rigidClusters()
@@ -642,6 +743,11 @@ RelaxResult Simulation::relax(int iterations, double tolerance)
 std::vector<ProbeResult> Simulation::probes() const
 {
   return translated([&] { return this->impl_->probes(); });
+}
+
+HeldBy Simulation::heldBy(std::size_t probe) const
+{
+  return translated([&] { return this->impl_->heldBy(probe); });
 }
 
 Statistics Simulation::measure() const

@@ -61,10 +61,28 @@ struct PropagateResult
 struct ProbeResult
 {
   Vector3 reached{}; ///< [mm] the displacement it got since it grabbed; shorter than asked where the tissue does not
-                     ///< stretch so far, where its wave has not started yet, or where a later probe dragged it back
+                     ///< stretch so far (see Simulation::heldBy()), where its wave has not started yet, or where a
+                     ///< later probe dragged it back
   Vector3 force{}; ///< gradient of the energy at the tissue it holds, with the bone that is part of: what the hand must
                    ///< pull with
   std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
+};
+
+/// What keeps a probe short of its displacement.
+struct HeldBy
+{
+  enum class What
+  {
+    Nothing, ///< it got all, or its wave has not come to its end
+    Probe,   ///< the tissue that another probe holds
+    Face,    ///< tissue that is anchored at a face of the grid
+    Rigid    ///< anchored rigid tissue
+  };
+
+  What what = What::Nothing;
+  std::size_t probe = 0; ///< the number of that probe
+  int face = 0;          ///< that face, as Anchors::faces
+  bool bone = false;     ///< the bone that the probe grips is itself held by it; else tissue between stretches no more
 };
 
 /// A cutting surface: triangles in [mm], see Grid. It need not be closed, flat or connected.
@@ -177,7 +195,9 @@ public:
   /// (0: until nothing changes). An iteration of Timestamp is one link; of Envelope, one pass over all bricks that a
   /// wave has reached.
   ///
-  /// A wave starts when those before it have finished; with Timestamp and Latest it starts at once, and where waves
+  /// Envelope: probes that one call of hold() moved are one wave where they are compatible with each other and with
+  /// what is held; else one half of them goes before the other, and so on. A wave starts when those before it have
+  /// finished; with Timestamp, which gives each probe a wave of its own, and Latest it starts at once, and where waves
   /// overlap the later one prevails.
   PropagateResult propagate(int iterations = 0);
 
@@ -191,6 +211,11 @@ public:
 
   /// The probes of the last hold() in the current state.
   std::vector<ProbeResult> probes() const;
+
+  /// What keeps one of these probes from going further, on the axis on which it lacks most [mm]: the nearest where
+  /// several do. A search on the host through the tissue that the probe strains: meant for a few probes that got much
+  /// less than they asked for.
+  HeldBy heldBy(std::size_t probe) const;
 
   Statistics measure() const;
 

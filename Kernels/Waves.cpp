@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace chainmail
 {
@@ -18,11 +19,8 @@ float rounding(float displacement)
 /// A probe that still does not fit after so many attempts stays where it is.
 constexpr int mostAttempts = 50;
 
-bool contains(const std::vector<Holds::Pointer>& holds, const Holds::Pointer& hold)
-{
-  return std::find(holds.begin(), holds.end(), hold) != holds.end();
-}
-
+/// A probe that goes to and fro so often has no place between those that hold against it, or none but for rounding.
+constexpr int mostTurns = 3;
 }
 
 Waves::Waves(Bricks& bricks, Holds& holds)
@@ -43,11 +41,16 @@ void Waves::configure(PropagationMethod method, ConflictPolicy policy)
 
 void Waves::clear()
 {
-  this->holds_.letGo(this->released_);
-  this->released_.clear();
+  this->letGo();
+  for (const Group& group : this->queue_)
+  {
+    for (const Holds::Pointer& hold : group)
+    {
+      hold->waits = false;
+    }
+  }
   this->queue_.clear();
-  this->inTurn_ = 0;
-  this->wave_.reset();
+  this->end();
   this->disturbed_ = false;
   this->latest_.reset();
   this->front_ = 0;
@@ -55,30 +58,47 @@ void Waves::clear()
   this->arrivals_.clear();
 }
 
+void Waves::letGo()
+{
+  this->holds_.letGo(this->released_);
+  this->released_.clear();
+}
+
 void Waves::add(const Holds::Change& change)
 {
   for (const Holds::Pointer& hold : change.released)
   {
-    const auto queued = std::find(this->queue_.begin(), this->queue_.end(), hold);
-    if (queued != this->queue_.end())
-    {
-      this->inTurn_ -= static_cast<std::size_t>(queued - this->queue_.begin()) < this->inTurn_ ? 1 : 0;
-      this->queue_.erase(queued);
-    }
+    hold->waits = false;
   }
+  for (Group& group : this->queue_)
+  {
+    group.erase(
+      std::remove_if(group.begin(), group.end(), [](const Holds::Pointer& hold) { return !hold->waits; }), group.end());
+  }
+  this->queue_.erase(std::remove(this->queue_.begin(), this->queue_.end(), Group()), this->queue_.end());
   this->released_.insert(this->released_.end(), change.released.begin(), change.released.end());
   if (!this->underWay())
   {
-    this->holds_.letGo(this->released_);
-    this->released_.clear();
+    this->letGo();
   }
-  for (const Holds::Pointer& hold : change.moved)
+  Group moved;
+  std::copy_if(change.moved.begin(), change.moved.end(), std::back_inserter(moved),
+    [](const Holds::Pointer& hold) { return !hold->waits; });
+  this->wait(std::move(moved), false);
+}
+
+/// Puts a group at one end of the queue.
+void Waves::wait(Group holds, bool first)
+{
+  if (holds.empty())
   {
-    if (std::find(this->queue_.begin(), this->queue_.end(), hold) == this->queue_.end())
-    {
-      this->queue_.push_back(hold);
-    }
+    return;
   }
+  for (const Holds::Pointer& hold : holds)
+  {
+    hold->waits = true;
+  }
+  this->queue_.insert(first ? this->queue_.begin() : this->queue_.end(), std::move(holds));
 }
 
 PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
@@ -90,35 +110,28 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
   }
   result.iterations = this->method_ == PropagationMethod::Envelope ? this->runEnvelopes(iterations, checkpoint)
                                                                    : this->runTimestamps(iterations, checkpoint);
-  for (const Holds::Pointer& hold : this->holds_.all())
-  {
-    this->holds_.setHeld(*hold, true);
-  }
+  this->holds_.setHeld([](const Hold&) { return true; });
   result.finished = !this->underWay();
   if (result.finished)
   {
-    this->holds_.letGo(this->released_);
-    this->released_.clear();
+    this->letGo();
   }
   return result;
 }
 
 /// While a wave travels, only what it must not move is held: anchors, its own probes and, unless the latest prevails,
 /// all probes but those that wait for their turn.
-void Waves::markHeld(const std::vector<Holds::Pointer>& movers)
+void Waves::markHeld()
 {
-  for (const Holds::Pointer& hold : this->holds_.all())
-  {
-    const bool waits = std::find(this->queue_.begin(), this->queue_.end(), hold) != this->queue_.end();
-    this->holds_.setHeld(
-      *hold, hold->probe.anchor || contains(movers, hold) || (this->policy_ == ConflictPolicy::Limit && !waits));
-  }
+  this->holds_.setHeld([this](const Hold& hold)
+    { return hold.probe.anchor || hold.moves || (this->policy_ == ConflictPolicy::Limit && !hold.waits); });
 }
 
-void Waves::place(const Hold& hold, const std::vector<float>& values)
+void Waves::place(
+  const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks, const std::vector<float>& values)
 {
-  this->bricks_.setDisplacements(hold.addresses, values);
-  for (const int brick : hold.bricks)
+  this->bricks_.setDisplacements(addresses, values);
+  for (const int brick : bricks)
   {
     this->bricks_.touch(this->bricks_.slot(brick));
   }
@@ -130,7 +143,7 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
 {
   if (this->wave_)
   {
-    this->markHeld(this->wave_->holds);
+    this->markHeld();
   }
   int done = 0;
   while (this->underWay() && (iterations == 0 || done < iterations))
@@ -153,43 +166,45 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
         }
         this->arrivals_.follow(sources, ++this->front_, checkpoint);
       }
-      this->wave_.reset();
+      this->end();
     }
   }
   return done;
 }
 
-/// All that wait together, else one by one.
 void Waves::beginNext()
 {
-  const std::size_t count = this->inTurn_ > 0 ? 1 : this->queue_.size();
-  this->inTurn_ -= this->inTurn_ > 0 ? 1 : 0;
-  std::vector<Holds::Pointer> holds;
-  for (std::size_t n = 0; n < count; ++n)
+  Group holds = std::move(this->queue_.front());
+  this->queue_.pop_front();
+  for (const Holds::Pointer& hold : holds)
   {
-    if (!this->queue_.front()->probe.anchor && !this->queue_.front()->addresses.empty())
-    {
-      holds.push_back(this->queue_.front());
-    }
-    this->queue_.pop_front();
+    hold->waits = false;
   }
+  holds.erase(std::remove_if(holds.begin(), holds.end(),
+                [](const Holds::Pointer& hold) { return hold->probe.anchor || hold->addresses.empty(); }),
+    holds.end());
   if (!holds.empty())
   {
     this->begin(std::move(holds));
   }
 }
 
-void Waves::begin(std::vector<Holds::Pointer> holds)
+void Waves::begin(Group holds)
 {
   this->wave_.emplace();
   Wave& wave = *this->wave_;
   wave.holds = std::move(holds);
-  this->markHeld(wave.holds);
-  this->bricks_.saveBefore();
   for (const Holds::Pointer& hold : wave.holds)
   {
-    wave.before.push_back(this->bricks_.displacements(hold->addresses));
+    hold->moves = true;
+    wave.addresses.insert(wave.addresses.end(), hold->addresses.begin(), hold->addresses.end());
+    wave.bricks.insert(wave.bricks.end(), hold->bricks.begin(), hold->bricks.end());
   }
+  std::sort(wave.bricks.begin(), wave.bricks.end());
+  wave.bricks.erase(std::unique(wave.bricks.begin(), wave.bricks.end()), wave.bricks.end());
+  this->markHeld();
+  this->bricks_.saveBefore();
+  wave.before = this->bricks_.displacements(wave.addresses);
   for (int a = 0; a < 3; ++a)
   {
     const Probe& probe = wave.holds.front()->probe;
@@ -198,19 +213,37 @@ void Waves::begin(std::vector<Holds::Pointer> holds)
   this->attempt();
 }
 
-/// Where the elements of a wave's hold are to go.
-std::vector<float> Waves::target(std::size_t n) const
+void Waves::end()
 {
-  const Hold& hold = *this->wave_->holds[n];
-  std::array<float, 3> to = this->wave_->to;
-  for (int a = 0; n > 0 && a < 3; ++a)
+  if (this->wave_)
   {
-    to[a] = static_cast<float>(hold.probe.displacement[a] / this->bricks_.model().grid().spacing[a]);
+    for (const Holds::Pointer& hold : this->wave_->holds)
+    {
+      hold->moves = false;
+    }
+    this->wave_.reset();
   }
-  std::vector<float> values = hold.displacedBy(to);
+}
+
+/// Where the elements of a wave are to go.
+std::vector<float> Waves::target() const
+{
+  const Wave& wave = *this->wave_;
+  std::vector<float> values;
+  values.reserve(wave.before.size());
+  std::array<float, 3> to = wave.to;
+  for (const Holds::Pointer& hold : wave.holds)
+  {
+    for (int a = 0; wave.holds.size() > 1 && a < 3; ++a)
+    {
+      to[a] = static_cast<float>(hold->probe.displacement[a] / this->bricks_.model().grid().spacing[a]);
+    }
+    const std::vector<float> displaced = hold->displacedBy(to);
+    values.insert(values.end(), displaced.begin(), displaced.end());
+  }
   for (std::size_t m = 0; m < values.size(); ++m)
   {
-    values[m] = this->wave_->stays[m % 3] ? this->wave_->before[n][m] : values[m];
+    values[m] = wave.stays[m % 3] ? wave.before[m] : values[m];
   }
   return values;
 }
@@ -218,17 +251,12 @@ std::vector<float> Waves::target(std::size_t n) const
 void Waves::attempt()
 {
   Wave& wave = *this->wave_;
-  std::vector<int> bricks;
+  const std::vector<float> values = this->target();
+  this->place(wave.addresses, wave.bricks, values);
   std::array<float, 3> furthest{};
-  for (std::size_t n = 0; n < wave.holds.size(); ++n)
+  for (std::size_t m = 0; m < values.size(); ++m)
   {
-    const std::vector<float> values = this->target(n);
-    this->place(*wave.holds[n], values);
-    for (std::size_t m = 0; m < values.size(); ++m)
-    {
-      furthest[m % 3] = std::max(furthest[m % 3], std::fabs(values[m]));
-    }
-    bricks.insert(bricks.end(), wave.holds[n]->bricks.begin(), wave.holds[n]->bricks.end());
+    furthest[m % 3] = std::max(furthest[m % 3], std::fabs(values[m]));
   }
   wave.enough = 0.0f;
   for (int a = 0; a < 3; ++a)
@@ -245,13 +273,13 @@ void Waves::attempt()
     }
   }
   ++wave.attempts;
-  this->propagation_.start(bricks);
+  this->propagation_.start(wave.bricks);
 }
 
 /// Whether the wave is done: everything is compatible, or its probe cannot move. Else another attempt has begun, or its
-/// probes wait for their turns. Where a wave met held tissue, the conflict is by how much its probe went too far, or
-/// less if it has not yet come the shortest way. On an axis on which others hold the probe's elements too far apart to
-/// be in one place, they stay where they are.
+/// probes wait for their turns: first those that were moved first, so that the others give way. Where a wave met held
+/// tissue, the conflict is by how much its probe went too far, or less if it has not yet come the shortest way. On an
+/// axis on which others hold the probe's elements too far apart to be in one place, they stay where they are.
 bool Waves::settled()
 {
   Wave& wave = *this->wave_;
@@ -268,35 +296,32 @@ bool Waves::settled()
   this->bricks_.restoreBefore();
   if (wave.holds.size() > 1)
   {
-    this->queue_.insert(this->queue_.begin(), wave.holds.begin(), wave.holds.end());
-    this->inTurn_ = wave.holds.size();
-    this->wave_.reset();
+    const Group holds = wave.holds;
+    const auto half = holds.begin() + static_cast<std::ptrdiff_t>(holds.size() / 2);
+    this->end();
+    this->wait(Group(half, holds.end()), true);
+    this->wait(Group(holds.begin(), half), true);
     return false;
   }
   for (int a = 0; a < 3; ++a)
   {
     const bool tooHigh = conflict.tooHigh[a] > wave.tolerance[a];
     const bool tooLow = conflict.tooLow[a] > wave.tolerance[a];
-    if (tooHigh && tooLow)
-    {
-      wave.stays[a] = true;
-      continue;
-    }
     const int way = tooHigh ? -1 : tooLow ? 1 : 0;
-    const bool little = (tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a]) <= 4.0 * wave.tolerance[a];
-    if (little && way * wave.lastWay[a] < 0)
+    wave.turns[a] += way * wave.lastWay[a] < 0 ? 1 : 0;
+    wave.lastWay[a] = way == 0 ? wave.lastWay[a] : way;
+    if ((tooHigh && tooLow) || wave.turns[a] == mostTurns)
     {
-      // To and fro: all that is left between those that hold against the probe is rounding.
       wave.stays[a] = true;
     }
     else if (way != 0)
     {
       // The conflict of a long wave is known less exactly, so a large step stops short of it.
       const double excess = tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a];
-      const double step = excess - (!little && excess > 0.1 * std::fabs(wave.to[a]) ? wave.tolerance[a] : 0.0);
+      const bool large = excess > 4.0 * wave.tolerance[a] && excess > 0.1 * std::fabs(wave.to[a]);
+      const double step = excess - (large ? wave.tolerance[a] : 0.0);
       wave.to[a] = static_cast<float>(wave.to[a] + (tooHigh ? -step : step));
       wave.to[a] = std::fabs(wave.to[a]) <= wave.tolerance[a] ? 0.0f : wave.to[a];
-      wave.lastWay[a] = little ? way : 0;
     }
   }
   if (wave.attempts == mostAttempts)
@@ -318,8 +343,14 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
     // the tissue over before the earlier one had repaired it.
     while (!this->queue_.empty() && (this->timestamps_.finished() || this->policy_ == ConflictPolicy::Latest))
     {
-      const Holds::Pointer hold = this->queue_.front();
-      this->queue_.pop_front();
+      Group& group = this->queue_.front();
+      const Holds::Pointer hold = group.front();
+      hold->waits = false;
+      group.pop_front();
+      if (group.empty())
+      {
+        this->queue_.pop_front();
+      }
       if (!hold->probe.anchor && !hold->addresses.empty())
       {
         this->disturbed_ = this->disturbed_ || !this->timestamps_.finished();
@@ -327,7 +358,7 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
       }
     }
     // A source needs no mark: no other wave moves it, unless the latest prevails.
-    this->markHeld({});
+    this->markHeld();
     done += this->timestamps_.run(iterations == 0 ? 0 : iterations - done, checkpoint);
     if (iterations != 0 && done >= iterations)
     {
@@ -337,15 +368,21 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   if (this->disturbed_ && !this->underWay())
   {
     // The latest probe may have taken others along so far that they are not compatible with each other any more.
-    const bool all = this->policy_ == ConflictPolicy::Limit;
-    this->repair(all ? this->holds_.all() : std::vector<Holds::Pointer>{ this->latest_ }, checkpoint);
+    this->repair([this](const Hold& hold)
+      { return hold.probe.anchor || this->policy_ == ConflictPolicy::Limit || &hold == this->latest_.get(); },
+      checkpoint);
   }
   return done;
 }
 
-void Waves::repair(const std::vector<Holds::Pointer>& held, const Checkpoint& checkpoint)
+void Waves::repair(const Checkpoint& checkpoint)
 {
-  this->markHeld(held);
+  this->repair([](const Hold&) { return true; }, checkpoint);
+}
+
+template <typename F> void Waves::repair(const F& isHeld, const Checkpoint& checkpoint)
+{
+  this->holds_.setHeld(isHeld);
   this->repair_.run(this->propagation_, checkpoint);
   this->disturbed_ = false;
 }
@@ -360,8 +397,8 @@ void Waves::startTimestamps(const Holds::Pointer& hold, const Checkpoint& checkp
   } while (!this->settled());
   const std::vector<float> values = this->bricks_.displacements(hold->addresses);
   this->bricks_.restoreBefore();
-  this->wave_.reset();
-  this->place(*hold, values);
+  this->end();
+  this->place(hold->addresses, hold->bricks, values);
   this->latest_ = hold;
   this->timestamps_.start(*hold, ++this->front_);
   // The earliest arrival binds only where all elements of the probe are displaced alike.

@@ -37,7 +37,7 @@ public:
   void relaxed() { this->disturbed_ = true; }
 
   /// Makes a feasible state of one that a relaxation has left otherwise. No wave may be under way.
-  void repair(const Checkpoint& checkpoint) { this->repair(this->holds_.all(), checkpoint); }
+  void repair(const Checkpoint& checkpoint);
 
   /// All waves ended, no times known.
   void clear();
@@ -45,15 +45,20 @@ public:
   const Arrivals& arrivals() const { return this->arrivals_; }
 
 private:
+  using Group = std::deque<Holds::Pointer>;
+
   /// An envelope wave. A single probe's may be tried several times, shorter each time; one of several probes together
-  /// is not: they then go one by one.
+  /// is not: they then go half by half.
   struct Wave
   {
-    std::vector<Holds::Pointer> holds;
-    std::vector<std::vector<float>> before; ///< displacements of their elements
+    Group holds;
+    std::vector<std::uint32_t> addresses;   ///< of their elements
+    std::vector<int> bricks;                ///< that these lie in
+    std::vector<float> before;              ///< displacements of these
     std::array<float, 3> to{};              ///< of a single one, since it grabbed
     std::array<bool, 3> stays{};            ///< axes that a single one cannot move along
-    std::array<int, 3> lastWay{};           ///< signs of its last small corrections
+    std::array<int, 3> lastWay{};           ///< signs of its last corrections
+    std::array<int, 3> turns{};             ///< how often they changed
     std::array<float, 3> tolerance{};       ///< conflict on an axis that is no more than rounding
     float enough = 0.0f;                    ///< conflict that ends an attempt early
     int attempts = 0;
@@ -62,14 +67,18 @@ private:
   int runEnvelopes(int iterations, const Checkpoint& checkpoint);
   int runTimestamps(int iterations, const Checkpoint& checkpoint);
   void beginNext();
-  void begin(std::vector<Holds::Pointer> holds);
+  void begin(Group holds);
+  void end();
   void attempt();
   bool settled();
-  void repair(const std::vector<Holds::Pointer>& held, const Checkpoint& checkpoint);
+  template <typename F> void repair(const F& isHeld, const Checkpoint& checkpoint);
   void startTimestamps(const Holds::Pointer& hold, const Checkpoint& checkpoint);
-  void markHeld(const std::vector<Holds::Pointer>& movers);
-  void place(const Hold& hold, const std::vector<float>& values);
-  std::vector<float> target(std::size_t n) const;
+  void markHeld();
+  void wait(Group holds, bool first);
+  void letGo();
+  void place(
+    const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks, const std::vector<float>& values);
+  std::vector<float> target() const;
 
   Bricks& bricks_;
   Holds& holds_;
@@ -77,8 +86,7 @@ private:
   ConflictPolicy policy_ = ConflictPolicy::Limit;
   bool times_ = false;
 
-  std::deque<Holds::Pointer> queue_;
-  std::size_t inTurn_ = 0; ///< so many of the queue go one by one
+  std::deque<Group> queue_; ///< those of a group go together
   std::vector<Holds::Pointer> released_;
   std::optional<Wave> wave_;
   bool disturbed_ = false; ///< links may be beyond their limits when the waves have come to their end

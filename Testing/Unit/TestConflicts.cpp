@@ -165,6 +165,26 @@ TEST(Conflicts, NoRoomOnOneAxisLeavesTheOthers)
   }
 }
 
+// Two earlier probes strain the tissue in a hand so far that the hand as a whole has no place on that axis. Its wave
+// comes to one of them long before the other, so it learns of one at a time. It keeps its tissue where it is there, and
+// moves along the others.
+TEST(Conflicts, AHandThatOthersPullApartMovesAlongOtherAxes)
+{
+  const Scene scene({ 100, 1, 1 }, 0.25f);
+  Simulation simulation = simulate(scene, { 4, 2, 2 });
+  const auto results = simulation.pull({ probeAt(scene, { 20, 0, 0 }, { 0.0, 7.5, 0.0 }),
+    probeAt(scene, { 90, 0, 0 }, { 0.0, -10.0, 0.0 }), probeAt(scene, { 50, 0, 0 }, { 0.05, 0.0, -0.125 }, 1.0) });
+  ASSERT_EQ(results[2].elements, 3u);
+  EXPECT_EQ(results[2].reached[0], static_cast<float>(0.05));
+  EXPECT_EQ(results[2].reached[2], -0.125);
+  const auto u = state(simulation);
+  for (std::size_t v = 49; v <= 51; ++v)
+  {
+    EXPECT_NEAR(u[v][1], 0.25 * (50.0 - static_cast<double>(v)), rounding(10.0));
+  }
+  EXPECT_LE(oracle::maxLinkExcess(scene.block(), state(simulation)), rounding(10.0));
+}
+
 // A probe that waits for its first wave is under way, too.
 TEST(Conflicts, RelaxationBeforeTheFirstTimestamp)
 {
