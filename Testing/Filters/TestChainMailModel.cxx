@@ -276,7 +276,7 @@ int TestChainMailModel(int, char*[])
     check.Near(reached(0, 1), -0.3, 1e-5, "a held place limits what is pulled beside it");
     check.Equal(reached(0, 0), 0.0, "an anchor does not use its displacement");
     // The ball of radius 1 around (3, 2, 2).
-    check.Equal(Array(filter->GetModelOutput(), "Displacement")->GetComponent(image->FindPoint(3.0, 1.0, 2.0), 0), 0.0,
+    check.Equal(Array(filter->GetModelOutput(), "Displacement")->GetComponent(image->vtkDataSet::FindPoint(3.0, 1.0, 2.0), 0), 0.0,
       "an anchor holds all within its radius");
     pull({ { { { 3.0, 2.0, 2.0 } }, { { 1.0, 0.0, 0.0 } } }, left });
     check.Equal(reached(0, 0), 1.0, "the first of two incompatible probes gets all");
