@@ -13,9 +13,11 @@ build_packages=(g++ cmake make ocl-icd-opencl-dev opencl-clhpp-headers paraview-
 run_packages=(pocl-opencl-icd python3-numpy xvfb xauth)
 test_packages=(libgtest-dev imagemagick xdotool python3-scipy)
 benchmark_packages=(python3-matplotlib)
-# ParaView's window is of Qt 5 in Debian 12 and of Qt 6 since; its icons are blank without this. Debian 13 has no CalculiX.
+check_packages=(valgrind)
+# ParaView's window is of Qt 5 in Debian 12 and of Qt 6 since; its icons are blank without this. Debian 13 has
+# neither CalculiX nor oclgrind: what needs them skips there.
 case $(. /etc/os-release 2>/dev/null && echo "${ID-} ${VERSION_ID-}") in
-  "debian 12") test_packages+=(libqt5svg5 calculix-ccx) ;;
+  "debian 12") test_packages+=(libqt5svg5 calculix-ccx); check_packages+=(oclgrind) ;;
   *) test_packages+=(qt6-svg-plugins) ;;
 esac
 
