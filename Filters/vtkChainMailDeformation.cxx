@@ -1060,8 +1060,9 @@ InputSurface vtkChainMailDeformation::vtkInternals::ReadSurface(const Leaf& leaf
   vtkNew<vtkCellArray> polys;
   vtkNew<vtkCellArray> strips;
   vtkNew<vtkIdList> cell;
-  for (const auto& [from, to] :
-    { std::make_pair(surface->GetPolys(), polys.Get()), std::make_pair(surface->GetStrips(), strips.Get()) })
+  const std::pair<vtkCellArray*, vtkCellArray*> lists[] = { { surface->GetPolys(), polys },
+    { surface->GetStrips(), strips } };
+  for (const auto& [from, to] : lists)
   {
     const auto iterator = vtk::TakeSmartPointer(from->NewIterator());
     for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())

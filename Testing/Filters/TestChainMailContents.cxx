@@ -53,16 +53,16 @@ int TestChainMailContents(int, char*[])
   };
 
   // A hole beside the probe, made in place. Told by the array, by the image alone, and by nobody but another change.
-  const auto drill = [&](double x) { scalars->SetTuple1(image->FindPoint(x, 6.0, 7.0), 0.0); };
+  const auto drill = [&](double x) { scalars->SetTuple1(image->vtkDataSet::FindPoint(x, 6.0, 7.0), 0.0); };
   drill(6.0);
   scalars->Modified();
   filter->Update();
-  check.Equal(Model(filter, "Element")->GetTuple1(image->FindPoint(6.0, 6.0, 7.0)), 0.0, "a hole");
+  check.Equal(Model(filter, "Element")->GetTuple1(image->vtkDataSet::FindPoint(6.0, 6.0, 7.0)), 0.0, "a hole");
   expectFresh("the array says that it changed");
   drill(8.0);
   image->Modified();
   filter->Update();
-  check.Equal(Model(filter, "Element")->GetTuple1(image->FindPoint(8.0, 6.0, 7.0)), 0.0, "another hole");
+  check.Equal(Model(filter, "Element")->GetTuple1(image->vtkDataSet::FindPoint(8.0, 6.0, 7.0)), 0.0, "another hole");
   expectFresh("the image says that it changed");
   vtkNew<vtkFloatArray> fractions;
   fractions->SetName("Fractions");
@@ -72,7 +72,7 @@ int TestChainMailContents(int, char*[])
   filter->SetConstraintArray("Fractions");
   filter->Update();
   expectFresh("a constraint array");
-  fractions->SetValue(image->FindPoint(9.0, 6.0, 5.0), 0.05f);
+  fractions->SetValue(image->vtkDataSet::FindPoint(9.0, 6.0, 5.0), 0.05f);
   image->Modified();
   filter->Update();
   expectFresh("constraints written in place");

@@ -412,7 +412,7 @@ int TestChainMailErrors(int, char*[])
     Scene scene;
     Apply(scene, filter);
     vtkDataArray* scalars = scene.Image->GetPointData()->GetScalars();
-    const vtkIdType some = scene.Image->FindPoint(11.0, 1.0, 6.0);
+    const vtkIdType some = scene.Image->vtkDataSet::FindPoint(11.0, 1.0, 6.0);
     scalars->SetTuple1(some, notANumber);
     scalars->SetTuple1(some + 10, infinity);
     scalars->SetTuple1(some + 20, -infinity);

@@ -4,9 +4,14 @@ fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
 
 [ -n "${DISPLAY:-}" ] || { echo "SKIPPED: there is no X display; Testing/run-all.sh starts one"; exit 125; }
 
-# play FOLDER [options of ParaView]: plays FOLDER/events.xml, with nothing of the user's settings. The result is the
-# status, and FOLDER/log.txt.
+# The dialog that the manager of plugins opens, which lost its name after ParaView 5.11.
+dialog=1pqFileDialog0
+case $CHAINMAIL_PLUGIN in */paraview-5.11/*) dialog=pqFileDialog ;; esac
+
+# play FOLDER [options of ParaView]: plays FOLDER/events.xml, with nothing of the user's settings; @DIALOG@ is the one
+# above. The result is the status, and FOLDER/log.txt.
 play() {
+  sed -i "s|@DIALOG@|$dialog|" "$1/events.xml"
   mkdir -p -m 700 "$1/home"
   HOME="$1/home" XDG_RUNTIME_DIR="$1/home" timeout 600 \
     "$CHAINMAIL_PARAVIEW" --dr "${@:2}" --test-directory="$1" --test-script="$1/events.xml" --exit >"$1/log.txt" 2>&1

@@ -1,4 +1,5 @@
-# The module alone, against the VTK in VTK_DIR, and an outside program that uses what it installs.
+# The module alone, against the VTK in VTK_DIR, and an outside program that uses what it installs. The short form ends when
+# CMake has found all that it needs: InsideVTK.cmake builds the same module, Installed.cmake has the same outside program.
 include("${CMAKE_CURRENT_LIST_DIR}/Steps.cmake")
 
 configure("${SOURCE}" "${WORK}/build"
@@ -7,6 +8,9 @@ configure("${SOURCE}" "${WORK}/build"
   -DCMAKE_BUILD_TYPE=Release
   -DCMAKE_DISABLE_FIND_PACKAGE_ParaView=ON
   "-DCMAKE_INSTALL_PREFIX=${WORK}/prefix")
+if (NOT LONG)
+  return ()
+endif ()
 build("${WORK}/build")
 step("Installing the module" "${CMAKE_COMMAND}" --install "${WORK}/build")
 

@@ -1,5 +1,6 @@
 # What the scripts of this folder share. Each plays one role of the repository from an empty folder WORK, as a user
-# would, and stops at the first step that fails. Given with -D: SOURCE (the repository), WORK, GENERATOR, BUILD_JOBS.
+# would, and stops at the first step that fails. Given with -D: SOURCE (the repository), WORK, GENERATOR, BUILD_JOBS, and
+# LONG, which asks for what takes minutes.
 
 cmake_minimum_required(VERSION 3.19)
 

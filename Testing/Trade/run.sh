@@ -6,8 +6,7 @@
 set -u
 . "$(dirname "${BASH_SOURCE[0]}")/../prepare.sh"
 
-install_packages "${build_packages[@]}" "${run_packages[@]}" "${test_packages[@]}" "${benchmark_packages[@]}" \
-  "${trade_packages[@]}"
+install_packages "${build_packages[@]}" "${run_packages[@]}" "${test_packages[@]}" "${benchmark_packages[@]}"
 configure_and_build -DBUILD_TESTING=ON -DCMAKE_BUILD_TYPE=Release
 describe_machine
 export CHAINMAIL_VOLUMES=${CHAINMAIL_VOLUMES:-$root/../shared/volumes}
