@@ -29,8 +29,7 @@ public:
 
   /// One cycle through all grids. The state must be feasible, and stays so. Returns whether there was anything to do;
   /// then judge() has to follow, after as many as sweepsToJudge sweeps.
-  bool run(
-    RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
+  bool run(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   static constexpr int sweepsToJudge = 4;
 
   /// Where the energy is higher than before run(), goes back to the lowest on the straight way from there to here, on
@@ -47,8 +46,7 @@ private:
 
   void build();
   double energy(const Elasticity& elasticity) const;
-  void cycle(
-    RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
+  void cycle(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   void goBack(float share);
   void putOthersBack(const Checkpoint& checkpoint);
 

@@ -6,8 +6,8 @@
 namespace chainmail
 {
 
-/// What strain costs: the energy of a link is weight() * pull()^2, per axis, within the limits of links. element.clh has
-/// the same rule for the device.
+/// What strain costs: the energy of a link is weight() * pull()^2, per axis, within the limits of links. element.clh
+/// has the same rule for the device.
 struct Elasticity
 {
   /// 1 - elastic recovery, [0, 1]: strain of a link up to this share of its limit costs nothing.
