@@ -163,11 +163,11 @@ void pullAtRandom(const std::string& name, double threshold, const Nodes& nodes)
           EXPECT_EQ(*result.coarseStep, 1.0) << name << ", pull " << pull;
         }
       }
-      EXPECT_LE(simulation.measure().maxLinkExcess, 1e-5);
+      EXPECT_LE(simulation.measure().maxLinkExcess, 1e-4);
     }
     for (const int half : { 0, 1 })
     {
-      const double most = half == 0 ? 1 + 1e-6 : 1.02;
+      const double most = half == 0 ? 1 + 1e-6 : 1.05;
       EXPECT_LE(energy[1][half], energy[0][half] * most) << name << ", pull " << pull << ", half " << half;
       highest = std::max(highest, energy[0][half] > 0.0 ? energy[1][half] / energy[0][half] : 0.0);
     }
