@@ -1850,6 +1850,7 @@ void vtkChainMailDeformation::vtkInternals::WriteFieldData(const Scene& scene, v
   addRow(vtkNew<vtkDoubleArray>(), "MaxLinkExcess", { this->Statistics.maxLinkExcess });
   addRow(vtkNew<vtkIntArray>(), "PropagationIterationsUsed", { static_cast<double>(this->Propagation.iterations) });
   addRow(vtkNew<vtkIntArray>(), "RelaxationIterationsUsed", { static_cast<double>(this->Relaxation.iterations) });
+  addRow(vtkNew<vtkDoubleArray>(), "CoarseToFineStep", { this->Relaxation.coarseStep.value_or(-1.0) });
   addRow(vtkNew<vtkIdTypeArray>(), "ActiveElements", { static_cast<double>(this->Statistics.displaced) });
   vtkNew<vtkDoubleArray> milliseconds;
   addRow(milliseconds, "Milliseconds", { this->Milliseconds.begin(), this->Milliseconds.end() });

@@ -111,7 +111,9 @@
  * it grabbed, world axes, [mm]), `ProbeForce` (3 per probe: the energy's gradient at the elements it holds, which is
  * what the hand pulls them with, world axes, no unit), `Energy` [mm] (with ElasticRecovery r below 1 only strain of
  * more than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C), fraction of the spacing),
- * `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `ActiveElements` (elements away from their rest place),
+ * `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `CoarseToFineStep` (the share of what came from coarser grids
+ * that was taken: 1 all, 0 none; -1 where the last relaxation did not start on any), `ActiveElements` (elements away from
+ * their rest place),
  * `Milliseconds` (upload, propagate, relax, resample, download; 0 for what did not have to be done again),
  * `PeakDeviceMemory` (the most that all these filters of the process held on the device during this update [MB]) and
  * `DeviceName`.

@@ -35,6 +35,12 @@ Sweeps sweepsOn(const Grid& grid, std::size_t depth)
 /// A grid with no axis longer than this is the coarsest.
 constexpr int coarsestSize = 8;
 
+/// Sweeps on the finest grid that undo what interpolation bent, before limits count.
+constexpr int smoothingSweeps = 2;
+
+/// Shares of the way back are multiples of this, so that no rounding of energies changes them.
+constexpr double shareStep = 1.0 / 16.0;
+
 /// Hands that go too far for a coarser grid by this, a fraction of its spacing, do so by more than rounding.
 constexpr double tooFar = 1e-4;
 
@@ -393,6 +399,7 @@ CoarseToFine::CoarseToFine(Bricks& bricks, Holds& holds)
   , holds_(holds)
   , propagation_(bricks)
   , repair_(bricks)
+  , relaxation_(bricks)
   , pieces_(bricks, "pieces.cl", "join")
 {
 }
@@ -436,7 +443,8 @@ double CoarseToFine::energy(const Elasticity& elasticity) const
   return energy;
 }
 
-void CoarseToFine::cycle(const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
+void CoarseToFine::cycle(
+  RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
 {
   const Grid* finer = &this->bricks_.model().grid();
   std::vector<std::size_t> held = this->holds_.voxels();
@@ -466,6 +474,11 @@ void CoarseToFine::cycle(const Elasticity& elasticity, double tolerance, const C
     else
     {
       this->putOthersBack(checkpoint);
+      Elasticity unlimited = elasticity;
+      unlimited.limited = false;
+      clusters.begin(this->holds_.voxels());
+      this->relaxation_.run(
+        clusters, unlimited, nullptr, Reach::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
       this->repair_.run(this->propagation_, checkpoint);
     }
   }
@@ -517,33 +530,61 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   this->bricks_.drop(this->marks_);
 }
 
-bool CoarseToFine::run(const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
+bool CoarseToFine::run(
+  RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
 {
   if (this->levels_.empty())
   {
     this->build();
   }
-  const double energy = this->energy(elasticity);
-  if (this->levels_.empty() || energy == 0.0)
+  this->energyBefore_ = this->energy(elasticity);
+  if (this->levels_.empty() || this->energyBefore_ == 0.0)
   {
     return false;
   }
-  Context& context = this->bricks_.context();
-  const auto copy = [&](const cl::Buffer& from, const cl::Buffer& to)
-  {
-    context.queue().enqueueCopyBuffer(from, to, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
-    context.queue().finish();
-  };
   this->bricks_.keep(this->before_);
-  copy(this->bricks_.displacement, this->before_.buffer);
-  this->cycle(elasticity, tolerance, checkpoint);
-  const bool lower = this->energy(elasticity) <= energy;
-  if (!lower)
+  Context& context = this->bricks_.context();
+  context.queue().enqueueCopyBuffer(
+    this->bricks_.displacement, this->before_.buffer, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
+  this->cycle(clusters, elasticity, tolerance, checkpoint);
+  return true;
+}
+
+double CoarseToFine::judge(const Elasticity& elasticity)
+{
+  double kept = 1.0;
+  const double whole = this->energy(elasticity);
+  if (whole > this->energyBefore_)
   {
-    copy(this->before_.buffer, this->bricks_.displacement);
+    // The lowest point of the parabola through both ends and the middle lies before the middle.
+    this->goBack(0.5f);
+    const double half = this->energy(elasticity);
+    const double bend = whole - 2.0 * half + this->energyBefore_;
+    const double lowest = bend > 0.0 ? 0.5 - 0.25 * (whole - this->energyBefore_) / bend : 0.0;
+    kept = std::max(0.0, shareStep * std::floor(lowest / shareStep));
+    this->goBack(static_cast<float>(2.0 * kept));
+    if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // plastic tissue knows no parabola
+    {
+      kept = 0.0;
+      this->goBack(0.0f);
+    }
   }
   this->bricks_.drop(this->before_);
-  return lower;
+  return kept;
+}
+
+/// Leaves elements this share of the way from where they were before. Those that moved alike still do.
+void CoarseToFine::goBack(float share)
+{
+  Context& context = this->bricks_.context();
+  const std::vector<int> slots = this->bricks_.touchedSlots();
+  cl::Kernel kernel = context.kernel("coarsen.cl", this->bricks_.defines(true), "goBack");
+  kernel.setArg(0, this->list_.holding(context, slots));
+  kernel.setArg(1, this->bricks_.pitch());
+  kernel.setArg(2, share);
+  kernel.setArg(3, this->before_.buffer);
+  kernel.setArg(4, this->bricks_.displacement);
+  context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
 }
 
 std::size_t CoarseToFine::deviceBytes() const

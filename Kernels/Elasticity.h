@@ -6,15 +6,19 @@
 namespace chainmail
 {
 
-/// What strain costs: the energy of a link is weight() * pull()^2, per axis. element.clh has the same rule for the
-/// device.
+/// What strain costs: the energy of a link is weight() * pull()^2, per axis, within the limits of links. element.clh
+/// has the same rule for the device.
 struct Elasticity
 {
   /// 1 - elastic recovery, [0, 1]: strain of a link up to this share of its limit costs nothing.
   float slack = 0.0f;
+  bool limited = true; ///< whether relaxation keeps to the limits of links, in a state that does
 
   /// -D options of kernels that ask for the energy. Without slack the rule has less to compute.
-  std::string defines() const { return this->slack > 0.0f ? " -DPLASTIC" : ""; }
+  std::string defines() const
+  {
+    return std::string(this->slack > 0.0f ? " -DPLASTIC" : "") + (this->limited ? "" : " -DUNLIMITED");
+  }
 
   static double weight(double limit) { return 1.0 / (limit + 1e-6); }
 

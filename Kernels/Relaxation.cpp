@@ -37,9 +37,10 @@ double farOmega(int sweep)
 
 /// Over-relaxation of a sweep that reaches less far. Near 2, what is rough stays for tens of sweeps. The best factor
 /// for what is `length` elements long is 2 / (1 + sin(pi / length)), and what a sweep leaves is longer by about 2 pi.
+/// Thin tissue, which coarser grids do not see, is long: the factor ends a little above finalOmega.
 double nearOmega(int sweep)
 {
-  return std::min(finalOmega, 2.0 / (1.0 + 0.5 / (sweep + 1)));
+  return std::min(1.93, 2.0 / (1.0 + 0.5 / (sweep + 1)));
 }
 
 float omegaOf(Reach reach, int sweep)
@@ -122,7 +123,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       }
       if (!waves && clusters.anyActive() && this->active_.takesTurn(ActiveBricks::ofClusters))
       {
-        clusters.relax(omega, still, elasticity, this->active_);
+        // Where limits do not count, members of a cluster may be apart: only a factor of 1 does not ask where it is.
+        clusters.relax(elasticity.limited ? omega : 1.0f, still, elasticity, this->active_);
       }
     }
 
@@ -130,7 +132,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
     {
       ++result.iterations;
       result.largestMove = largest;
-      if (!waves && largest <= restingMoveAfter(1))
+      if (!waves && elasticity.limited && largest <= restingMoveAfter(1))
       {
         this->sweepsSinceGroups_ = 0;
         this->active_.touch();

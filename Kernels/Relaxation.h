@@ -34,7 +34,8 @@ float stillResidual(double tolerance);
 /// Three-colour projected over-relaxation (relax.cl, clusters.cl): red elements, black elements, rigid clusters.
 ///
 /// Only active bricks are visited. The state must be feasible: then it stays so and the energy does not rise. Where it
-/// is not, as while waves are under way, elements whose boxes have no common point stay.
+/// is not, as while waves are under way, elements whose boxes have no common point stay; Elasticity::limited says
+/// whether there are boxes.
 class Relaxation
 {
 public:

@@ -462,17 +462,37 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
         this->waves_.repair([&] { this->checkpoint(0.0); });
         this->beyondLimits_ = false;
       }
+      bool coarse = false;
       if (this->sweep_ == 0)
       {
-        const bool coarse = this->startsCoarse_ && !waves &&
-                            this->coarseToFine_.run(this->elasticity_, tolerance, [&] { this->checkpoint(0.0); });
+        coarse =
+          this->startsCoarse_ && !waves &&
+          this->coarseToFine_.run(this->rigidClusters(), this->elasticity_, tolerance, [&] { this->checkpoint(0.0); });
         this->reach_ = coarse ? Reach::Near : Reach::Far;
       }
-      this->rigidClusters().begin(this->holds_.voxels());
-      RelaxResult result = this->relaxation_.run(
-        *this->clusters_, this->elasticity_, waves, this->reach_, this->sweep_, iterations, tolerance, checkpoint);
+      RelaxResult result;
+      const auto sweep = [&](int most)
+      {
+        const RelaxResult before = result;
+        this->rigidClusters().begin(this->holds_.voxels());
+        result = this->relaxation_.run(*this->clusters_, this->elasticity_, waves, this->reach_, this->sweep_, most,
+          tolerance, [&](int done) { checkpoint(before.iterations + done); });
+        this->sweep_ += result.iterations;
+        result.iterations += before.iterations;
+        result.coarseStep = before.coarseStep;
+      };
+      if (coarse)
+      {
+        sweep(std::min(iterations, CoarseToFine::sweepsToJudge));
+        result.coarseStep = this->coarseToFine_.judge(this->elasticity_);
+        this->reach_ = result.coarseStep > 0.0 ? Reach::Near : Reach::Far;
+        result.converged = result.converged && result.coarseStep == 1.0;
+      }
+      if (result.iterations < iterations && !result.converged)
+      {
+        sweep(iterations - result.iterations);
+      }
       result.converged = result.converged && !waves;
-      this->sweep_ += result.iterations;
       return result;
     });
 }

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -98,6 +99,8 @@ struct RelaxResult
   int iterations = 0;
   double largestMove = 0.0; ///< of the last iteration, as a fraction of the spacing
   bool converged = false;
+  std::optional<double> coarseStep; ///< where coarser grids took part (Simulation::setCoarseToFine()): the share of
+                                    ///< their correction that was taken, 1 all, 0 none
 };
 
 /// Figures of the whole state: that of the reduced model where the model is reduced.
@@ -169,7 +172,8 @@ public:
   /// no energy, so that much stays when tissue is released. Default: Projected, 1.
   void setRelaxation(RelaxationMethod method, double elasticRecovery);
 
-  /// Whether the first relaxation after a wave, cut or carve starts on coarser grids (Projected only). Default: off.
+  /// Whether the first relaxation after a wave, cut or carve starts on coarser grids (Projected only). The energy does
+  /// not rise: of a correction that would raise it only a part is taken, or none. Default: off.
   void setCoarseToFine(bool wanted);
 
   /// Everything back to its rest place, all probes released. Cuts and carves stay.

@@ -5,6 +5,7 @@
 // arguments belong to the two grids, tables are as brick.clh says.
 
 #include "brick.clh"
+#include "element.clh"
 
 // Elements of the coarser grid to the mean of those they stand for; held ones to that of the held ones.
 kernel void coarsen(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
@@ -48,6 +49,20 @@ kernel void coarsen(global const int* list, uint pitch, global const int* table,
     displacement[at] = 0.5f * u.x;
     displacement[pitch + at] = 0.5f * u.y;
     displacement[2 * pitch + at] = 0.5f * u.z;
+  }
+}
+
+// Leaves elements so much of the way from where they were before.
+kernel void goBack(global const int* list, uint pitch, float share, global const float* before, global float* displacement)
+{
+  const uint first = list[get_group_id(0)] * ELEMENTS;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+    {
+      const uint at = axis * pitch + first + n;
+      displacement[at] = fma(share, displacement[at] - before[at], before[at]);
+    }
   }
 }
 
@@ -110,19 +125,37 @@ RULE void interpolate(const real* around, const Towards* towards, real* child)
   UNROLL
   for (int m = 0; m < 18; ++m)
   {
-    alongX[m / 9][m % 9] = 0.75f * around[m % 9 * 3 + 1] + towards->share[0][m / 9] * around[m % 9 * 3 + m / 9 * 2];
+    const real share = towards->share[0][m / 9];
+    alongX[m / 9][m % 9] = (1.0f - share) * around[m % 9 * 3 + 1] + share * around[m % 9 * 3 + m / 9 * 2];
   }
   UNROLL
   for (int m = 0; m < 12; ++m)
   {
     const int side = m / 6;
+    const real share = towards->share[1][side];
     alongY[m / 3][m % 3] =
-      0.75f * alongX[m / 3 % 2][m % 3 * 3 + 1] + towards->share[1][side] * alongX[m / 3 % 2][m % 3 * 3 + 2 * side];
+      (1.0f - share) * alongX[m / 3 % 2][m % 3 * 3 + 1] + share * alongX[m / 3 % 2][m % 3 * 3 + 2 * side];
   }
   UNROLL
   for (int m = 0; m < 8; ++m)
   {
-    child[m] = 0.75f * alongY[m % 4][1] + towards->share[2][m / 4] * alongY[m % 4][m / 4 * 2];
+    const real share = towards->share[2][m / 4];
+    child[m] = (1.0f - share) * alongY[m % 4][1] + share * alongY[m % 4][m / 4 * 2];
+  }
+}
+
+// Strain goes where tissue gives. Half of what an element gives lies between its middle and its face, and a child half
+// way there, so that children of soft tissue take part in what hard tissue beside them does, and hard ones do not bend.
+// `c`: constraints, as loadAround() has them. A cut leaves a neighbour no share.
+RULE void shareOut(const real* c, const mask cut, Towards* towards)
+{
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    const int step = d < 2 ? 1 : d < 4 ? 3 : 9;
+    const real own = fabs(c[13]) + WEIGHT_EPSILON;
+    const real other = fabs(c[13 + (d & 1 ? step : -step)]) + WEIGHT_EPSILON;
+    towards->share[d / 2][d % 2] = select(0.5f * own / (own + other), (real)(0.0f), (cut & (1 << d)) != 0);
   }
 }
 
@@ -131,17 +164,12 @@ RULE void interpolate(const real* around, const Towards* towards, real* child)
 RULE void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
   global const float* finerConstraint, global float* finerDisplacement)
 {
-  Towards towards;
-  UNROLL
-  for (int d = 0; d < 6; ++d)
-  {
 #ifdef CUTS
-    const mask bits = AS_MASK(LOAD(layers + middle % 3 * LAYER + ((3 + AXES) * SPAN_Y + y + 1) * SPAN_X + x + 1));
-    towards.share[d / 2][d % 2] = select((real)(0.25f), (real)(0.0f), (bits & (1 << d)) != 0);
+  const mask bits = AS_MASK(LOAD(layers + middle % 3 * LAYER + ((3 + AXES) * SPAN_Y + y + 1) * SPAN_X + x + 1));
 #else
-    towards.share[d / 2][d % 2] = (real)(0.25f);
+  const mask bits = (mask)(0);
 #endif
-  }
+  Towards towards;
   real c[27], u[27], part[27], weight[8], rigidWeight[8], sum[8], rigidSum[8];
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
@@ -149,9 +177,7 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
     if (axis < AXES)
     {
       loadAround(layers, middle, 3 + axis, x, y, c);
-    }
-    if (axis == 0)
-    {
+      shareOut(c, bits, &towards);
       UNROLL
       for (int m = 0; m < 27; ++m)
       {
@@ -197,7 +223,7 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
 }
 
 // Takes the elements of the finer grid that are not held where the coarser one is: interpolated between the up to eight
-// coarser elements around, those that no cut divides from the one it belongs to. For rigid ones the rigid of these
+// coarser elements around, those that no cut divides from the one it belongs to (shareOut). For rigid ones the rigid of these
 // alone count, axis by axis: so bone comes out where the coarser bone is.
 kernel void refine(global const int* list, uint finerPitch, global const int* finerTable, global const int* finerPlace,
   int finerStrideY, int finerStrideZ, uint pitch, global const int* table, global const int* place, int strideY,

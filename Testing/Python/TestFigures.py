@@ -5,7 +5,7 @@ from harness import Reports, field, require, update
 from paraview.simple import *
 
 FIGURES = {"ProbeReached": 3, "ProbeForce": 3, "Energy": 1, "MaxLinkExcess": 1, "PropagationIterationsUsed": 1,
-           "RelaxationIterationsUsed": 1,
+           "RelaxationIterationsUsed": 1, "CoarseToFineStep": 1,
            "ActiveElements": 1, "Milliseconds": 5, "PeakDeviceMemory": 1}
 
 wavelet = Wavelet(WholeExtent=[0, 14, 0, 14, 0, 14])

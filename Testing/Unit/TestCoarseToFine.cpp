@@ -278,3 +278,82 @@ TEST(CoarseToFine, WhatWasCutOffIsNotDraggedAlong)
   // Its own strain lets it go on to settle, around a mean that stays about where it is.
   EXPECT_NEAR(meanOfLump(), mean, 0.05);
 }
+
+TEST(CoarseToFine, ARoughCorrectionIsSmoothedNotDropped)
+{
+  // Lumps that harden towards their middles, from soft tissue to bone, and a hand that goes as far as they let it. What
+  // comes from coarser grids is near the optimum and yet so rough, where tissue hardly gives, that it has more energy
+  // than the state before.
+  Scene scene({ 40, 36, 32 }, 0.25f);
+  scene.anchors.faces.fill(true);
+  Random random(4202);
+  struct Lump
+  {
+    double place[3];
+    double radius;
+  };
+  std::vector<Lump> lumps;
+  for (int n = 0; n < 12; ++n)
+  {
+    Lump lump{ { random(0, 40), random(0, 36), random(0, 32) }, random(3, 7) };
+    random(0, 1);
+    lumps.push_back(lump);
+  }
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      double hard = 0.0;
+      for (const Lump& lump : lumps)
+      {
+        const double square =
+          std::pow(i - lump.place[0], 2) + std::pow(j - lump.place[1], 2) + std::pow(k - lump.place[2], 2);
+        hard = std::max(hard, 1.6 * (1.0 - square / (lump.radius * lump.radius)));
+      }
+      const double constraint = 0.25 * std::pow(1.0 - std::min(1.0, hard), 2);
+      scene.give(i, j, k, constraint < 1e-3 ? 0.0f : static_cast<float>(constraint));
+    });
+  Random where(79);
+  const chainmail::Index3 place{ 8 + where.below(24), 8 + where.below(20), 8 + where.below(16) };
+  const std::vector<Probe> probes{ probeAt(scene, place, { 30.0, 20.0, -25.0 }, 2.5) };
+  for (const int sweeps : { 20, 40 })
+  {
+    Simulation simulation = simulate(scene);
+    simulation.pull(probes);
+    EXPECT_FALSE(simulation.relax(sweeps, 0.0).coarseStep);
+    const double fine = simulation.measure().energy;
+    simulation.reset();
+    simulation.setCoarseToFine(true);
+    simulation.pull(probes);
+    const RelaxResult result = simulation.relax(sweeps, 0.0);
+    ASSERT_TRUE(result.coarseStep);
+    EXPECT_EQ(*result.coarseStep, 1.0);
+    EXPECT_EQ(result.iterations, sweeps);
+    EXPECT_LE(simulation.measure().energy, (sweeps == 20 ? 0.99 : 1.0) * fine);
+    EXPECT_LE(simulation.measure().maxLinkExcess, tolerance);
+    EXPECT_FALSE(simulation.relax(1, 0.0).coarseStep) << "the grids have had their turn";
+  }
+}
+
+TEST(CoarseToFine, TheEnergyNeverRises)
+{
+  // Also where the first sweeps are too few to smooth what comes from coarser grids: then a part of it is taken.
+  for (int seed = 0; seed < 6; ++seed)
+  {
+    Scene scene = randomScene({ 28, 24, 20 }, seed % 2 == 0 ? 1 : 3, 4300 + seed, 0.1, 0.2);
+    scene.anchors.faces.fill(true);
+    Simulation simulation = simulate(scene);
+    simulation.setRelaxation(RelaxationMethod::Projected, seed < 4 ? 1.0 : 0.5);
+    simulation.pull(compatibleProbes(scene, 2, 3.0, 4310 + seed));
+    simulation.relax(30, 0.0);
+    const double before = simulation.measure().energy;
+    simulation.setCoarseToFine(true);
+    simulation.setRelaxation(RelaxationMethod::Paper, 1.0); // and back: so the grids have their turn now
+    simulation.setRelaxation(RelaxationMethod::Projected, seed < 4 ? 1.0 : 0.5);
+    const RelaxResult result = simulation.relax(1, 0.0);
+    EXPECT_EQ(result.coarseStep.has_value(), before > 0.0);
+    EXPECT_GE(result.coarseStep.value_or(0.0), 0.0);
+    EXPECT_LE(result.coarseStep.value_or(0.0), 1.0);
+    EXPECT_LE(simulation.measure().energy, before * (1 + 1e-6));
+    EXPECT_LE(simulation.measure().maxLinkExcess, tolerance);
+  }
+}
