@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Errors in ParaView's window, in Interactive mode: the view goes on showing the scan, or the last good result, the message
+# comes once, the process comes to rest, and after the correction the probe pulls as before.
+set -u
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+. "$here/window.sh"
+
+output=$CHAINMAIL_OUTPUT/GuiErrors
+rm -rf "$output" && mkdir -p "$output" || fail "cannot write to $output"
+"$CHAINMAIL_PVPYTHON" "$here/../../Data/make_forearm.py" "$output/scan.vti" --size 40 36 44 || fail "no phantom"
+
+# While the test waits, the window's timers run.
+wait=$(for ((n = 0; n < 30; ++n)); do printf '<pqevent object="pqClientMainWindow" command="pause" arguments="50" />'; done)
+{ sed '/<!-- The panel/,$d' "$here/PullTissue.xml.in" && cat "$here/ErrorsWindow.xml.in"; } |
+  sed -e "s|@PLUGIN@|$CHAINMAIL_PLUGIN|; s|@SCAN@|$output/scan.vti|; s|@OUTPUT@|$output|; s|@X@|61|; s|@WAIT@|$wait|" \
+    >"$output/events.xml"
+(unset PV_PLUGIN_PATH && play "$output") & # no plugin but the one that the events load
+player=$!
+
+# The processor time of all of the window's threads, in hundredths of a second.
+processor_time() {
+  local window
+  window=$(for child in $(cat /proc/"$player"/task/*/children); do cat "/proc/$child/task/$child/children"; done)
+  [ -n "${window// /}" ] || return 1
+  sed 's/.*) //' "/proc/${window// /}/stat" | { read -ra stat && echo $((stat[11] + stat[12])); }
+}
+
+# What it takes to wait and to save a picture: with tissue that has settled, and with an error.
+declare -A at
+for picture in settled settled-later error error-later; do
+  until [ -s "$output/$picture.png" ] || ! kill -0 $player 2>/dev/null; do sleep 0.1; done
+  at[$picture]=$(processor_time) || break
+done
+wait $player
+status=$?
+[ $status -eq 0 ] || fail "ParaView ended with status $status: $(tail -n 30 "$output/log.txt")"
+[ -n "${at[error-later]-}" ] || fail "the processor time of the window was not found"
+settled=$((at[settled-later] - at[settled])) error=$((at[error-later] - at[error]))
+echo "hundredths of a second: $settled with settled tissue, $error with an error"
+[ $settled -gt 0 ] || fail "the window draws in no time: it is another process that was looked at"
+# 30 pictures more take several times as long.
+[ $error -lt $((3 * settled / 2 + 100)) ] || fail "the window does not come to rest after an error"
+[ "$(errors "$output" | grep -c 'holds no tissue')" -eq 2 ] && [ "$(errors "$output" | wc -l)" -eq 2 ] ||
+  fail "instead of the two errors: $(errors "$output")"
+"$CHAINMAIL_PVPYTHON" "$here/checkErrorsWindow.py" "$output" || fail "see above"
