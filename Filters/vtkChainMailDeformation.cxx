@@ -17,6 +17,7 @@
 #include "vtkCellArrayIterator.h"
 #include "vtkCellData.h"
 #include "vtkCleanPolyData.h"
+#include "vtkCommand.h"
 #include "vtkDoubleArray.h"
 #include "vtkErrorCode.h"
 #include "vtkFeatureEdges.h"
@@ -2273,7 +2274,8 @@ int vtkChainMailDeformation::RequestData(
     internals.WantsUpdate = internals.Last.NeedsUpdate;
     internals.Interacting = internals.Last.Interacting;
     internals.ResetRequested = internals.ResetRequested && !internals.Last.Error.empty();
-    if (!internals.Last.Error.empty() && exchange.IsRoot())
+    // Printed once, heard by all who listen.
+    if (!internals.Last.Error.empty() && (exchange.IsRoot() || this->HasObserver(vtkCommand::ErrorEvent)))
     {
       vtkErrorMacro(<< internals.Last.Error);
     }
