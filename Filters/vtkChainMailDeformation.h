@@ -126,7 +126,9 @@
  * several have alike, as of a source that every process can run, counts once; what only some have, probes or parts of
  * the image or of a surface, is put together in order of the processes. Errors and field data are the same everywhere. The
  * first process needs the memory of one that works alone, the others that of their pieces and of what their readers
- * read, which is the whole image where they can.
+ * read, which is the whole image where they can. Pieces share the plane of points between them, as those of all images
+ * do in VTK: what counts cells or composites volumes counts everything once, what counts points (Histogram) counts these
+ * planes twice. They are not marked as duplicates, since volume mappers leave gaps there then.
  *
  * @section vtkChainMailDeformation-limitations Limitations
  *
