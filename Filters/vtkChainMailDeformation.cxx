@@ -292,8 +292,8 @@ std::function<double(double)> ToEngineFunction(const vtkSmartPointer<vtkPiecewis
 }
 
 //------------------------------------------------------------------------------
-/// An array that outputs share from update to update, as long as nobody has written to it: what reads an output may also
-/// write to it, as far as this filter can tell.
+/// An array that outputs share from update to update, as long as nobody has written to it: what reads an output may
+/// also write to it, as far as this filter can tell.
 template <typename ArrayType> class SharedArray
 {
 public:
@@ -1040,7 +1040,8 @@ void vtkChainMailDeformation::vtkInternals::ReadProbes(Scene& scene)
         displacements->GetTuple(p, displacement);
         if (!IsFinite(displacement))
         {
-          throw InputError(scene.NameOf(origin) + ": the displacement " + ToString(displacement) + " has to be finite.");
+          throw InputError(
+            scene.NameOf(origin) + ": the displacement " + ToString(displacement) + " has to be finite.");
         }
         probe.displacement = scene.Space.VectorToEngine(displacement);
       }
@@ -1222,7 +1223,8 @@ void vtkChainMailDeformation::vtkInternals::Build(const Scene& scene)
   // What there is stays until its successor is there: with tissue that cannot be used nothing is lost.
   const TissueSource& tissue = scene.Tissue;
   const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars.Array);
-  const vtkSmartPointer<vtkDataArray> constraints = tissue.Constraints.Array ? ToEngineArray(tissue.Constraints.Array) : nullptr;
+  const vtkSmartPointer<vtkDataArray> constraints =
+    tissue.Constraints.Array ? ToEngineArray(tissue.Constraints.Array) : nullptr;
 
   chainmail::Material material;
   material.tissueThreshold = tissue.Threshold;
@@ -1430,11 +1432,11 @@ void vtkChainMailDeformation::vtkInternals::WarnAboutEmptyHands(
   }
   else if (added.size() > 1)
   {
-    vtkWarningWithObjectMacro(this->Self,
-      << added.size() << " of " << held.size()
-      << " probes have no tissue of their own: other probes or anchors hold all "
-         "that is within their radii, or it was carved away. They are "
-      << vtkChainMail::List(added, [&](std::size_t p) { return scene.NameOf(scene.ProbeOrigins[p]); }));
+    vtkWarningWithObjectMacro(
+      this->Self, << added.size() << " of " << held.size()
+                  << " probes have no tissue of their own: other probes or anchors hold all "
+                     "that is within their radii, or it was carved away. They are "
+                  << vtkChainMail::List(added, [&](std::size_t p) { return scene.NameOf(scene.ProbeOrigins[p]); }));
   }
 }
 
@@ -1465,7 +1467,8 @@ void vtkChainMailDeformation::vtkInternals::WarnAboutShortProbes(
   };
   if (added.size() == 1)
   {
-    vtkWarningWithObjectMacro(this->Self, << scene.NameOf(scene.ProbeOrigins[added[0]]) << ": " << describe(added[0]) << ".");
+    vtkWarningWithObjectMacro(
+      this->Self, << scene.NameOf(scene.ProbeOrigins[added[0]]) << ": " << describe(added[0]) << ".");
   }
   else if (added.size() > 1)
   {
@@ -1489,7 +1492,8 @@ std::string vtkChainMailDeformation::vtkInternals::WhatHolds(
   switch (holder.what)
   {
   case What::Probe:
-    return what + (holder.bone ? "is held by " : "is in the hand of ") + scene.NameOf(scene.ProbeOrigins[held[holder.probe]]);
+    return what + (holder.bone ? "is held by " : "is in the hand of ") +
+           scene.NameOf(scene.ProbeOrigins[held[holder.probe]]);
   case What::Face:
     return what + "touches the face " + faces[holder.face] + " of the image (AnchoredFaces)";
   case What::Rigid:

@@ -135,9 +135,9 @@
  * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
  * tissue can fold over itself; the resampling then shows one layer, always the same. At most 2^28 voxels, padding
- * included. In parallel one process computes, so more of them make it neither faster nor the image larger. A knife or a carving tool that moves between two
- * updates works at the places where updates find it, not along its way. The state of MODE_INTERACTIVE is not part of a
- * saved pipeline: a loaded one starts from rest.
+ * included. In parallel one process computes, so more of them make it neither faster nor the image larger. A knife or a
+ * carving tool that moves between two updates works at the places where updates find it, not along its way. The state of
+ * MODE_INTERACTIVE is not part of a saved pipeline: a loaded one starts from rest.
  *
  * @sa vtkChainMailProbeSource
  */

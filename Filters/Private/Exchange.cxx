@@ -397,7 +397,8 @@ void Exchange::Send(vtkImageData* image, int to) const
     about << image->GetDirectionMatrix()->GetData()[n];
   }
   std::vector<vtkAbstractArray*> arrays;
-  const std::array<vtkFieldData*, 3> groups = { { image->GetPointData(), image->GetCellData(), image->GetFieldData() } };
+  const std::array<vtkFieldData*, 3> groups = { { image->GetPointData(), image->GetCellData(),
+    image->GetFieldData() } };
   for (vtkFieldData* group : groups)
   {
     about << group->GetNumberOfArrays();
@@ -465,7 +466,8 @@ vtkSmartPointer<vtkImageData> Exchange::Receive(int from) const
   image->SetSpacing(spacing);
   image->SetDirectionMatrix(direction);
 
-  const std::array<vtkFieldData*, 3> groups = { { image->GetPointData(), image->GetCellData(), image->GetFieldData() } };
+  const std::array<vtkFieldData*, 3> groups = { { image->GetPointData(), image->GetCellData(),
+    image->GetFieldData() } };
   for (vtkFieldData* group : groups)
   {
     int count;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the processes of a parallel server tell each other in an update. The root process has the engine: it is given the
-// inputs of all, computes alone, and hands each one the parts of the outputs that it was asked for. So the result cannot
-// depend on how many there are, nor on how the inputs are spread over them.
+// What the processes of a parallel server tell each other in an update. The root process has the engine: it is given
+// the inputs of all, computes alone, and hands each one the parts of the outputs that it was asked for. So the result
+// cannot depend on how many there are, nor on how the inputs are spread over them.
 
 #ifndef Exchange_h
 #define Exchange_h

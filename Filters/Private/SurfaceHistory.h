@@ -70,8 +70,9 @@ public:
     if (this->Remember(surface))
     {
       return this->Returned.insert(surface.Name).second
-               ? surface.Name + " is back where it was before; in Interactive mode what was cut stays cut: Reset brings the "
-                        "tissue back."
+               ? surface.Name +
+                   " is back where it was before; in Interactive mode what was cut stays cut: Reset brings the "
+                   "tissue back."
                : std::string();
     }
     if (removed > 0 || !this->Missing.insert(surface.Name).second)
@@ -84,7 +85,7 @@ public:
 private:
   std::set<std::tuple<std::string, Fingerprint, Fingerprint>> Places; // since rest: names, and where they were
   std::set<std::string> Returned;                                     // since rest: those that were told to be back
-  std::set<std::string> Missing;                                      // those that removed nothing when they worked last
+  std::set<std::string> Missing; // those that removed nothing when they worked last
 };
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Composite probes, cuts and carves are what their datasets are together: the same outputs, bit for bit, as from one input
-// for each, and one state in Interactive mode. A composite image is refused, once.
+// Composite probes, cuts and carves are what their datasets are together: the same outputs, bit for bit, as from one
+// input for each, and one state in Interactive mode. A composite image is refused, once.
 
 #include "FilterTest.h"
 
@@ -62,10 +62,12 @@ int TestChainMailComposite(int, char*[])
   Fill(image->GetPointData()->GetScalars(), image, [&](int, int, int) { return 10 + noise.Next() % 50; });
 
   const Parts probes = { MakeProbes({ { { { 7.0, 7.0, 5.0 } }, { { 1.0, 0.4, 0.0 } }, 1.2 } }),
-    MakeProbes({ { { { 18.0, 8.0, 6.0 } }, { { -0.4, 0.9, 0.3 } }, 1.0 }, { { { 12.0, 3.0, 3.0 } }, { { 0, 0, 0.7 } } } }) };
+    MakeProbes(
+      { { { { 18.0, 8.0, 6.0 } }, { { -0.4, 0.9, 0.3 } }, 1.0 }, { { { 12.0, 3.0, 3.0 } }, { { 0, 0, 0.7 } } } }) };
   const Parts blades = {
     MakeBlade({ { { { 9.4, -1.0, -1.0 } }, { { 9.4, 9.3, -1.0 } }, { { 9.4, 9.3, 13.0 } }, { { 9.4, -1.0, 13.0 } } } }),
-    MakeBlade({ { { { 15.3, 5.0, -1.0 } }, { { 15.3, 17.0, -1.0 } }, { { 15.3, 17.0, 7.2 } }, { { 15.3, 5.0, 7.2 } } } })
+    MakeBlade(
+      { { { { 15.3, 5.0, -1.0 } }, { { 15.3, 17.0, -1.0 } }, { { 15.3, 17.0, 7.2 } }, { { 15.3, 5.0, 7.2 } } } })
   };
   // Two that overlap, so that neither is in the other's inside by mistake, and one in parts that are closed together.
   const Parts balls = { Ball(12.0), Ball(14.0) };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an update depends on is told by contents. Voxels that are written in place give new tissue, whoever says so; equal
-// values in new arrays leave the tissue of Interactive mode as it is; and who writes to an output changes that output alone.
+// What an update depends on is told by contents. Voxels that are written in place give new tissue, whoever says so;
+// equal values in new arrays leave the tissue of Interactive mode as it is; and who writes to an output changes that
+// output alone.
 
 #include "FilterTest.h"
 
@@ -77,7 +78,8 @@ int TestChainMailContents(int, char*[])
   filter->Update();
   expectFresh("constraints written in place");
 
-  // Equal values in other arrays: the tissue goes on from where it was, step by step with a filter that keeps its arrays.
+  // Equal values in other arrays: the tissue goes on from where it was, step by step with a filter that keeps its
+  // arrays.
   vtkNew<vtkChainMailDeformation> kept;
   vtkNew<vtkImageData> same;
   same->DeepCopy(image);

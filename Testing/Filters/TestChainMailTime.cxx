@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whatever changes with time changes the outputs: the scan, a probe or a blade while the scan does not. The outputs have
-// the time steps of all of them.
+// Whatever changes with time changes the outputs: the scan, a probe or a blade while the scan does not. The outputs
+// have the time steps of all of them.
 
 #include "FilterTest.h"
 
