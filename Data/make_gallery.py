@@ -41,6 +41,11 @@ SKIN_OPACITIES = [(-1024, 0.0), (-800, 0.0), (-450, 0.35), (-60, 0.45), (80, 0.6
 # Views and pixels
 
 
+def shift(display, by):
+    """Shows a thing elsewhere. ParaView calls that Translation from 5.13 on, and Position before."""
+    setattr(display, "Translation" if "Translation" in display.ListProperties() else "Position", by)
+
+
 class Panel:
     """One view, its things, and its pixels."""
 
@@ -195,8 +200,8 @@ def time_map(panel, deformation, largest, title=None):
     panel.show(tissue, "Surface", (0.72, 0.74, 0.77), Ambient=1.0, Diffuse=0.0)
     reached = pv.Threshold(Input=model, Scalars=["POINTS", "PropagationTime"], LowerThreshold=-0.5,
                            UpperThreshold=1e30)
-    _, table = panel.coloured(reached, "PropagationTime", stretched(TIMES, 0.0, largest), Ambient=1.0, Diffuse=0.0,
-                              Position=[0, 0, 1])
+    display, table = panel.coloured(reached, "PropagationTime", stretched(TIMES, 0.0, largest), Ambient=1.0, Diffuse=0.0)
+    shift(display, [0, 0, 1])
     if title:
         panel.bar(table, title)
     return panel
@@ -258,9 +263,9 @@ def figure4(volumes):
         balls = pv.Glyph(Input=source, GlyphType="Sphere", ScaleFactor=6.5, GlyphMode="All Points")
         balls.GlyphType.ThetaResolution = balls.GlyphType.PhiResolution = 48
         if height > 0:
-            panel.show(balls, "Surface", (0.70, 0.73, 0.78), Position=[0, height, 0])
+            shift(panel.show(balls, "Surface", (0.70, 0.73, 0.78)), [0, height, 0])
         else:
-            panel.coloured(balls, "PropagationTime", colours, Position=[0, height, 0])
+            shift(panel.coloured(balls, "PropagationTime", colours)[0], [0, height, 0])
     for y, first, last in ((8, 0, 32), (-8, 8, 35.5)):
         line(panel, ((first, y, -6), (last, y, -6)), (0.45, 0.48, 0.52), 0.25)
     arrow(panel, (0, -8, 0), (4.4, 0, 0), radius=0.35)
@@ -309,7 +314,7 @@ def figure5(volumes):
         panel = Panel(420, 340, WHITE).face(centre, height)
         moved = title != "constraint"
         ghosts = panel.show(boxes(elements(deformation, False), 0.9), "Surface", (0.86, 0.87, 0.90), Ambient=1.0, Diffuse=0.0)
-        ghosts.Position = [0, 0, -5]
+        shift(ghosts, [0, 0, -5])
         if moved:
             _, table = panel.coloured(boxes(elements(deformation, True), 0.86), "PropagationTime", stretched(TIMES, 0.0, 2.0),
                                       Ambient=1.0, Diffuse=0.0)
@@ -436,7 +441,7 @@ def figure10(volumes):
         panel = Panel(360, 340, WHITE).face((-2, 0, 0), 94.0)
         if moved:
             ghost = panel.show(boxes(elements(deformation, False), 0.9), "Surface", (0.84, 0.86, 0.90), Ambient=1.0, Diffuse=0.0)
-            ghost.Position = [0, 0, -5]
+            shift(ghost, [0, 0, -5])
         colours = [(0.0, 0.25, 0.28, 0.33), (0.01, 0.25, 0.35, 0.60), (7.5, 0.90, 0.55, 0.30), (15.0, 0.80, 0.10, 0.15)]
         _, table = panel.coloured(boxes(elements(deformation, moved), 0.9), "Moved", colours, Ambient=1.0, Diffuse=0.0)
         if moved:

@@ -857,6 +857,6 @@ int TestChainMailInteractive(int argc, char* argv[])
   TestSwitches(check);
   TestErrors(check);
   TestEmptyHands(check);
-  TestManyUpdates(check, 10000);
+  TestManyUpdates(check, 2000);
   return check.Finish();
 }
