@@ -4,7 +4,6 @@ the README."""
 
 import os
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -13,7 +12,7 @@ import tempfile
 import time
 
 import numpy as np
-from harness import OUTPUT, require, run_pvpython
+from harness import OUTPUT, mpi_environment, mpiexec, require, run_pvpython
 from paraview import servermanager
 from paraview.simple import *
 from vtkmodules.util.misc import calldata_type
@@ -139,11 +138,8 @@ def main():
     expected = np.load(alone)
 
     one = [pvserver]
-    two = [shutil.which("mpiexec") or "mpiexec", "--oversubscribe", "-n", "2", pvserver]
-    # pvpython has started MPI for itself, and what that left in the environment would be taken for the new job's. Open MPI
-    # asks root for its word; other implementations know neither variable.
-    inherited = {key: value for key, value in os.environ.items() if not key.startswith(("OMPI_", "PMIX_", "PMI_", "ORTE_"))}
-    inherited.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+    two = mpiexec(2, pvserver)
+    inherited = mpi_environment()
     for name, command, loading in (("one process, loaded on the client first", one, ["local", "remote"]),
                                    ("one process, loaded on the server first", one, ["remote", "local"]),
                                    ("two processes, PV_PLUGIN_PATH", two, [])):

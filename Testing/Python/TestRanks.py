@@ -4,17 +4,13 @@ in between."""
 
 import json
 import os
-import shutil
-import subprocess
 import tempfile
 
 import numpy as np
 import pieces
 import harness  # not its names: scripts of programmable sources run in this module and bring their own
 
-mpiexec = shutil.which("mpiexec")
-if not mpiexec:
-    harness.skip("mpiexec was not found (on Debian the package openmpi-bin)")
+harness.mpiexec(1, "")  # or skips
 
 with tempfile.TemporaryDirectory(dir=harness.OUTPUT) as folder:
     plan = pieces.scenes(folder)
@@ -31,18 +27,9 @@ with tempfile.TemporaryDirectory(dir=harness.OUTPUT) as folder:
         json.dump(plan, file)
 
     for count in (1, 2, 3, 5) if pieces.EVERY else (3,):
-        command = [mpiexec, "--oversubscribe", "-n", str(count), os.environ.get("CHAINMAIL_PVBATCH", "pvbatch"), "--sym",
-                   pieces.__file__, os.path.join(folder, "plan.json"), folder]
-        # pvpython has started MPI for itself, and what that left in the environment would be taken for the new job's.
-        # Open MPI asks root for its word; other implementations know neither variable.
-        environment = {key: value for key, value in os.environ.items()
-                       if not key.startswith(("OMPI_", "PMIX_", "PMI_", "ORTE_"))}
-        environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-        done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                              timeout=3000)
-        harness.require(done.returncode == 0, "%d processes end with status %d:\n%s", count, done.returncode, done.stdout)
+        output = harness.run_pvbatch(count, "--sym", pieces.__file__, os.path.join(folder, "plan.json"), folder, timeout=3000)
         # The one error of each scene.
-        harness.require(done.stdout.count("holds no tissue") == len(plan), "%d processes report:\n%s", count, done.stdout)
+        harness.require(output.count("holds no tissue") == len(plan), "%d processes report:\n%s", count, output)
         for (name, step, port), whole in wholes.items():
             parts = []
             for rank in range(count):

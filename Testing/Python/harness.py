@@ -2,6 +2,7 @@
 needs is not there, and anything else when something is wrong. CTest gives it the variables that are read here."""
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -135,3 +136,29 @@ def run_pvpython(*arguments, **environment):
     done = subprocess.run([os.environ.get("CHAINMAIL_PVPYTHON", "pvpython"), *arguments], env=variables,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=600)
     return done.returncode, done.stdout
+
+
+def mpiexec(processes, program):
+    """The beginning of a command that runs a program in some processes; the test skips where there is no mpiexec."""
+    launcher = shutil.which("mpiexec")
+    if not launcher:
+        skip("mpiexec was not found (on Debian the package openmpi-bin)")
+    return [launcher, "--oversubscribe", "-n", str(processes), program]
+
+
+def mpi_environment():
+    """For such a command. pvpython has started MPI for itself, and what that left in the environment would be taken for
+    the new job's. Open MPI asks root for its word; other implementations know neither variable."""
+    environment = {key: value for key, value in os.environ.items()
+                   if not key.startswith(("OMPI_", "PMIX_", "PMI_", "ORTE_"))}
+    environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+    return environment
+
+
+def run_pvbatch(processes, *arguments, timeout=600):
+    """Runs pvbatch in some processes, which must end well. Returns all output."""
+    command = mpiexec(processes, os.environ.get("CHAINMAIL_PVBATCH", "pvbatch")) + list(arguments)
+    done = subprocess.run(command, env=mpi_environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          timeout=timeout)
+    require(done.returncode == 0, "%d processes end with status %d:\n%s", processes, done.returncode, done.stdout)
+    return done.stdout
