@@ -74,7 +74,8 @@ describe_machine() {
   [ -n "$memory" ] || fail "Neither /sys nor /proc is there, so the machine's memory and cores cannot be known. In a chroot run
   mount -t proc proc /proc"
   say "There is no /sys: telling PoCL and MPI of $(nproc) cores and $((memory / 1024)) MiB of memory"
-  export HWLOC_SYNTHETIC="numa:1(memory=$((memory * 1024))) pu:$(nproc)"
+  # Open MPI 5 maps processes to cores and finds none where only processing units are named.
+  export HWLOC_SYNTHETIC="numa:1(memory=$((memory * 1024))) core:$(nproc) pu:1"
 }
 
 # One X server of our own for everything that renders, until the script ends: Debian's ParaView cannot render without

@@ -154,9 +154,10 @@ def main():
             server.wait(60)  # the client is gone
         finally:
             stop(server)
-        # Nothing but the two errors. Where the server has the plugin first, ParaView misses two things on the client.
-        messages = text.count("ERR|") - (2 if loading[:1] == ["remote"] else 0)
-        require(messages == 2 and text.count("no tissue") == 2, "%s: instead of the two errors there are:\n%s", name, text)
+        # Nothing but the two errors. Where the server has the plugin first, ParaView misses two things on the client, as
+        # an error or, since 5.13, a warning.
+        lines = [line for line in text.splitlines() if "ERR|" in line and "Could not create object" not in line]
+        require(len(lines) == 2 and text.count("no tissue") == 2, "%s: instead of the two errors there are:\n%s", name, text)
         found = np.load(results)
         for key in expected:
             require((found[key] == expected[key]).all(), "%s: %s is another: %d of %d numbers", name, key,

@@ -160,5 +160,6 @@ def run_pvbatch(processes, *arguments, timeout=600):
     command = mpiexec(processes, os.environ.get("CHAINMAIL_PVBATCH", "pvbatch")) + list(arguments)
     done = subprocess.run(command, env=mpi_environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           timeout=timeout)
-    require(done.returncode == 0, "%d processes end with status %d:\n%s", processes, done.returncode, done.stdout)
-    return done.stdout
+    output = done.stdout.replace("\0", "")  # mpiexec's own messages may hold such, and pvpython prints none
+    require(done.returncode == 0, "%d processes end with status %d:\n%s", processes, done.returncode, output)
+    return output
