@@ -16,7 +16,7 @@ import xml.etree.ElementTree as ElementTree
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir))
 ROOMS = ("Data", "Filters", "Kernels", "Plugin", "Testing")
-COMMAND_PAGES = ("README.md", "CONTRIBUTING.md", "Data/Install.md", "Data/Using.md")
+COMMAND_PAGES = ("README.md", "CONTRIBUTING.md", "Data/Install.md", "Data/Using.md", "Data/Choosing.md", "Data/Gallery.md")
 MOST_LINES = {"README.md": 160, "CONTRIBUTING.md": 100}
 
 ROLES = "Testing/Roles/"
@@ -49,6 +49,10 @@ COMMANDS = [
     (r"export ASAN_OPTIONS=detect_leaks=0", "", {ROLES + "EngineAlone.cmake": ["ENV{ASAN_OPTIONS} detect_leaks=0"]}),
     (r"mpirun -np 4 pvbatch", "", {"Testing/Python/TestRanks.py": ["mpiexec("]}),
     (r"mpiexec -n 4 pvserver", "", {"Testing/Python/TestClientServer.py": ["mpiexec(2, pvserver)"]}),
+    (r"export PV_PLUGIN_PATH=build/\S+", "", {"Testing/CMakeLists.txt": ["PV_PLUGIN_PATH=${CHAINMAIL_PLUGIN_FOLDER}"]}),
+    (r"xvfb-run -a pvpython Data/make_gallery\.py .*", "", {"Testing/Rendering/TestGallery.py": ["make_gallery.main("]}),
+    (r"bash Testing/Trade/run\.sh", "it takes long; its programs are run at a small size", {"Testing/Trade/CMakeLists.txt": [
+        "measure.py", "report.py"], "Testing/Trade/run.sh": ["measure.py", "report.py"]}),
     (r"clang-format-14 -i FILES", "it changes files", {".clang-format": ["ColumnLimit"]}),
     (r"clang-tidy -p build FILES", "it is for the person who edits", {".clang-tidy": ["Checks"]}),
 ]
