@@ -333,7 +333,7 @@ PLANTED = [
     ("Data/Install.md", "simulation.relax(", "simulation.settle(", "has no settle()"),
     ("Data/Install.md", "VTK::ChainMailFilters", "VTK::ChainMail", "no outside program"),
     ("Data/Changes.md", None, "\nIn a crop such as a heart CT nearly all tissue is close to a face of the box, which holds it, and "
-     "to bright contrast agent,\nwhich the preset takes for bone.\n", "both say"),
+     "to bright contrast agent,\nwhich a preset takes for spongy bone.\n", "both say"),
     ("Plugin/ChainMailDeformation.xml", 'name="NeedsUpdate"', 'name="IsSettled"', "no property NeedsUpdate"),
 ]
 
