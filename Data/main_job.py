@@ -321,7 +321,7 @@ def main(arguments):
     say("%s: %s voxels of %s mm, '%s' from %g to %g", os.path.basename(options.scan),
         " x ".join("%d" % n for n in volume.size), " x ".join("%.3g" % s for s in volume.spacing), name, *volume.range)
 
-    # Filters > Medical > ChainMail Deformation. The panel fits material and threshold to the scan; for CT numbers
+    # Filters > ChainMail > ChainMail Deformation. The panel fits material and threshold to the scan; for CT numbers
     # there is a preset.
     deformation = ChainMailDeformation(Input=scan)
     errors.watch(deformation)
@@ -345,7 +345,7 @@ def main(arguments):
     say("Material: air below %g; constraint %s", threshold,
         ", ".join("%.2f at %g" % (point[1], point[0]) for point in material))
 
-    # Sources > ChainMail Probe, twice, and Sources > Plane for the blade.
+    # Sources > ChainMail > ChainMail Probe, twice, and a Plane for the blade.
     scene = plan_scene(volume, threshold, bone, options.probe, options.cut)
     probes = []
     for numbers in scene.probes:

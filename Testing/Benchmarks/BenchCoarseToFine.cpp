@@ -106,7 +106,7 @@ void settle(bench::Session& session, int n)
   bench::requireSound(simulation);
 
   const std::vector<double> sweep = bench::denseSweep(session, block);
-  const std::string scene = block.text() + ", two bones, one hand";
+  const std::string scene = block.text() + ", two bones, one handle";
   const auto timed = [&](bool coarse, int sweeps)
   {
     bench::Task task;

@@ -3,8 +3,7 @@
     python3 Testing/Benchmarks/report.py RESULTS PAGES PICTURES
 
 RESULTS: the folder that measure.sh left, or the one file of run-on-gpu.sh. PAGES: folder for Results.json (all numbers) and
-Results.md, where what stands between the markers is replaced. Where PAGES is this script's own folder, the table in the
-project's README.md is replaced, too. PICTURES: folder for speed-figure12.png and speed-table1.png.
+Results.md, where what stands between the markers is replaced. PICTURES: folder for speed-figure12.png and speed-table1.png.
 """
 
 import glob
@@ -18,8 +17,6 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
-
-HERE = os.path.dirname(os.path.abspath(__file__))
 
 
 class Run:
@@ -400,8 +397,6 @@ def main():
             images.append(f"![{text}]({os.path.relpath(picture, pages)})")
     page = "\n\n".join([summary, *images, "## All results", all_results(run).strip()])
     replace_between(os.path.join(pages, "Results.md"), "results", page)
-    if os.path.samefile(pages, HERE):
-        replace_between(os.path.join(HERE, "..", "..", "README.md"), "speed", summary)
     print(table)
 
 

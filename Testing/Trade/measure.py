@@ -45,7 +45,7 @@ from find_scene import Volume, plan_scene  # noqa: E402
 from make_forearm import DEFAULT_SIZE, make_forearm  # noqa: E402
 
 # What is offered in the panel: to drag, to look, to measure.
-PRESETS = {"Interactive": {"RelaxationPreset": 1}, "Balanced": {"RelaxationPreset": 2}, "Accurate": {"RelaxationPreset": 3}}
+PRESETS = {"Fast": {"RelaxationPreset": 1}, "Balanced": {"RelaxationPreset": 2}, "Accurate": {"RelaxationPreset": 3}}
 # More changes nothing but the last bits of float32.
 REFERENCE = {"RelaxationIterations": 3000, "RelaxationTolerance": 1e-7, "CoarseToFine": 1}
 
@@ -273,7 +273,7 @@ def time_updates(pull, settings, repeats):
 
 
 def drag(pull, reference, settings, frames=12, settling=12):
-    """Interactive mode: the hands go their way in so many updates, then hold still. Milliseconds of a frame, and errors on
+    """Interactive mode: the handles go their way in so many updates, then hold still. Milliseconds of a frame, and errors on
     arrival and after the frames that follow."""
     pull.set({**settings, "Mode": Deformation.MODE_INTERACTIVE})
     pull.filter.Reset()

@@ -1,6 +1,6 @@
-"""Turns what measure.py left into the tables of Data/Choosing.md and its plots, and into the short table of the README:
+"""Turns what measure.py left into the tables of Data/Choosing.md and its plots:
 
-    python3 Testing/Trade/report.py RESULTS PAGES PICTURES [README]
+    python3 Testing/Trade/report.py RESULTS PAGES PICTURES
 
 RESULTS: the folder with trade.json. PAGES: folder with Choosing.md, in which what stands between markers is replaced; where
 there is none, the tables alone are written. PICTURES: folder for trade.png and trade-elements.png."""
@@ -20,7 +20,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 WAYS = ("coarse to fine", "fine alone", "Paper")
-COLOURS = {"coarse to fine": "#1b6ca8", "fine alone": "#d98a1f", "Paper": "#b03a3a", "Interactive": "#6a3d9a",
+COLOURS = {"coarse to fine": "#1b6ca8", "fine alone": "#d98a1f", "Paper": "#b03a3a", "Fast": "#6a3d9a",
            "Balanced": "#1a7f37", "Accurate": "#111111"}
 MARKS = {1: "o", 2: "s", 4: "^", 8: "v"}
 LOWEST = 1e-3  # per cent of the pull; smaller errors are drawn here
@@ -75,26 +75,6 @@ def presets(run):
              "error of the worst hundredth [%]", "energy above the least [%]", "frame of a drag [ms]",
              "error on arrival, and settled [%]"], rows))
     return "\n\n".join(parts)
-
-
-def summary(run):
-    """What is offered, in short: how far from the optimum on each scene, and how far from finite elements."""
-    directions = {"up": "a pull up", "aside": "a drag aside"}
-    against = {(case["settings"], case["direction"]): min(case["against"], key=lambda other: other["rms"])
-               for case in (run["elements"] or {}).get("cases", []) if case.get("against") and case["contrast"] is None}
-    ways = [way for way in directions if any(way == direction for _, direction in against)]
-    rows = []
-    for name in run["scenes"][0]["presets"]:
-        cells = [f"`{name}`"]
-        for scene in run["scenes"]:
-            row = scene["presets"][name]
-            cells.append(f"{number(fastest(row))} ms, {percent(row['share'])} %")
-        for way in ways:
-            other = against.get((name, way))
-            cells.append(f"{percent(other['rms'])} %" if other else "-")
-        rows.append(cells)
-    return table(["`RelaxationPreset`"] + [f"{scene['scene']}, {scene['elements'] / 1e6:.2g} M elements" for scene in run["scenes"]]
-                 + [f"from finite elements, {directions[way]}" for way in ways], rows)
 
 
 def grid(run):
@@ -188,7 +168,7 @@ def elements(run):
     return (table(["pull", "model", "half of the pull is left at depth [mm]", "moves across the pull, rms [%]",
                    "bar moves by [%]", "spread within the bar [%]", "bar turns by [°]", "bar strained by [%]"], fields)
             + "\n\nThe field of ChainMail against those of finite elements: correlation along the pull, distance everywhere, and "
-            "distance along the line below the hand (rms, % of the pull):\n\n"
+            "distance along the line below the handle (rms, % of the pull):\n\n"
             + table(["pull", "ChainMail"] + [f"{law}, {poisson:g}" for law, poisson in solids], distances))
 
 
@@ -246,7 +226,7 @@ def plot_elements(run, path):
             elif case["settings"] == "reference" and case["contrast"] is None:
                 axis.plot(depth, case["profile"], "o-", ms=3, lw=1, color=colours[case["pull"]],
                           label=f"ChainMail, {case['pull']:g} mm")
-        axis.set_title(f"{name}, along the line below the hand")
+        axis.set_title(f"{name}, along the line below the handle")
         axis.set_xlabel("depth [mm]")
         axis.grid(True, alpha=0.2)
     axes[0].set_ylabel("displacement, share of the pull")
@@ -268,7 +248,7 @@ def replace(path, sections):
         file.write(page)
 
 
-def main(results, pages, pictures, readme=None):
+def main(results, pages, pictures):
     with open(os.path.join(results, "trade.json")) as file:
         run = json.load(file)
     sections = {"presets": presets(run), "grid": grid(run), "switches": switches(run), "reference": references(run),
@@ -287,11 +267,9 @@ def main(results, pages, pictures, readme=None):
         with open(path, "w") as file:
             file.write("".join(f"<!-- {name}: begin -->\n<!-- {name}: end -->\n\n" for name in sections))
     replace(path, sections)
-    if readme:
-        replace(readme, {"trade": summary(run) + "\n\n" + sections["machine"]})
     plot_trade(run, os.path.join(pictures, "trade.png"))
     plot_elements(run, os.path.join(pictures, "trade-elements.png"))
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:5])
+    main(*sys.argv[1:4])
