@@ -45,7 +45,7 @@ from find_scene import Volume, plan_scene  # noqa: E402
 from make_forearm import DEFAULT_SIZE, make_forearm  # noqa: E402
 
 # What is offered in the panel: to drag, to look, to measure.
-PRESETS = {"Interactive": {"RelaxationPreset": 1}, "Balanced": {"RelaxationPreset": 2}, "Accurate": {"RelaxationPreset": 3}}
+PRESETS = {"Fast": {"RelaxationPreset": 1}, "Balanced": {"RelaxationPreset": 2}, "Accurate": {"RelaxationPreset": 3}}
 # More changes nothing but the last bits of float32.
 REFERENCE = {"RelaxationIterations": 3000, "RelaxationTolerance": 1e-7, "CoarseToFine": 1}
 

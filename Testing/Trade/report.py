@@ -20,7 +20,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 WAYS = ("coarse to fine", "fine alone", "Paper")
-COLOURS = {"coarse to fine": "#1b6ca8", "fine alone": "#d98a1f", "Paper": "#b03a3a", "Interactive": "#6a3d9a",
+COLOURS = {"coarse to fine": "#1b6ca8", "fine alone": "#d98a1f", "Paper": "#b03a3a", "Fast": "#6a3d9a",
            "Balanced": "#1a7f37", "Accurate": "#111111"}
 MARKS = {1: "o", 2: "s", 4: "^", 8: "v"}
 LOWEST = 1e-3  # per cent of the pull; smaller errors are drawn here
