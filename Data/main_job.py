@@ -273,7 +273,7 @@ def report(proxy, probes, seconds, step, softness):
             say("        (held by another probe, by bone or by a face of the image; --softness %.1f would give more)",
                 min(2.8, 1.5 * softness))
     say("    elements moved %d, energy %.5g mm, largest link excess %.2g, relaxation iterations %d",
-        numbers("ActiveElements")[0], numbers("Energy")[0], numbers("MaxLinkExcess")[0],
+        numbers("DisplacedElements")[0], numbers("Energy")[0], numbers("MaxLinkExcess")[0],
         numbers("RelaxationIterationsUsed")[0])
     say("    milliseconds: upload %.0f, propagate %.0f, relax %.0f, resample %.0f, download %.0f; with all else %.0f",
         *numbers("Milliseconds"), 1000 * seconds)

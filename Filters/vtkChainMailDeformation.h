@@ -36,12 +36,12 @@
  * current deformation, in this order:
  *
  * 1. Every `Cuts` surface that the last update did not have cuts. A surface that moved cuts again at its new place, as
- * a knife does; one that is gone changes nothing: what is cut stays cut.
+ *    a knife does; one that is gone changes nothing: what is cut stays cut.
  * 2. Every `Carves` surface that the last update did not have carves, likewise. A surface that comes back to where it
  *    was since rest, as Undo in ParaView makes it, brings back no tissue, and is warned about once: Reset() does.
  * 3. Probes. One with the position and radius of a probe that is held already is that probe, and goes where its
  *    `Displacement` says now, counted from where its tissue was when it was grabbed. Any other one grabs the tissue
- * that is at its position now. Probes that are gone let go of their tissue where it is.
+ *    that is at its position now. Probes that are gone let go of their tissue where it is.
  * 4. Waves travel for at most PropagationIterations, then tissue settles for at most RelaxationIterations. This happens
  *    in every update that the contents of an input or Modified() call for. GetNeedsUpdate() tells whether there is more
  *    to do, and makes the next Update() do it:
@@ -53,7 +53,7 @@
  * } while (filter->GetNeedsUpdate());
  * @endcode
  *
- * Other tissue (the image, its scalars, place or spacing, material, anchors, ModelReduction, Device, BlockSize), and
+ * Other tissue (the image, its scalars, place or spacing, material, anchors, ModelReduction, Device, BrickSize), and
  * switching to this mode, start from rest, and everything that is connected is applied anew. Reset() is the way back to
  * rest. Whether tissue is another is told by the contents of its arrays: equal values in new arrays, from a reader that
  * ran again say, go on from where it was.
@@ -63,6 +63,8 @@
  * leaves tissue at rest, cuts and carves as they are; the next one grabs anew.
  *
  * @section vtkChainMailDeformation-errors Errors
+ *
+ * Enumerated properties take any number; one that stands for nothing is an error of the next update.
  *
  * An update that fails reports one error, sets the error code (GetErrorCode()), and goes on showing: both outputs are
  * the last good ones, or the image as it is where there is none that fits it, with the message in the field array
@@ -85,7 +87,7 @@
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades. Vertices and lines are
  *   ignored, an empty dataset cuts nothing. One that meets no tissue is warned about once, until it does.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
- * of any number of parts; elements inside it are removed and show BackgroundValue. A surface that is not closed is an
+ *   of any number of parts; elements inside it are removed and show BackgroundValue. A surface that is not closed is an
  *   error. Vertices and lines are ignored, an empty dataset carves nothing. One that meets no tissue is warned about
  *   once, until it does.
  *
@@ -102,8 +104,8 @@
  * - 1, the model at rest on the input's grid, with the point arrays `Displacement` (3 floats, world axes, [mm]),
  *   `Constraint` (float, fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air), `Element`
  *   (unsigned char: 0 air or carved away, 1 tissue) and `Cluster` (int, number of the rigid cluster, -1 none;
- * components as `Constraint`). With PropagationTimes also `PropagationTime` (float, components as `Constraint`: how far
- * along links the last wave that came here had travelled from its probe, the sum of the D of these links [mm]; of 1
+ *   components as `Constraint`). With PropagationTimes also `PropagationTime` (float, components as `Constraint`: how far
+ *   along links the last wave that came here had travelled from its probe, the sum of the D of these links [mm]; of 1
  *   component it is that along the image's x axis; -1: no wave came) and `Wavefront` (int, likewise: the number of that
  *   wave since rest, from 1 on; 0 none).
  *
@@ -112,8 +114,8 @@
  * what the hand pulls them with, world axes, no unit), `Energy` [mm] (with ElasticRecovery r below 1 only strain of
  * more than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C), fraction of the spacing),
  * `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `CoarseToFineStep` (the share of what came from coarser grids
- * that was taken: 1 all, 0 none; -1 where the last relaxation did not start on any), `ActiveElements` (elements away from
- * their rest place),
+ * that was taken: 1 all, 0 none; -1 where the last relaxation did not start on any), `DisplacedElements` (elements away
+ * from their rest place; also by its deprecated name `ActiveElements`),
  * `Milliseconds` (upload, propagate, relax, resample, download; 0 for what did not have to be done again),
  * `PeakDeviceMemory` (the most that all these filters of the process held on the device during this update [MB]) and
  * `DeviceName`.
@@ -202,7 +204,7 @@ public:
    * softer than muscle, nothing rigid as bone is as dark as air. The presets bring their own threshold:
    * MaterialFunction and TissueThreshold are not read. Default: MATERIAL_FUNCTION.
    */
-  vtkSetClampMacro(MaterialPreset, int, MATERIAL_FUNCTION, MATERIAL_MR);
+  vtkSetMacro(MaterialPreset, int);
   vtkGetMacro(MaterialPreset, int);
   void SetMaterialPresetToFunction() { this->SetMaterialPreset(MATERIAL_FUNCTION); }
   void SetMaterialPresetToCT() { this->SetMaterialPreset(MATERIAL_CT); }
@@ -280,7 +282,7 @@ public:
    * alone. MODE_INTERACTIVE (1): an update goes on from the state that the last one left, see above. Default:
    * MODE_FROM_REST.
    */
-  vtkSetClampMacro(Mode, int, MODE_FROM_REST, MODE_INTERACTIVE);
+  vtkSetMacro(Mode, int);
   vtkGetMacro(Mode, int);
   void SetModeToFromRest() { this->SetMode(MODE_FROM_REST); }
   void SetModeToInteractive() { this->SetMode(MODE_INTERACTIVE); }
@@ -317,7 +319,7 @@ public:
    * float rounding. With MODE_INTERACTIVE a change finishes the waves that are under way. Default:
    * PROPAGATION_ENVELOPE.
    */
-  vtkSetClampMacro(PropagationMethod, int, PROPAGATION_ENVELOPE, PROPAGATION_TIMESTAMP);
+  vtkSetMacro(PropagationMethod, int);
   vtkGetMacro(PropagationMethod, int);
   void SetPropagationMethodToEnvelope() { this->SetPropagationMethod(PROPAGATION_ENVELOPE); }
   void SetPropagationMethodToTimestamp() { this->SetPropagationMethod(PROPAGATION_TIMESTAMP); }
@@ -345,7 +347,7 @@ public:
    * (0): the later probe is shortened, along each axis, to what the earlier ones allow. CONFLICT_LATEST (1), as
    * published: the later one gets all, and drags the tissue of the earlier ones along. Default: CONFLICT_LIMIT.
    */
-  vtkSetClampMacro(ConflictPolicy, int, CONFLICT_LIMIT, CONFLICT_LATEST);
+  vtkSetMacro(ConflictPolicy, int);
   vtkGetMacro(ConflictPolicy, int);
   void SetConflictPolicyToLimit() { this->SetConflictPolicy(CONFLICT_LIMIT); }
   void SetConflictPolicyToLatest() { this->SetConflictPolicy(CONFLICT_LATEST); }
@@ -374,7 +376,7 @@ public:
    * neighbours, whatever (C) says. It leaves links too long (`MaxLinkExcess`), locks rigid tissue, and may go on
    * without end. Default: RELAXATION_PROJECTED.
    */
-  vtkSetClampMacro(RelaxationMethod, int, RELAXATION_PROJECTED, RELAXATION_PAPER);
+  vtkSetMacro(RelaxationMethod, int);
   vtkGetMacro(RelaxationMethod, int);
   void SetRelaxationMethodToProjected() { this->SetRelaxationMethod(RELAXATION_PROJECTED); }
   void SetRelaxationMethodToPaper() { this->SetRelaxationMethod(RELAXATION_PAPER); }
@@ -383,25 +385,27 @@ public:
   enum RelaxationPresets
   {
     RELAXATION_CUSTOM = 0,
-    RELAXATION_INTERACTIVE = 1,
+    RELAXATION_FAST = 1,
     RELAXATION_BALANCED = 2,
-    RELAXATION_ACCURATE = 3
+    RELAXATION_ACCURATE = 3,
+    RELAXATION_INTERACTIVE = RELAXATION_FAST ///< deprecated: a mode has that name
   };
 
   ///@{
   /**
    * How long tissue settles in an update. RELAXATION_CUSTOM (0): as CoarseToFine, RelaxationIterations and
    * RelaxationTolerance say. The others stand for values of these three and leave the properties themselves alone;
-   * Data/Choosing.md of the project has their cost and error. RELAXATION_INTERACTIVE (1), for dragging: off, 10, 1e-3.
+   * Data/Choosing.md of the project has their cost and error. RELAXATION_FAST (1), for dragging: off, 10, 1e-3.
    * RELAXATION_BALANCED (2), for a picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), for a measurement:
    * on, 1000, 1e-5. Default: RELAXATION_CUSTOM.
    */
-  vtkSetClampMacro(RelaxationPreset, int, RELAXATION_CUSTOM, RELAXATION_ACCURATE);
+  vtkSetMacro(RelaxationPreset, int);
   vtkGetMacro(RelaxationPreset, int);
   void SetRelaxationPresetToCustom() { this->SetRelaxationPreset(RELAXATION_CUSTOM); }
-  void SetRelaxationPresetToInteractive() { this->SetRelaxationPreset(RELAXATION_INTERACTIVE); }
+  void SetRelaxationPresetToFast() { this->SetRelaxationPreset(RELAXATION_FAST); }
   void SetRelaxationPresetToBalanced() { this->SetRelaxationPreset(RELAXATION_BALANCED); }
   void SetRelaxationPresetToAccurate() { this->SetRelaxationPreset(RELAXATION_ACCURATE); }
+  void SetRelaxationPresetToInteractive() { this->SetRelaxationPresetToFast(); } ///< deprecated
   ///@}
 
   ///@{
@@ -449,7 +453,7 @@ public:
    * displacements are interpolated between elements, on their own side of every cut. An element is where one of its
    * voxels is, and gives as much as they do on average; it is rigid or anchored where one of them is, so bone never
    * bends, but is up to ModelReduction - 1 voxels thicker. Bodies closer than an element may stick together. Energy and
-   * forces count as those of the whole model; MaxLinkExcess, ActiveElements and RelaxationTolerance are of the
+   * forces count as those of the whole model; MaxLinkExcess, DisplacedElements and RelaxationTolerance are of the
    * elements. Any other number is an error. Default: 1.
    */
   vtkSetMacro(ModelReduction, int);
@@ -468,7 +472,7 @@ public:
    * tissue and not finite have no weight beside others) or INTERPOLATION_NEAREST (1, nearest voxel). Label arrays, ids
    * and arrays of bits, strings and variants always take the nearest voxel. Default: INTERPOLATION_LINEAR.
    */
-  vtkSetClampMacro(Interpolation, int, INTERPOLATION_LINEAR, INTERPOLATION_NEAREST);
+  vtkSetMacro(Interpolation, int);
   vtkGetMacro(Interpolation, int);
   void SetInterpolationToLinear() { this->SetInterpolation(INTERPOLATION_LINEAR); }
   void SetInterpolationToNearest() { this->SetInterpolation(INTERPOLATION_NEAREST); }
@@ -526,8 +530,17 @@ public:
    * Elements per brick, the unit of memory and work on the device: each 0 or a power of two, x in [4, 64], y and z in
    * [2, 32]; 0 is the best for the device. Changes speed alone, no result. Default: 0 0 0.
    */
-  vtkSetVector3Macro(BlockSize, int);
-  vtkGetVector3Macro(BlockSize, int);
+  vtkSetVector3Macro(BrickSize, int);
+  vtkGetVector3Macro(BrickSize, int);
+  ///@}
+
+  ///@{
+  /**
+   * Deprecated names of the brick size.
+   */
+  void SetBlockSize(int x, int y, int z) { this->SetBrickSize(x, y, z); }
+  void SetBlockSize(const int size[3]) { this->SetBrickSize(size); }
+  int* GetBlockSize() VTK_SIZEHINT(3) { return this->GetBrickSize(); }
   ///@}
 
   ///@{
@@ -580,7 +593,7 @@ private:
   double BackgroundValue;
   int OutputPadding = 0;
   std::string Device;
-  int BlockSize[3] = { 0, 0, 0 };
+  int BrickSize[3] = { 0, 0, 0 };
   vtkSmartPointer<vtkStringArray> AvailableDevices;
   vtkSmartPointer<vtkMultiProcessController> Controller;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Fingerprint.h"
 
-#include "vtkChainMailSampling.h"
+#include "Arrays.h"
 
 #include "vtkSMPTools.h"
 
@@ -92,7 +92,7 @@ Fingerprint FingerprintOf(vtkDataArray* array)
   {
     return FingerprintOf(array->GetVoidPointer(0), (values + 7) / 8, Mix(before ^ values));
   }
-  const vtkSmartPointer<vtkDataArray> interleaved = vtkChainMailSampling::Interleaved(array);
+  const vtkSmartPointer<vtkDataArray> interleaved = Interleaved(array);
   return FingerprintOf(interleaved->GetVoidPointer(0), values * array->GetDataTypeSize(), before);
 }
 

@@ -15,6 +15,8 @@
 #include "vtkPointSet.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
 
+#include <utility>
+
 namespace vtkChainMail
 {
 
@@ -198,6 +200,30 @@ Inputs CollectInputs(vtkInformationVector** inputs)
     }
   }
   return all;
+}
+
+bool InputWatch::IsUnchanged(vtkInformationVector** connected, const Inputs& inputs, vtkMTimeType filterTime)
+{
+  // Times tell soon that nothing changed, but not that something did: a reader runs again for every piece.
+  decltype(this->Times) times;
+  for (int port = 0; port < NUMBER_OF_PORTS; ++port)
+  {
+    for (int input = 0; input < connected[port]->GetNumberOfInformationObjects(); ++input)
+    {
+      vtkDataObject* data = vtkDataObject::GetData(connected[port], input);
+      times.emplace_back(data, data ? data->GetMTime() : 0, data ? data->GetUpdateTime() : 0);
+    }
+    times.emplace_back(); // the next port
+  }
+  const vtkMTimeType filterBefore = this->FilterTime;
+  const Fingerprint contentsBefore = this->Contents;
+  this->FilterTime = filterTime;
+  if (times != this->Times)
+  {
+    this->Times = std::move(times);
+    this->Contents = inputs.GetFingerprint();
+  }
+  return this->FilterTime == filterBefore && this->Contents == contentsBefore;
 }
 
 }

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <string>
+#include <tuple>
 #include <vector>
 
 class vtkInformationVector;
@@ -63,6 +64,20 @@ struct Inputs
 
 /// This process's own. Empty datasets are left out.
 Inputs CollectInputs(vtkInformationVector** inputs);
+
+/// Tells whether an update has anything to do.
+class InputWatch
+{
+public:
+  /// Whether no property of the filter and nothing in its inputs changed since this was last asked. `inputs` are those
+  /// of `connected`, `filterTime` is when a property changed last.
+  bool IsUnchanged(vtkInformationVector** connected, const Inputs& inputs, vtkMTimeType filterTime);
+
+private:
+  vtkMTimeType FilterTime = 0;
+  std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> Times; // of each dataset, and when it was made
+  Fingerprint Contents = 0;
+};
 
 }
 

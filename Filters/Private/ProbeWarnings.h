@@ -4,6 +4,8 @@
 #ifndef ProbeWarnings_h
 #define ProbeWarnings_h
 
+#include "Scene.h"
+
 #include "Simulation.h"
 
 #include <set>
@@ -22,39 +24,30 @@ public:
   void Clear() { this->Probes.clear(); }
 
   /// `present`: the numbers of the probes that do so now. Returns those that did not before.
-  std::vector<std::size_t> Renew(const std::vector<chainmail::Probe>& probes, const std::vector<std::size_t>& present)
-  {
-    std::vector<std::size_t> added;
-    std::set<Place> now;
-    for (const std::size_t p : present)
-    {
-      const Place place(probes[p].position, probes[p].radius);
-      now.insert(place);
-      if (this->Probes.count(place) == 0)
-      {
-        added.push_back(p);
-      }
-    }
-    this->Probes = std::move(now);
-    return added;
-  }
+  std::vector<std::size_t> Renew(const std::vector<chainmail::Probe>& probes, const std::vector<std::size_t>& present);
 
 private:
   using Place = std::pair<chainmail::Vector3, double>;
   std::set<Place> Probes;
 };
 
-/// "a; b; c; and 240 more.": `name(p)` of the first few.
-template <typename F> std::string List(const std::vector<std::size_t>& probes, const F& name)
+/// Probes that hold nothing, and those that got far less than they asked for.
+class ProbeWarnings
 {
-  constexpr std::size_t mostNamed = 3;
-  std::string list;
-  for (std::size_t n = 0; n < probes.size() && n < mostNamed; ++n)
-  {
-    list += (n == 0 ? "" : "; ") + name(probes[n]);
-  }
-  return list + (probes.size() > mostNamed ? "; and " + std::to_string(probes.size() - mostNamed) + " more." : ".");
-}
+public:
+  void Clear();
+
+  /// What there is to say after an update of these probes, which the simulation holds; empty: nothing, or nothing new.
+  /// `results`: of all probes of the scene.
+  std::string OfEmptyHandles(
+    const Scene& scene, const std::vector<std::size_t>& held, const std::vector<chainmail::ProbeResult>& results);
+  std::string OfShortProbes(const Scene& scene, const std::vector<std::size_t>& held,
+    const std::vector<chainmail::ProbeResult>& results, const chainmail::Simulation& simulation);
+
+private:
+  WarnedProbes Empty;
+  WarnedProbes Short;
+};
 
 }
 

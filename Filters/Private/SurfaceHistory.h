@@ -5,8 +5,7 @@
 #define SurfaceHistory_h
 
 #include "Fingerprint.h"
-
-#include "Simulation.h"
+#include "Surfaces.h"
 
 #include <set>
 #include <string>
@@ -16,16 +15,7 @@
 namespace vtkChainMail
 {
 
-/// The polygons of one dataset of Cuts or Carves.
-struct InputSurface
-{
-  std::string Name; ///< "Cuts input 0", for messages
-  chainmail::Surface Triangles;
-};
-
-/**
- * What the surfaces of one port did.
- */
+/// What the surfaces of one port did.
 class SurfaceHistory
 {
 public:

@@ -109,7 +109,7 @@ int main(int argc, char** argv)
       {
         figures[names[part]] = drag.field("Milliseconds", part);
       }
-      figures["elements displaced"] = drag.field("ActiveElements");
+      figures["elements displaced"] = drag.field("DisplacedElements");
       figures["times the engine"] = bench::median(milliseconds[0]) / bench::median(milliseconds[1]);
       session.report({ name, "filter", milliseconds[0], figures });
       session.report({ name, "engine", milliseconds[1],

@@ -103,7 +103,7 @@ void ofFilter(bench::Session& session, const std::string& name, vtkImageData* sc
       { "peak of an update, device [MB]", drag.field("PeakDeviceMemory") },
       { "bytes of the process per voxel", (resident() - before) / voxels },
       { "peak of an update, device and host [MB]", 1e-6 * most }, { "peak [MB per million voxels]", most / voxels },
-      { "elements reached", drag.field("ActiveElements") } } });
+      { "elements reached", drag.field("DisplacedElements") } } });
 }
 
 }

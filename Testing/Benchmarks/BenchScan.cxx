@@ -49,7 +49,7 @@ void frames(bench::Session& session, const std::string& name, vtkImageData* scan
   frame.check = [&]
   {
     drag.requireSound(true);
-    displaced = drag.field("ActiveElements");
+    displaced = drag.field("DisplacedElements");
     for (int part = 0; part < 5; ++part)
     {
       parts[part].push_back(drag.field("Milliseconds", part));

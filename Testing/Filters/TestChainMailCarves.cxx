@@ -151,7 +151,7 @@ void TestInside(Checks& check)
     Array(image, "Other")->GetRange(range);
     check.Equal(Array(volume, "Other")->GetTuple1(image->FindPoint(centre)), range[0],
       where + "other arrays show their smallest");
-    check.Equal(Field(volume, "ActiveElements"), 0.0, where + "nothing moved");
+    check.Equal(Field(volume, "DisplacedElements"), 0.0, where + "nothing moved");
 
     // The same surface in other words.
     vtkNew<vtkImageData> expected;
@@ -242,7 +242,7 @@ void TestAsAir(Checks& check)
     filter->Update();
   }
   check.That(gone > 100, "something is carved");
-  check.That(Field(carved->GetOutput(), "ActiveElements") > 300.0, "the rest is pulled");
+  check.That(Field(carved->GetOutput(), "DisplacedElements") > 300.0, "the rest is pulled");
   for (const char* name : { "Displacement", "Constraint", "Element", "Cluster", "PropagationTime", "Wavefront" })
   {
     check.That(SameBits(Array(carved->GetModelOutput(), name), Array(air->GetModelOutput(), name)),

@@ -108,7 +108,7 @@ int TestChainMailDefaults(int, char*[])
   number("OutputPadding", filter->GetOutputPadding());
   word("vtkGetCharFromStdStringMacro(Device)", "\"" + std::string(filter->GetDevice()) + "\"");
   number("ModelReduction", filter->GetModelReduction());
-  word("vtkGetVector3Macro(BlockSize,", vector(filter->GetBlockSize(), 3));
+  word("vtkGetVector3Macro(BrickSize,", vector(filter->GetBrickSize(), 3));
 
   // Ranges.
   filter->SetPropagationIterations(-1);
@@ -117,19 +117,6 @@ int TestChainMailDefaults(int, char*[])
   check.Equal(filter->GetElasticRecovery(), 0.0, "ElasticRecovery from 0");
   filter->SetElasticRecovery(1.1);
   check.Equal(filter->GetElasticRecovery(), 1.0, "ElasticRecovery to 1");
-  filter->SetMode(7);
-  check.Equal(filter->GetMode(), 1, "Mode to 1");
-  filter->SetMode(-7);
-  check.Equal(filter->GetMode(), 0, "Mode from 0");
-  filter->SetPropagationMethod(7);
-  check.Equal(filter->GetPropagationMethod(), 1, "PropagationMethod to 1");
-  filter->SetPropagationMethodToEnvelope();
-  filter->SetConflictPolicy(7);
-  check.Equal(filter->GetConflictPolicy(), 1, "ConflictPolicy to 1");
-  filter->SetConflictPolicyToLimit();
-  filter->SetRelaxationMethod(7);
-  check.Equal(filter->GetRelaxationMethod(), 1, "RelaxationMethod to 1");
-  filter->SetRelaxationMethodToProjected();
   filter->SetRelaxationIterations(-1);
   check.Equal(filter->GetRelaxationIterations(), 0, "RelaxationIterations from 0");
   filter->SetRelaxationTolerance(-1.0);
@@ -138,10 +125,20 @@ int TestChainMailDefaults(int, char*[])
   check.Equal(filter->GetOutputPadding(), 0, "OutputPadding from 0");
   filter->SetOutputPadding(1000000);
   check.Equal(filter->GetOutputPadding(), 4096, "OutputPadding to 4096");
-  filter->SetMaterialPreset(9);
-  check.Equal(filter->GetMaterialPreset(), 2, "MaterialPreset to 2");
-  filter->SetInterpolation(-9);
-  check.Equal(filter->GetInterpolation(), 0, "Interpolation from 0");
+  // A choice that stands for nothing is told by the update (TestChainMailErrors), and printed.
+  vtkNew<vtkChainMailDeformation> strange;
+  strange->SetMode(7);
+  strange->SetInterpolation(-9);
+  std::ostringstream strangeText;
+  strange->PrintSelf(strangeText, vtkIndent());
+  check.Contains(strangeText.str(), "Mode: (unknown)", "PrintSelf");
+  check.Contains(strangeText.str(), "Interpolation: (unknown)", "PrintSelf");
+  // Names that other versions had.
+  strange->SetRelaxationPresetToInteractive();
+  check.Equal(
+    strange->GetRelaxationPreset(), static_cast<int>(vtkChainMailDeformation::RELAXATION_FAST), "Interactive");
+  strange->SetBlockSize(8, 4, 2);
+  check.Equal(strange->GetBrickSize()[1], 4, "BlockSize");
 
   // A setter that changes something modifies the filter, once; repeated it does not, not even with NaN.
   vtkNew<vtkPiecewiseFunction> function;
@@ -169,7 +166,7 @@ int TestChainMailDefaults(int, char*[])
     { "BackgroundValue NaN", [&] { filter->SetBackgroundValue(std::nan("")); } },
     { "OutputPadding", [&] { filter->SetOutputPadding(3); } },
     { "Device", [&] { filter->SetDevice("some"); } },
-    { "BlockSize", [&] { filter->SetBlockSize(8, 4, 2); } },
+    { "BrickSize", [&] { filter->SetBrickSize(8, 4, 2); } },
     { "ModelReduction", [&] { filter->SetModelReduction(4); } },
   };
   for (const auto& setter : setters)
@@ -216,7 +213,7 @@ int TestChainMailDefaults(int, char*[])
          "PropagationMethod: Timestamp", "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: Off",
          "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "RelaxationIterations: 7", "RelaxationTolerance: 0.5",
          "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3", "Device: some",
-         "BlockSize: 8 4 2", "ModelReduction: 4" })
+         "BrickSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

@@ -56,9 +56,16 @@ void Apply(Scene& scene, vtkChainMailDeformation* filter)
   filter->SetConstraintArray("");
   filter->SetTissueThreshold(10.0);
   filter->SetDevice("");
-  filter->SetBlockSize(0, 0, 0);
+  filter->SetBrickSize(0, 0, 0);
   filter->SetModelReduction(1);
   filter->ClearLabelArrays();
+  filter->SetMaterialPresetToFunction();
+  filter->SetModeToFromRest();
+  filter->SetPropagationMethodToEnvelope();
+  filter->SetConflictPolicyToLimit();
+  filter->SetRelaxationMethodToProjected();
+  filter->SetRelaxationPresetToCustom();
+  filter->SetInterpolationToLinear();
 }
 
 /// A way to spoil the scene or the filter, and what the message has to say.
@@ -170,10 +177,24 @@ int TestChainMailErrors(int, char*[])
       { s.Image->SetDirectionMatrix(1.0, 0.3, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0); } },
     { "unknown device", { "no such device as this", "" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetDevice("no such device as this"); }, true },
-    { "odd block size", { "block size", "power" }, [](Scene&, vtkChainMailDeformation* f) { f->SetBlockSize(5, 4, 4); },
+    { "odd block size", { "block size", "power" }, [](Scene&, vtkChainMailDeformation* f) { f->SetBrickSize(5, 4, 4); },
       true },
     { "model reduction by 3", { "model reduction", "1, 2, 4 or 8" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetModelReduction(3); }, true },
+    { "material preset of no name", { "MaterialPreset is 3", "0 (Function), 1 (CT) or 2 (MR)" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetMaterialPreset(3); } },
+    { "mode of no name", { "Mode is -1", "0 (FromRest) or 1 (Interactive)" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetMode(-1); } },
+    { "propagation of no name", { "PropagationMethod is 2", "0 (Envelope) or 1 (Timestamp)" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetPropagationMethod(2); } },
+    { "conflict policy of no name", { "ConflictPolicy is 9", "0 (Limit) or 1 (Latest)" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetConflictPolicy(9); } },
+    { "relaxation of no name", { "RelaxationMethod is 2", "0 (Projected) or 1 (Paper)" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetRelaxationMethod(2); } },
+    { "relaxation preset of no name", { "RelaxationPreset is 4", "0 (Custom), 1 (Fast), 2 (Balanced) or 3 (Accurate)" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetRelaxationPreset(4); } },
+    { "interpolation of no name", { "Interpolation is -2", "0 (Linear) or 1 (Nearest)" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetInterpolation(-2); } },
     { "probe in air", { "Probes input 0, point 0 at (3.25, 4, 4)", "holds no tissue", "radius" },
       [](Scene& s, vtkChainMailDeformation*) { s.Probes->GetPoints()->SetPoint(0, 3.25, 4.0, 4.0); }, true },
     { "probe outside", { "Probes input 0, point 1 at (100, 4, 4)", "holds no tissue" },
@@ -231,7 +252,7 @@ int TestChainMailErrors(int, char*[])
   vtkNew<vtkChainMailDeformation> reference;
   Apply(good, reference);
   reference->Update();
-  check.That(Field(reference->GetOutput(), "ActiveElements") > 10.0, "the good scene is deformed");
+  check.That(Field(reference->GetOutput(), "DisplacedElements") > 10.0, "the good scene is deformed");
 
   // One filter goes through all cases, each after a good update.
   vtkNew<vtkChainMailDeformation> filter;

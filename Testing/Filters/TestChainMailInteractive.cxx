@@ -515,7 +515,7 @@ void TestWaves(Checks& check)
       filter->SetModeToInteractive();
       filter->SetPropagationMethod(method);
       filter->SetRelaxationIterations(0);
-      filter->SetBlockSize(4, 2, 2); // so that an iteration does not see everything
+      filter->SetBrickSize(4, 2, 2); // so that an iteration does not see everything
       filter->SetInputDataObject(1, Pull(2.25, 0.5, -0.75));
     }
     whole->Update();
@@ -660,9 +660,9 @@ void TestErrors(Checks& check)
   fails("device", { "no such device" });
   filter->SetDevice("");
   bench.Expect(check, bar, "after an unknown device");
-  filter->SetBlockSize(5, 5, 5);
+  filter->SetBrickSize(5, 5, 5);
   fails("block size", { "power" });
-  filter->SetBlockSize(0, 0, 0);
+  filter->SetBrickSize(0, 0, 0);
   bench.Expect(check, bar, "after a bad block size");
   bench.Probe(std::nan(""), 1.0);
   fails("probe nowhere", { "finite" });
@@ -835,7 +835,7 @@ void TestManyUpdates(Checks& check, int updates)
       check.That(SameOutputs(bench.Filter, fresh.Filter), "update " + std::to_string(n) + ": the bits of a new filter");
     }
   }
-  check.That(Field(bench.Filter->GetOutput(), "ActiveElements") > 0.0, "many updates: tissue is displaced");
+  check.That(Field(bench.Filter->GetOutput(), "DisplacedElements") > 0.0, "many updates: tissue is displaced");
   check.Equal(bench.Log.TakeErrors(), std::string(), "many updates: no error");
 }
 

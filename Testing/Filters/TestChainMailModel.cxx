@@ -152,7 +152,7 @@ int TestChainMailModel(int, char*[])
     }
     check.Equal(clusters.size(), std::size_t(2), "two rods");
     check.That(clusters.count(0) == 1 && clusters.count(1) == 1, "numbered from 0");
-    check.Equal(Field(model, "ActiveElements"), static_cast<double>(moved), "ActiveElements are those that moved");
+    check.Equal(Field(model, "DisplacedElements"), static_cast<double>(moved), "DisplacedElements are those that moved");
     check.That(moved > 200, "the scene is deformed");
     check.That(Field(model, "MaxLinkExcess") >= 0.0 && Field(model, "MaxLinkExcess") <= 1e-5, "MaxLinkExcess");
     const double energy = EnergyOf(model, [](const double*, const double*) { return false; });

@@ -155,7 +155,7 @@ void TestManyShortProbes(Checks& check)
 void TestUnfinishedWaves(Checks& check)
 {
   Bench bench(vtkChainMailDeformation::MODE_INTERACTIVE);
-  bench.Filter->SetBlockSize(4, 2, 2);
+  bench.Filter->SetBrickSize(4, 2, 2);
   bench.Filter->SetPropagationIterations(1);
   bench.Probes = { At(8.0, 8.0, 8.0, { { 30.0, 0.0, 0.0 } }) };
   int updates = 0;

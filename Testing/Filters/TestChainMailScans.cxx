@@ -337,7 +337,7 @@ void TestScan(Checks& check, const std::string& file, const std::string& name)
       {
         continue;
       }
-      filter->SetBlockSize(block[0], block[1], block[2]);
+      filter->SetBrickSize(block[0], block[1], block[2]);
       sameBits(envelope, ": the same bits in other blocks");
       if (thorough)
       {
@@ -346,7 +346,7 @@ void TestScan(Checks& check, const std::string& file, const std::string& name)
         filter->SetPropagationMethodToEnvelope();
       }
     }
-    filter->SetBlockSize(0, 0, 0);
+    filter->SetBrickSize(0, 0, 0);
     if (number > 1)
     {
       filter->SetInputDataObject(1, Probes(tissue, std::vector<Pull>(some.rbegin(), some.rend())));

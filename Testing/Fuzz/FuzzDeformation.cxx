@@ -364,7 +364,7 @@ struct Good
     filter->SetBackgroundValue(-1.0);
     filter->SetOutputPadding(2);
     filter->SetDevice("");
-    filter->SetBlockSize(0, 0, 0);
+    filter->SetBrickSize(0, 0, 0);
     filter->SetAbortExecute(0);
   }
 };
@@ -390,9 +390,13 @@ std::vector<vtkSmartPointer<vtkAbstractArray>> Results(vtkChainMailDeformation* 
 void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageData* image)
 {
   const auto now = [&] { return chance.OneIn(6); };
+  // An enumerated property; seldom a value that stands for nothing.
+  const auto choice = [&](int last) {
+    return chance.OneIn(20) ? chance.Of({ -1, last + 1, VTK_INT_MAX }) : chance.Between(0, last);
+  };
   if (now())
   {
-    filter->SetMaterialPreset(chance.Between(-1, 4));
+    filter->SetMaterialPreset(choice(2));
   }
   if (now())
   {
@@ -415,11 +419,11 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (chance.OneIn(3))
   {
-    filter->SetMode(chance.Between(-1, 2));
+    filter->SetMode(choice(1));
   }
   if (now())
   {
-    filter->SetPropagationMethod(chance.Between(-1, 2));
+    filter->SetPropagationMethod(choice(1));
   }
   if (now())
   {
@@ -427,7 +431,7 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
-    filter->SetConflictPolicy(chance.Between(-1, 2));
+    filter->SetConflictPolicy(choice(1));
   }
   if (now())
   {
@@ -435,11 +439,11 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
-    filter->SetRelaxationMethod(chance.Between(-1, 2));
+    filter->SetRelaxationMethod(choice(1));
   }
   if (now())
   {
-    filter->SetRelaxationPreset(chance.OneIn(3) ? chance.Between(-1, 4) : 0);
+    filter->SetRelaxationPreset(chance.OneIn(3) ? choice(3) : 0);
     filter->SetCoarseToFine(chance.OneIn(2));
   }
   if (now())
@@ -461,7 +465,7 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
-    filter->SetInterpolation(chance.Between(-1, 2));
+    filter->SetInterpolation(choice(1));
   }
   if (now())
   {
@@ -488,7 +492,7 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
-    filter->SetBlockSize(
+    filter->SetBrickSize(
       chance.Of({ 0, 4, 8, 16, 5, -4 }), chance.Of({ 0, 2, 4, 16, 1 }), chance.Of({ 0, 2, 8, 4, VTK_INT_MAX }));
   }
   if (now())

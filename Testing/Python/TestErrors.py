@@ -76,9 +76,9 @@ for what, y in (("material function that reaches 1", 1.0), ("material function b
     recovers(what)
 
 # Block sizes outside what the property documents.
-deformation.BlockSize = [5, 4, 4]
+deformation.BrickSize = [5, 4, 4]
 expect_error(deformation, reports, "5")
-deformation.BlockSize = [0, 0, 0]
+deformation.BrickSize = [0, 0, 0]
 recovers("block size that is no power of two")
 
 # Probes.

@@ -39,7 +39,7 @@ for probes in (scene.probes, scene.probes + [second], [second] + scene.probes):
     last = oracle.distances(hands[-1][0])
     for (method, number), block in itertools.product(
             METHODS.items(), ([0, 0, 0], [4, 2, 2], [4, 4, 4], [8, 2, 4], [16, 16, 2], [64, 32, 2])):
-        result.again(PropagationMethod=number, BlockSize=block)
+        result.again(PropagationMethod=number, BrickSize=block)
         what = "figure 5, %d probes, %s, blocks of %s" % (len(probes), method, block)
         require((result.displacement == expected).all(), "%s: off by up to %g mm", what,
                 np.abs(result.displacement - expected).max())
@@ -59,7 +59,7 @@ links = np.indices((n, n, n)).sum(axis=0).ravel()
 image = scenes.make_image(np.full((n, n, n), 0.25, np.float32), "Fraction")
 for reach in range(1, 26):
     scene = scenes.Scene(image, [scenes.grab((0, 0, 0), (0.25 * reach, 0, 0))], ConstraintArray="Fraction", TissueThreshold=0.0,
-                         AnchoredFaces=[0] * 6, RelaxationIterations=0, BlockSize=[4, 2, 2])
+                         AnchoredFaces=[0] * 6, RelaxationIterations=0, BrickSize=[4, 2, 2])
     result = run(scene)
     for method, number in METHODS.items():
         result.again(PropagationMethod=number)

@@ -87,7 +87,7 @@ before = blood.sum() * spacing**3 / 1000
 now = factor[blood].sum() * spacing**3 / 1000
 seen = (points_of(result.volume, "Blood") > 0).sum() * spacing**3 / 1000
 print("figure 9: %d elements move, the wall by %.1f mm; the blood within 60 mm takes %.1f ml, %.1f at rest, %.1f in the "
-      "picture; %.0f ms" % (field(result.volume, "ActiveElements")[0, 0], np.median(went[wall]), now, before, seen,
+      "picture; %.0f ms" % (field(result.volume, "DisplacedElements")[0, 0], np.median(went[wall]), now, before, seen,
                             field(result.volume, "Milliseconds").sum()))
 require(now > before + 15.0, "the chamber does not grow: from %g to %g ml", before, now)
 require(abs(seen - now) < 0.01 * before, "in the picture the chamber has %g ml, not %g", seen, now)

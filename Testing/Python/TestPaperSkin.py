@@ -55,7 +55,7 @@ def check(make, name, threshold, across, out, bone, least_gap):
         print("%s, %s: the hooks are %s mm short, the gap is %.1f mm; %d large bones moved by up to %.2f mm; %d elements move; "
               "%.2f ml, now %.2f, in the picture %.2f; %.0f ms" % (
                   name, label, " and ".join("%.1f" % s for s in short), gap, went.size, went.max(),
-                  field(result.volume, "ActiveElements")[0, 0], before, now, seen,
+                  field(result.volume, "DisplacedElements")[0, 0], before, now, seen,
                   field(result.volume, "Milliseconds").sum()), flush=True)
         require(abs(seen - now) <= 0.001 * before, "%s, %s: %g ml are lost", name, label, now - seen)
     (closed, held), (open_, free) = results["whole"], results["cut"]

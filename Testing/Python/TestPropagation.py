@@ -136,10 +136,10 @@ five = check(isotropic, pulled, deformation, reports, "five probes")
 
 # The same bits, not only the same numbers, whatever the size of the blocks and the order of the probes.
 for block in ([4, 4, 4], [8, 8, 8], [32, 4, 2]):
-    deformation.BlockSize = block
+    deformation.BrickSize = block
     _, model = update(deformation, reports)
     require(same_bits(points_of(model, "Displacement"), five), "blocks of %s change a bit", block)
-deformation.BlockSize = [0, 0, 0]
+deformation.BrickSize = [0, 0, 0]
 deformation.Probes = list(reversed(deformation.Probes))
 _, model = update(deformation, reports)
 require(same_bits(points_of(model, "Displacement"), five), "the order of the probes changes a bit")

@@ -19,7 +19,7 @@ CHANGED = {"MaterialPreset": "Function", "TissueThreshold": 60.0, "AnchorRigid":
            "ConflictPolicy": "Latest", "PropagationTimes": 0, "RelaxationMethod": "Paper",
            "RelaxationPreset": "Accurate", "CoarseToFine": 1,
            "ElasticRecovery": 0.75,
-           "OutputPadding": 2, "BlockSize": [8, 4, 4], "ModelReduction": "2", "LabelArrays": ["RTData"]}
+           "OutputPadding": 2, "BrickSize": [8, 4, 4], "ModelReduction": "2", "LabelArrays": ["RTData"]}
 # What the filter did not have at first.
 LATER = {"Mode": "FromRest", "PropagationMethod": "Envelope", "PropagationIterations": 0, "ConflictPolicy": "Limit",
          "PropagationTimes": 1, "RelaxationMethod": "Projected", "RelaxationPreset": "Custom",

@@ -1,79 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Private to vtkChainMailDeformation: samples the point arrays of an image at displaced places, each in its own type.
+// Samples the point arrays of an image at displaced places, each in its own type.
 
-#ifndef vtkChainMailSampling_h
-#define vtkChainMailSampling_h
+#ifndef Sampling_h
+#define Sampling_h
+
+#include "Arrays.h"
 
 #include "Model.h"
 
-#include "vtkAbstractArray.h"
 #include "vtkBitArray.h"
-#include "vtkDataArray.h"
 #include "vtkSMPTools.h"
-#include "vtkSmartPointer.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <limits>
 #include <memory>
-#include <new>
 #include <type_traits>
 #include <vector>
 
-namespace vtkChainMailSampling
+namespace vtkChainMail
 {
 
-/// Room for so many tuples of a number of bytes; of `zeros`, the system gives memory to what is written to, when it is.
-/// Throws std::bad_alloc, where VTK's own allocation would end the process unless VTK was built for release.
-inline void Allocate(vtkDataArray* array, vtkIdType tuples, bool zeros = false)
-{
-  const vtkIdType values = tuples * array->GetNumberOfComponents();
-  const std::size_t size = static_cast<std::size_t>(array->GetDataTypeSize());
-  void* memory = zeros ? std::calloc(values, size) : std::malloc(values * size);
-  if (!memory && values > 0)
-  {
-    throw std::bad_alloc();
-  }
-  array->SetVoidArray(memory, values, 0, vtkAbstractArray::VTK_DATA_ARRAY_FREE);
-}
-
-/// Gives `array` the name, components and information of `like`.
-inline void Describe(vtkAbstractArray* array, vtkAbstractArray* like)
-{
-  array->SetName(like->GetName());
-  array->SetNumberOfComponents(like->GetNumberOfComponents());
-  array->CopyComponentNames(like);
-  if (like->HasInformation())
-  {
-    array->CopyInformation(like->GetInformation());
-  }
-}
-
-/**
- * An array of numbers whose tuples lie one after the other in memory: `array` itself, or a copy of one that is stored
- * in another way (by component, mapped, ...). Not for bits.
- */
-inline vtkSmartPointer<vtkDataArray> Interleaved(vtkDataArray* array)
-{
-  if (array->HasStandardMemoryLayout())
-  {
-    return array;
-  }
-  auto copy = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(array->GetDataType()));
-  Describe(copy, array);
-  Allocate(copy, array->GetNumberOfTuples());
-  array->ExportToVoidPointer(copy->GetVoidPointer(0));
-  return copy;
-}
-
-/**
- * The size of an image of so many voxels with so many more on every side: axes with a single one have no sides.
- */
+/// The size of an image of so many voxels with so many more on every side: axes with a single one have no sides.
 inline chainmail::Grid Padded(const std::array<int, 3>& size, int padding)
 {
   chainmail::Grid grid;
@@ -84,9 +36,7 @@ inline chainmail::Grid Padded(const std::array<int, 3>& size, int padding)
   return grid;
 }
 
-/**
- * The most padding, up to `wanted`, with which there are no more voxels than can be handled.
- */
+/// The most padding, up to `wanted`, with which there are no more voxels than can be handled.
 inline int FittingPadding(const std::array<int, 3>& size, int wanted)
 {
   while (wanted > 0 && !Padded(size, wanted).fits())
@@ -96,10 +46,8 @@ inline int FittingPadding(const std::array<int, 3>& size, int wanted)
   return wanted;
 }
 
-/**
- * The input's grid and the padded grid of the output. Indices are those of the input, from 0; an output voxel in the
- * padding has a negative one, or one beyond the size.
- */
+/// The input's grid and the padded grid of the output. Indices are those of the input, from 0; an output voxel in the
+/// padding has a negative one, or one beyond the size.
 struct Grids
 {
   std::array<int, 3> Size;
@@ -130,10 +78,8 @@ struct Grids
   }
 };
 
-/**
- * A box of output voxels and, 3 numbers a voxel, where the material of each comes from relative to it [voxels]: 0: from
- * nowhere else; NaN: none is left.
- */
+/// A box of output voxels and, 3 numbers a voxel, where the material of each comes from relative to it [voxels]: 0:
+/// from nowhere else; NaN: none is left.
 struct Box
 {
   std::array<int, 3> First;
@@ -159,14 +105,10 @@ struct Box
   }
 };
 
-/**
- * Whether a voxel of the input is tissue at rest. Called from several threads.
- */
+/// Whether a voxel of the input is tissue at rest. Called from several threads.
 using TissueTest = std::function<bool(vtkIdType)>;
 
-/**
- * One array of the output, made from one of the input.
- */
+/// One array of the output, made from one of the input.
 class ArraySampler
 {
 public:
@@ -179,9 +121,7 @@ public:
   virtual vtkAbstractArray* GetOutput() = 0;
 };
 
-/**
- * Arrays of numbers, stored interleaved: trilinear or nearest.
- */
+/// Arrays of numbers, stored interleaved: trilinear or nearest.
 template <typename T> class NumericSampler : public ArraySampler
 {
 public:
@@ -453,10 +393,8 @@ private:
   T* Out = nullptr;
 };
 
-/**
- * Arrays of bits, strings and variants: nearest. Serial, since neighbouring bits share a byte and strings a look-up.
- * The background is a bit of 0, an empty string or an invalid variant.
- */
+/// Arrays of bits, strings and variants: nearest. Serial, since neighbouring bits share a byte and strings a look-up.
+/// The background is a bit of 0, an empty string or an invalid variant.
 class TupleSampler : public ArraySampler
 {
 public:
@@ -547,9 +485,7 @@ private:
   vtkSmartPointer<vtkAbstractArray> Output;
 };
 
-/**
- * The sampler for an array. `background` NaN: the array's own smallest finite value, by component.
- */
+/// The sampler for an array. `background` NaN: the array's own smallest finite value, by component.
 inline std::unique_ptr<ArraySampler> MakeSampler(
   vtkAbstractArray* input, const Grids& grids, bool nearest, double background, const TissueTest& isTissue)
 {
@@ -564,10 +500,8 @@ inline std::unique_ptr<ArraySampler> MakeSampler(
   return std::make_unique<TupleSampler>(input, grids);
 }
 
-/**
- * An array of the grid, not of what moves through it, such as which of its voxels are blank: it stays where it is, with
- * 0 in the padding.
- */
+/// An array of the grid, not of what moves through it, such as which of its voxels are blank: it stays where it is,
+/// with 0 in the padding.
 class StillArray : public ArraySampler
 {
 public:

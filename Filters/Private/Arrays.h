@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Arrays of numbers that may be as large as a scan.
+
+#ifndef Arrays_h
+#define Arrays_h
+
+#include "vtkAbstractArray.h"
+#include "vtkDataArray.h"
+#include "vtkSmartPointer.h"
+
+#include <cstdlib>
+#include <new>
+
+namespace vtkChainMail
+{
+
+/// Room for so many tuples of a number of bytes; of `zeros`, the system gives memory to what is written to, when it is.
+/// Throws std::bad_alloc, where VTK's own allocation would end the process unless VTK was built for release.
+inline void Allocate(vtkDataArray* array, vtkIdType tuples, bool zeros = false)
+{
+  const vtkIdType values = tuples * array->GetNumberOfComponents();
+  const std::size_t size = static_cast<std::size_t>(array->GetDataTypeSize());
+  void* memory = zeros ? std::calloc(values, size) : std::malloc(values * size);
+  if (!memory && values > 0)
+  {
+    throw std::bad_alloc();
+  }
+  array->SetVoidArray(memory, values, 0, vtkAbstractArray::VTK_DATA_ARRAY_FREE);
+}
+
+/// Gives `array` the name, components and information of `like`.
+inline void Describe(vtkAbstractArray* array, vtkAbstractArray* like)
+{
+  array->SetName(like->GetName());
+  array->SetNumberOfComponents(like->GetNumberOfComponents());
+  array->CopyComponentNames(like);
+  if (like->HasInformation())
+  {
+    array->CopyInformation(like->GetInformation());
+  }
+}
+
+/// An array of numbers whose tuples lie one after the other in memory: `array` itself, or a copy of one that is stored
+/// in another way (by component, mapped, ...). Not for bits.
+inline vtkSmartPointer<vtkDataArray> Interleaved(vtkDataArray* array)
+{
+  if (array->HasStandardMemoryLayout())
+  {
+    return array;
+  }
+  auto copy = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(array->GetDataType()));
+  Describe(copy, array);
+  Allocate(copy, array->GetNumberOfTuples());
+  array->ExportToVoidPointer(copy->GetVoidPointer(0));
+  return copy;
+}
+
+/// A new array of numbers with room for so many tuples, see Allocate().
+template <typename ArrayType>
+vtkSmartPointer<ArrayType> MakeArray(const char* name, int components, vtkIdType tuples, bool zeros = false)
+{
+  auto array = vtkSmartPointer<ArrayType>::New();
+  array->SetName(name);
+  array->SetNumberOfComponents(components);
+  Allocate(array, tuples, zeros);
+  return array;
+}
+
+}
+
+#endif

@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Outputs.h"
+
+#include "Arrays.h"
+#include "Sampling.h"
+
+#include "vtkCellData.h"
+#include "vtkDoubleArray.h"
+#include "vtkFieldData.h"
+#include "vtkIdTypeArray.h"
+#include "vtkMath.h"
+#include "vtkMatrix3x3.h"
+#include "vtkNew.h"
+#include "vtkPointData.h"
+#include "vtkSMPTools.h"
+#include "vtkStringArray.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+/// One for each point array of the image.
+std::vector<std::unique_ptr<ArraySampler>> MakeSamplers(
+  const Scene& scene, const Grids& grids, vtkDataArray* engineScalars)
+{
+  // As the model tells it, which may be asked by one thread alone.
+  const double threshold = scene.Tissue.Threshold;
+  const auto isTissue = [engineScalars, threshold](vtkIdType voxel)
+  {
+    const double scalar = engineScalars->GetComponent(voxel, 0);
+    return std::isfinite(scalar) && scalar >= threshold;
+  };
+  vtkPointData* arrays = scene.Image->GetPointData();
+  std::vector<std::unique_ptr<ArraySampler>> samplers;
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    vtkAbstractArray* array = arrays->GetAbstractArray(a);
+    const std::string name = array->GetName() ? array->GetName() : "";
+    const bool isLabel = std::find(scene.LabelArrays.begin(), scene.LabelArrays.end(), name) != scene.LabelArrays.end();
+    const bool nearest =
+      scene.Nearest || isLabel || array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds();
+    const double background = array == scene.Scalars ? scene.BackgroundValue : vtkMath::Nan();
+    if (name == vtkDataSetAttributes::GhostArrayName())
+    {
+      samplers.push_back(std::make_unique<StillArray>(array, grids));
+    }
+    else
+    {
+      samplers.push_back(MakeSampler(array, grids, nearest, background, isTissue));
+    }
+  }
+  return samplers;
+}
+
+/// The copies of the arrays that are the active ones of the image are those of `out`. Global ids would have to be
+/// unique: tissue that stretches shows one twice.
+void CopyActiveAttributes(vtkPointData* arrays, vtkPointData* out)
+{
+  for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
+  {
+    vtkAbstractArray* active =
+      attribute == vtkDataSetAttributes::GLOBALIDS ? nullptr : arrays->GetAbstractAttribute(attribute);
+    for (int a = 0; active && a < arrays->GetNumberOfArrays(); ++a)
+    {
+      if (arrays->GetAbstractArray(a) == active)
+      {
+        out->SetActiveAttribute(a, attribute);
+      }
+    }
+  }
+}
+
+/// The grid of the scene's image, with more voxels on every side.
+void CopyGrid(const Scene& scene, const std::array<int, 3>& padding, vtkImageData* output)
+{
+  int extent[6];
+  scene.Image->GetExtent(extent);
+  for (int a = 0; a < 3; ++a)
+  {
+    extent[2 * a] -= padding[a];
+    extent[2 * a + 1] += padding[a];
+  }
+  output->SetOrigin(scene.Image->GetOrigin());
+  output->SetSpacing(scene.Image->GetSpacing());
+  output->SetDirectionMatrix(scene.Image->GetDirectionMatrix());
+  output->SetExtent(extent);
+}
+
+}
+
+std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(const Scene& scene)
+{
+  const auto deformed = vtkSmartPointer<vtkImageData>::New();
+  const auto model = vtkSmartPointer<vtkImageData>::New();
+  this->Reports.Run(RESAMPLE, 0.75, 0.9, [&] { this->WriteDeformed(scene, deformed); });
+  this->WriteModel(scene, model);
+  const double peak = 1e-6 * static_cast<double>(this->Source.GetSimulation().takePeakDeviceBytes());
+  this->WriteFieldData(scene, peak, deformed);
+  this->WriteFieldData(scene, peak, model);
+  return { { deformed, model } };
+}
+
+void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
+{
+  CopyGrid(scene, scene.Padding, output);
+  const Grids grids{ scene.Tissue.Size, scene.Padding };
+  const auto samplers = MakeSamplers(scene, grids, this->Source.GetEngineScalars());
+  this->Source.GetSimulation().resample(scene.Padding,
+    [&](const chainmail::ResampledBox& box)
+    {
+      for (const auto& sampler : samplers)
+      {
+        sampler->Sample({ box.first, box.size, box.offset });
+      }
+    });
+
+  this->WarnAboutLostArrays(scene.Image);
+  if (vtkAbstractArray* ghosts = scene.Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
+  {
+    output->GetCellData()->AddArray(StillArray(ghosts, grids.Cells()).GetOutput());
+  }
+  for (const auto& sampler : samplers)
+  {
+    output->GetPointData()->AddArray(sampler->GetOutput());
+  }
+  CopyActiveAttributes(scene.Image->GetPointData(), output->GetPointData());
+}
+
+void Outputs::WriteModel(const Scene& scene, vtkImageData* output)
+{
+  CopyGrid(scene, { { 0, 0, 0 } }, output);
+  vtkPointData* arrays = output->GetPointData();
+
+  const bool sameTissue = this->TissueChanges == this->Source.GetTissueChanges();
+  if (!sameTissue || !this->Element.IsIntact() || !this->Constraint.IsIntact())
+  {
+    this->Reports.Run(DOWNLOAD, 0.9, 0.93, [&] { this->FetchTissue(scene); });
+    this->TissueChanges = this->Source.GetTissueChanges();
+  }
+  if (this->LinkChanges != this->Source.GetLinkChanges() || !this->Cluster.IsIntact())
+  {
+    this->Reports.Run(DOWNLOAD, 0.93, 0.95,
+      [&]
+      {
+        const auto cluster =
+          MakeArray<vtkIntArray>("Cluster", this->Source.GetModel().axes(), scene.Image->GetNumberOfPoints());
+        this->Source.GetSimulation().clusters(cluster->GetPointer(0));
+        this->Cluster.Set(cluster);
+      });
+    this->LinkChanges = this->Source.GetLinkChanges();
+  }
+  this->Reports.Run(DOWNLOAD, 0.95, 0.98, [&] { arrays->SetVectors(this->FetchDisplacement(scene)); });
+  arrays->AddArray(this->Constraint.Get());
+  arrays->SetScalars(this->Element.Get());
+  arrays->AddArray(this->Cluster.Get());
+  if (scene.PropagationTimes)
+  {
+    this->Reports.Run(DOWNLOAD, 0.98, 1.0, [&] { this->FetchTimes(scene, arrays); });
+  }
+}
+
+void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageData* output)
+{
+  const Findings& found = this->Source.GetFindings();
+  vtkFieldData* fields = output->GetFieldData();
+  fields->ShallowCopy(scene.Image->GetFieldData());
+
+  const vtkIdType numberOfProbes = static_cast<vtkIdType>(found.Probes.size());
+  const auto addVectors = [&](const char* name, Vector3 chainmail::ProbeResult::*member)
+  {
+    vtkNew<vtkDoubleArray> array;
+    array->SetName(name);
+    array->SetNumberOfComponents(3);
+    array->SetNumberOfTuples(numberOfProbes);
+    for (vtkIdType p = 0; p < numberOfProbes; ++p)
+    {
+      double world[3];
+      scene.Space.VectorToWorld((found.Probes[p].*member).data(), world);
+      array->SetTuple(p, world);
+    }
+    fields->AddArray(array);
+  };
+  const auto addRow = [&](vtkDataArray* array, const char* name, const std::vector<double>& row)
+  {
+    array->SetName(name);
+    array->SetNumberOfComponents(static_cast<int>(row.size()));
+    array->InsertNextTuple(row.data());
+    fields->AddArray(array);
+  };
+  addRow(vtkNew<vtkDoubleArray>(), "Energy", { found.Statistics.energy });
+  addRow(vtkNew<vtkDoubleArray>(), "MaxLinkExcess", { found.Statistics.maxLinkExcess });
+  addRow(vtkNew<vtkIntArray>(), "PropagationIterationsUsed", { static_cast<double>(found.Propagation.iterations) });
+  addRow(vtkNew<vtkIntArray>(), "RelaxationIterationsUsed", { static_cast<double>(found.Relaxation.iterations) });
+  addRow(vtkNew<vtkDoubleArray>(), "CoarseToFineStep", { found.Relaxation.coarseStep.value_or(-1.0) });
+  addRow(vtkNew<vtkIdTypeArray>(), "DisplacedElements", { static_cast<double>(found.Statistics.displaced) });
+  addRow(
+    vtkNew<vtkIdTypeArray>(), "ActiveElements", { static_cast<double>(found.Statistics.displaced) }); // its old name
+  vtkNew<vtkDoubleArray> milliseconds;
+  addRow(
+    milliseconds, "Milliseconds", { this->Reports.GetMilliseconds().begin(), this->Reports.GetMilliseconds().end() });
+  const char* const times[NUMBER_OF_TIMES] = { "upload", "propagate", "relax", "resample", "download" };
+  for (int t = 0; t < NUMBER_OF_TIMES; ++t)
+  {
+    milliseconds->SetComponentName(t, times[t]);
+  }
+
+  addRow(vtkNew<vtkDoubleArray>(), "PeakDeviceMemory", { peakMegabytes });
+
+  vtkNew<vtkStringArray> device;
+  device->SetName("DeviceName");
+  device->InsertNextValue(this->Source.GetSimulation().deviceName());
+  fields->AddArray(device);
+
+  // Last: field data has as many rows as its first array, and where that is none ParaView shows and sends nothing.
+  addVectors("ProbeReached", &chainmail::ProbeResult::reached);
+  addVectors("ProbeForce", &chainmail::ProbeResult::force);
+}
+
+void Outputs::FetchTissue(const Scene& scene)
+{
+  const vtkIdType voxels = scene.Image->GetNumberOfPoints();
+  const int axes = this->Source.GetModel().axes();
+  const auto constraint = MakeArray<vtkFloatArray>("Constraint", axes, voxels);
+  const auto element = MakeArray<vtkUnsignedCharArray>("Element", 1, voxels);
+  const int width = scene.Tissue.Size[0];
+  float* c = constraint->GetPointer(0);
+  unsigned char* e = element->GetPointer(0);
+  this->Source.GetSimulation().elements(e);
+  for (int k = 0; k < scene.Tissue.Size[2]; ++k)
+  {
+    for (int j = 0; j < scene.Tissue.Size[1]; ++j)
+    {
+      this->Source.GetModel().row(0, j, k, width, c);
+      for (int i = 0; i < width; ++i, c += axes, ++e)
+      {
+        // The engine marks air by an infinite constraint and anchors by a negative one.
+        for (int a = 0; a < axes; ++a)
+        {
+          c[a] = *e ? std::fabs(c[a]) : 0.0f;
+        }
+      }
+    }
+  }
+  this->Constraint.Set(constraint);
+  this->Element.Set(element);
+}
+
+vtkSmartPointer<vtkFloatArray> Outputs::FetchDisplacement(const Scene& scene)
+{
+  const vtkIdType voxels = scene.Image->GetNumberOfPoints();
+  const auto displacement = MakeArray<vtkFloatArray>("Displacement", 3, voxels, true);
+  float* u = displacement->GetPointer(0);
+  this->Source.GetSimulation().displacements(u, true);
+  if (scene.Space.IsRotated())
+  {
+    vtkSMPTools::For(0, voxels,
+      [&](vtkIdType first, vtkIdType last)
+      {
+        for (vtkIdType v = first; v < last; ++v)
+        {
+          if (u[3 * v] != 0.0f || u[3 * v + 1] != 0.0f || u[3 * v + 2] != 0.0f)
+          {
+            scene.Space.VectorToWorld(u + 3 * v, u + 3 * v);
+          }
+        }
+      });
+  }
+  return displacement;
+}
+
+void Outputs::FetchTimes(const Scene& scene, vtkPointData* output)
+{
+  const vtkIdType voxels = scene.Image->GetNumberOfPoints();
+  const int axes = this->Source.GetModel().axes();
+  const auto time = MakeArray<vtkFloatArray>("PropagationTime", axes, voxels);
+  float* t = time->GetPointer(0);
+  this->Source.GetSimulation().propagationTimes(t);
+  const Vector3& spacing = scene.Space.GetSpacing();
+  vtkSMPTools::For(0, voxels,
+    [&](vtkIdType first, vtkIdType last)
+    {
+      for (int a = 0; a < axes; ++a)
+      {
+        for (vtkIdType n = first * axes + a; n < last * axes; n += axes)
+        {
+          // Where no wave came it is negative, and stays so.
+          t[n] = t[n] > 0.0f ? static_cast<float>(t[n] * spacing[a]) : t[n];
+        }
+      }
+    });
+  const auto wavefront = MakeArray<vtkIntArray>("Wavefront", axes, voxels, true);
+  this->Source.GetSimulation().wavefronts(wavefront->GetPointer(0), true);
+  output->AddArray(time);
+  output->AddArray(wavefront);
+}
+
+void Outputs::WarnAboutLostArrays(vtkImageData* image)
+{
+  std::set<std::string> names;
+  vtkCellData* arrays = image->GetCellData();
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    const char* name = arrays->GetArrayName(a);
+    names.insert(name ? name : "");
+  }
+  names.erase(vtkDataSetAttributes::GhostArrayName());
+  if (!names.empty() && names != this->LostArrays)
+  {
+    std::string list;
+    for (const std::string& name : names)
+    {
+      list += (list.empty() ? "" : ", ") + name;
+    }
+    this->Reports.Warn("Cell arrays are not deformed and not passed on: " + list +
+                       ". To have them deformed, put Cell Data to Point Data before this filter.");
+  }
+  this->LostArrays = std::move(names);
+}
+
+}

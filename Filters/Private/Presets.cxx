@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Presets.h"
+
+#include "../vtkChainMailDeformation.h"
+
+#include "vtkPiecewiseFunction.h"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace vtkChainMail
+{
+
+void GetPresetMaterial(int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function)
+{
+  using Nodes = std::vector<std::array<double, 2>>; // scalar, constraint
+
+  Nodes nodes;
+  if (preset == vtkChainMailDeformation::MATERIAL_CT ||
+      (preset == vtkChainMailDeformation::MATERIAL_FUNCTION && range[0] < -200.0))
+  {
+    // Hounsfield units: skin and fat about -100, muscle and organs about 50, spongy bone from 200. Blood with contrast
+    // agent reaches 500, so only compact bone is certain to be rigid.
+    tissueThreshold = -300.0;
+    nodes = Nodes{ { -300.0, 0.3 }, { -100.0, 0.35 }, { 0.0, 0.25 }, { 50.0, 0.2 }, { 150.0, 0.15 }, { 300.0, 0.08 },
+      { 600.0, 0.0 } };
+  }
+  else
+  {
+    const bool valid = range[0] <= range[1] && std::isfinite(range[1] - range[0]); // not where nothing is finite
+    const double low = valid ? range[0] : 0.0;
+    const double width = valid ? range[1] - range[0] : 0.0;
+    // Shares of the range. T1-weighted MR: tendon is dark, muscle grey, fat bright. Else brighter is taken as stiffer.
+    nodes = preset == vtkChainMailDeformation::MATERIAL_MR
+              ? Nodes{ { 0.1, 0.15 }, { 0.3, 0.2 }, { 0.6, 0.3 }, { 1.0, 0.35 } }
+              : Nodes{ { 0.1, 0.3 }, { 0.4, 0.2 }, { 1.0, 0.05 } };
+    for (auto& node : nodes)
+    {
+      node[0] = low + node[0] * width;
+    }
+    tissueThreshold = low + 0.1 * width;
+  }
+  if (function)
+  {
+    function->RemoveAllPoints();
+    function->ClampingOn();
+    for (const auto& node : nodes)
+    {
+      function->AddPoint(node[0], node[1]);
+    }
+  }
+}
+
+Settling GetSettling(vtkChainMailDeformation* filter)
+{
+  switch (filter->GetRelaxationPreset())
+  {
+  case vtkChainMailDeformation::RELAXATION_FAST:
+    return { false, 10, 1e-3 };
+  case vtkChainMailDeformation::RELAXATION_BALANCED:
+    return { true, 20, 1e-3 };
+  case vtkChainMailDeformation::RELAXATION_ACCURATE:
+    return { true, 1000, 1e-5 };
+  default:
+    return { filter->GetCoarseToFine(), filter->GetRelaxationIterations(), filter->GetRelaxationTolerance() };
+  }
+}
+
+}

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ProbeWarnings.h"
+
+#include "vtkMath.h"
+
+#include <algorithm>
+#include <iomanip>
+#include <iterator>
+#include <sstream>
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+/// "a; b; c; and 240 more.": `name(p)` of the first few.
+template <typename F> std::string List(const std::vector<std::size_t>& probes, const F& name)
+{
+  constexpr std::size_t mostNamed = 3;
+  std::string list;
+  for (std::size_t n = 0; n < probes.size() && n < mostNamed; ++n)
+  {
+    list += (n == 0 ? "" : "; ") + name(probes[n]);
+  }
+  return list + (probes.size() > mostNamed ? "; and " + std::to_string(probes.size() - mostNamed) + " more." : ".");
+}
+
+/// What keeps a probe from going further, as the end of a sentence about it.
+std::string WhatHolds(
+  const Scene& scene, const std::vector<std::size_t>& held, std::size_t probe, const chainmail::Simulation& simulation)
+{
+  using What = chainmail::HeldBy::What;
+  const auto number = std::find(held.begin(), held.end(), probe) - held.begin();
+  const chainmail::HeldBy holder = simulation.heldBy(static_cast<std::size_t>(number));
+  const std::string what = holder.bone ? ", as the bone that it grips " : ", as it is held by tissue that ";
+  const char* const faces[] = { "x-", "x+", "y-", "y+", "z-", "z+" };
+  switch (holder.what)
+  {
+  case What::Probe:
+    return what + (holder.bone ? "is held by " : "is in the hand of ") + scene.NameOf(held[holder.probe]);
+  case What::Face:
+    return what + "touches the face " + faces[holder.face] + " of the image (AnchoredFaces)";
+  case What::Rigid:
+    return what + "is rigid and anchored (AnchorRigid)";
+  default:
+    return {};
+  }
+}
+
+}
+
+std::vector<std::size_t> WarnedProbes::Renew(
+  const std::vector<chainmail::Probe>& probes, const std::vector<std::size_t>& present)
+{
+  std::vector<std::size_t> added;
+  std::set<Place> now;
+  for (const std::size_t p : present)
+  {
+    const Place place(probes[p].position, probes[p].radius);
+    now.insert(place);
+    if (this->Probes.count(place) == 0)
+    {
+      added.push_back(p);
+    }
+  }
+  this->Probes = std::move(now);
+  return added;
+}
+
+void ProbeWarnings::Clear()
+{
+  this->Empty.Clear();
+  this->Short.Clear();
+}
+
+std::string ProbeWarnings::OfEmptyHandles(
+  const Scene& scene, const std::vector<std::size_t>& held, const std::vector<chainmail::ProbeResult>& results)
+{
+  std::vector<std::size_t> empty;
+  std::copy_if(held.begin(), held.end(), std::back_inserter(empty),
+    [&results](std::size_t p) { return results[p].elements == 0; });
+  const std::vector<std::size_t> added = this->Empty.Renew(scene.Probes, empty);
+  if (added.size() == 1)
+  {
+    return scene.NameOf(added[0]) + ": the probe has no tissue of its own: other probes or anchors hold all that is "
+                                    "within its radius, or it was carved away.";
+  }
+  if (added.size() > 1)
+  {
+    return std::to_string(added.size()) + " of " + std::to_string(held.size()) +
+           " probes have no tissue of their own: other probes or anchors hold all that is within their radii, or it "
+           "was carved away. They are " +
+           List(added, [&](std::size_t p) { return scene.NameOf(p); });
+  }
+  return {};
+}
+
+std::string ProbeWarnings::OfShortProbes(const Scene& scene, const std::vector<std::size_t>& held,
+  const std::vector<chainmail::ProbeResult>& results, const chainmail::Simulation& simulation)
+{
+  // What is next to nothing beside a voxel may get lost.
+  const Vector3& spacing = scene.Space.GetSpacing();
+  const double least = 1e-3 * *std::min_element(spacing.begin(), spacing.end());
+  std::vector<std::size_t> shortened;
+  for (const std::size_t p : held)
+  {
+    const double asked = vtkMath::Norm(scene.Probes[p].displacement.data());
+    if (!scene.Probes[p].anchor && results[p].elements > 0 && asked > least &&
+        vtkMath::Norm(results[p].reached.data()) < 0.5 * asked)
+    {
+      shortened.push_back(p);
+    }
+  }
+  const std::vector<std::size_t> added = this->Short.Renew(scene.Probes, shortened);
+  const auto describe = [&](std::size_t p)
+  {
+    std::ostringstream text;
+    text << std::setprecision(3) << "reached " << vtkMath::Norm(results[p].reached.data()) << " of "
+         << vtkMath::Norm(scene.Probes[p].displacement.data()) << " mm" << WhatHolds(scene, held, p, simulation);
+    return text.str();
+  };
+  if (added.size() == 1)
+  {
+    return scene.NameOf(added[0]) + ": " + describe(added[0]) + ".";
+  }
+  if (added.size() > 1)
+  {
+    return std::to_string(added.size()) + " of " + std::to_string(held.size()) +
+           " probes reached less than half of their displacements: " +
+           List(added, [&](std::size_t p) { return scene.NameOf(p) + ": " + describe(p); });
+  }
+  return {};
+}
+
+}

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What an update tells the user while it runs, and how long its parts took.
+
+#ifndef Progress_h
+#define Progress_h
+
+#include "Error.h"
+
+#include "vtkAlgorithm.h"
+#include "vtkVersionMacros.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <string>
+
+namespace vtkChainMail
+{
+
+/// The rows of the field array Milliseconds.
+enum Times
+{
+  UPLOAD,
+  PROPAGATE,
+  RELAX,
+  RESAMPLE,
+  DOWNLOAD,
+  NUMBER_OF_TIMES
+};
+
+/// Progress events, requests to stop, warnings and times of one filter's updates.
+class Progress
+{
+public:
+  explicit Progress(vtkAlgorithm* filter)
+    : Filter(filter)
+  {
+  }
+
+  /// An update begins.
+  void Begin()
+  {
+    this->Milliseconds.fill(0.0);
+    this->Shown = 0.0;
+  }
+
+  /// Runs a part of the update: its time is added to a row of Milliseconds, and the engine's progress in it is mapped
+  /// to [from, to].
+  template <typename F> void Run(Times time, double from, double to, F&& part)
+  {
+    this->From = from;
+    this->To = to;
+    this->Report(0.0);
+    const auto start = std::chrono::steady_clock::now();
+    part();
+    const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
+    this->Milliseconds[time] += elapsed.count();
+  }
+
+  /// Progress event; throws where somebody asked to stop.
+  void Report(double share)
+  {
+    if (!this->Show(share))
+    {
+      throw chainmail::Aborted();
+    }
+  }
+
+  /// Progress event; false where somebody asked to stop.
+  bool Show(double share)
+  {
+    // Of several calls of the engine in one part each counts from 0.
+    this->Shown = std::max(this->Shown, this->From + share * (this->To - this->From));
+    this->Filter->UpdateProgress(this->Shown);
+#if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 2, 20220823)
+    return !this->Filter->CheckAbort();
+#else
+    return !this->Filter->GetAbortExecute();
+#endif
+  }
+
+  /// Nothing, of an empty text.
+  void Warn(const std::string& text)
+  {
+    if (!text.empty())
+    {
+      vtkWarningWithObjectMacro(this->Filter, << text);
+    }
+  }
+
+  const std::array<double, NUMBER_OF_TIMES>& GetMilliseconds() const
+  {
+    return this->Milliseconds;
+  }
+
+private:
+  vtkAlgorithm* Filter;
+  std::array<double, NUMBER_OF_TIMES> Milliseconds{};
+  double From = 0.0;
+  double To = 1.0;
+  double Shown = 0.0;
+};
+
+}
+
+#endif

@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Scene.h"
+
+#include "../vtkChainMailDeformation.h"
+#include "Sampling.h"
+#include "Text.h"
+
+#include "vtkAbstractArray.h"
+#include "vtkCellData.h"
+#include "vtkInformation.h"
+#include "vtkMath.h"
+#include "vtkPointData.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+/// The value of an enumerated property. `names`: of all that it may have, from 0 on.
+int Choice(const char* property, int value, const std::vector<const char*>& names)
+{
+  if (value >= 0 && value < static_cast<int>(names.size()))
+  {
+    return value;
+  }
+  std::string list;
+  for (std::size_t n = 0; n < names.size(); ++n)
+  {
+    list += (n == 0 ? "" : n + 1 == names.size() ? " or " : ", ") + std::to_string(n) + " (" + names[n] + ")";
+  }
+  throw chainmail::InputError(
+    std::string(property) + " is " + std::to_string(value) + ", which stands for nothing. Choose " + list + ".");
+}
+
+Method ReadMethod(vtkChainMailDeformation* filter)
+{
+  Method method;
+  if (Choice("PropagationMethod", filter->GetPropagationMethod(), { "Envelope", "Timestamp" }) ==
+      vtkChainMailDeformation::PROPAGATION_TIMESTAMP)
+  {
+    method.Propagation = chainmail::PropagationMethod::Timestamp;
+  }
+  if (Choice("ConflictPolicy", filter->GetConflictPolicy(), { "Limit", "Latest" }) ==
+      vtkChainMailDeformation::CONFLICT_LATEST)
+  {
+    method.Conflict = chainmail::ConflictPolicy::Latest;
+  }
+  method.PropagationIterations = filter->GetPropagationIterations();
+  if (Choice("RelaxationMethod", filter->GetRelaxationMethod(), { "Projected", "Paper" }) ==
+      vtkChainMailDeformation::RELAXATION_PAPER)
+  {
+    method.Relaxation = chainmail::RelaxationMethod::Paper;
+  }
+  Choice("RelaxationPreset", filter->GetRelaxationPreset(), { "Custom", "Fast", "Balanced", "Accurate" });
+  method.Settles = GetSettling(filter);
+  method.ElasticRecovery = filter->GetElasticRecovery();
+  return method;
+}
+
+/// An array that has to hold numbers.
+vtkDataArray* NumbersOf(const std::string& property, vtkAbstractArray* array)
+{
+  vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
+  if (!numbers)
+  {
+    throw chainmail::InputError(property + " is the array \"" + (array->GetName() ? array->GetName() : "") +
+                                "\", which does not hold numbers. Choose another one.");
+  }
+  return numbers;
+}
+
+vtkDataArray* ReadScalars(vtkPointData* arrays, const ChosenArray& chosen)
+{
+  // A proxy that nobody has told of the image's arrays chooses one without a name.
+  const bool unnamed = chosen.Name && !*chosen.Name;
+  vtkAbstractArray* scalars = chosen.Array || !unnamed ? chosen.Array : arrays->GetScalars();
+  if (scalars && chosen.Association != vtkDataObject::FIELD_ASSOCIATION_POINTS)
+  {
+    throw chainmail::InputError(
+      "The scalars are cell data, but tissue is made from point data. Choose a point array, or convert "
+      "with Cell Data to Point Data.");
+  }
+  if (!scalars && chosen.Name)
+  {
+    throw chainmail::InputError("The input image has no point array called \"" + std::string(chosen.Name) +
+                                "\" to take as scalars. " + ListArrays(arrays) + " Choose one of these.");
+  }
+  if (!scalars)
+  {
+    throw chainmail::InputError(
+      "The input image has no active point scalars to tell tissue from air. " + ListArrays(arrays) +
+      (arrays->GetNumberOfArrays() > 0 ? " Choose one of these." : " Give an image with point scalars."));
+  }
+  return NumbersOf("The array of scalars", scalars);
+}
+
+/// Null: none is named.
+vtkDataArray* ReadConstraints(vtkPointData* arrays, const char* given)
+{
+  const std::string name = given ? given : "";
+  if (name.empty())
+  {
+    return nullptr;
+  }
+  vtkAbstractArray* array = arrays->GetAbstractArray(name.c_str());
+  if (!array)
+  {
+    throw chainmail::InputError("The input image has no point array called \"" + name +
+                                "\" to take as ConstraintArray. " + ListArrays(arrays) +
+                                " Choose one of these, or none.");
+  }
+  return NumbersOf("ConstraintArray", array);
+}
+
+/// How many voxels are added on every side of the image, which must not become too large by that.
+chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, const chainmail::Index3& size)
+{
+  const int padding = filter->GetOutputPadding();
+  const int fitting = FittingPadding(size, padding);
+  if (fitting < padding)
+  {
+    const chainmail::Index3 padded = Padded(size, padding).size;
+    std::ostringstream message;
+    message << "With an OutputPadding of " << padding << " the deformed image would have " << padded[0] << " x "
+            << padded[1] << " x " << padded[2] << " voxels; at most " << chainmail::Grid::maxVoxels
+            << " can be handled. Lower it to " << fitting << " or less.";
+    throw chainmail::InputError(message.str());
+  }
+  chainmail::Index3 sides;
+  for (int a = 0; a < 3; ++a)
+  {
+    sides[a] = size[a] > 1 ? padding : 0;
+  }
+  return sides;
+}
+
+}
+
+Scene::Scene(
+  vtkChainMailDeformation* filter, const Inputs& inputs, const ChosenArray& scalars, const TissueSource& tissueBefore)
+  : Given(inputs)
+  , Image(inputs.Image)
+  , Space(inputs.Image)
+  , Interactive(
+      Choice("Mode", filter->GetMode(), { "FromRest", "Interactive" }) == vtkChainMailDeformation::MODE_INTERACTIVE)
+  , How(ReadMethod(filter))
+  , PropagationTimes(filter->GetPropagationTimes())
+  , BackgroundValue(filter->GetBackgroundValue())
+  , Nearest(Choice("Interpolation", filter->GetInterpolation(), { "Linear", "Nearest" }) ==
+            vtkChainMailDeformation::INTERPOLATION_NEAREST)
+{
+  Choice("MaterialPreset", filter->GetMaterialPreset(), { "Function", "CT", "MR" });
+  for (int n = 0; n < filter->GetNumberOfLabelArrays(); ++n)
+  {
+    this->LabelArrays.emplace_back(filter->GetLabelArray(n));
+  }
+  this->CheckPointArrays();
+  this->ReadTissue(filter, scalars, tissueBefore);
+  this->Padding = ReadPadding(filter, this->Tissue.Size);
+  this->ReadProbes();
+  this->Cuts = ReadCuts(inputs, this->Space);
+  this->Carves = ReadCarves(inputs, this->Space);
+  this->ReadMaterial(filter); // last: it may read all scalars for their range
+}
+
+std::string Scene::NameOf(std::size_t probe) const
+{
+  const ProbeOrigin& origin = this->ProbeOrigins[probe];
+  return this->Given.Leaves[origin.Leaf].ToString() + ", point " + std::to_string(origin.Point) + " at " +
+         ToString(origin.Position.data());
+}
+
+void Scene::CheckPointArrays() const
+{
+  const auto check = [](vtkAbstractArray* array, const char* kind, vtkIdType places, const char* ofImage)
+  {
+    if (array->GetNumberOfTuples() != places)
+    {
+      throw chainmail::InputError("The " + std::string(kind) + " array \"" +
+                                  (array->GetName() ? array->GetName() : "") + "\" has " +
+                                  std::to_string(array->GetNumberOfTuples()) + " tuples, but the input image has " +
+                                  std::to_string(places) + " " + ofImage + ". Remove it, or give it a value for each.");
+    }
+  };
+  vtkPointData* arrays = this->Image->GetPointData();
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    check(arrays->GetAbstractArray(a), "point", this->Image->GetNumberOfPoints(), "voxels");
+  }
+  // The only one of the cells that is read.
+  if (vtkAbstractArray* ghosts = this->Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
+  {
+    check(ghosts, "cell", this->Image->GetNumberOfCells(), "cells");
+  }
+  for (const std::string& name : this->LabelArrays)
+  {
+    if (!arrays->HasArray(name.c_str()))
+    {
+      throw chainmail::InputError("LabelArrays names \"" + name + "\", which is no point array of the input image. " +
+                                  ListArrays(arrays) + " Remove that name or choose one of these.");
+    }
+  }
+}
+
+void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chosen, const TissueSource& before)
+{
+  vtkPointData* arrays = this->Image->GetPointData();
+  this->Scalars = ReadScalars(arrays, chosen);
+  vtkDataArray* constraints = ReadConstraints(arrays, filter->GetConstraintArray());
+
+  TissueSource& tissue = this->Tissue;
+  const vtkMTimeType imageTime = this->Image->GetMTime();
+  tissue.Scalars.Take(this->Scalars, imageTime, before.Scalars);
+  if (constraints)
+  {
+    tissue.Constraints.Take(constraints, imageTime, before.Constraints);
+  }
+
+  this->Image->GetDimensions(tissue.Size.data());
+  tissue.Spacing = this->Space.GetSpacing();
+  tissue.GetGrid().check(); // the model does, too, but only after all scalars were read for their range
+  tissue.AnchorRigid = filter->GetAnchorRigid();
+  for (int f = 0; f < 6; ++f)
+  {
+    // A slice is not held by the two faces that all of it lies on.
+    tissue.AnchoredFaces[f] = filter->GetAnchoredFaces()[f] != 0 && tissue.Size[f / 2] > 1;
+  }
+  tissue.Device = filter->GetDevice() ? filter->GetDevice() : "";
+  std::copy_n(filter->GetBrickSize(), 3, tissue.BrickSize.begin());
+  tissue.ModelReduction = filter->GetModelReduction();
+}
+
+void Scene::ReadMaterial(vtkChainMailDeformation* filter)
+{
+  TissueSource& tissue = this->Tissue;
+  const int preset = filter->GetMaterialPreset();
+  const bool isFunction = preset == vtkChainMailDeformation::MATERIAL_FUNCTION;
+  vtkPiecewiseFunction* given = isFunction ? filter->GetMaterialFunction() : nullptr;
+  tissue.Threshold = isFunction ? filter->GetTissueThreshold() : vtkMath::Nan();
+
+  this->Function = vtkSmartPointer<vtkPiecewiseFunction>::New();
+  if (!given || std::isnan(tissue.Threshold))
+  {
+    double range[2];
+    this->Scalars->GetFiniteRange(range, 0);
+    double fitted;
+    GetPresetMaterial(preset, range, fitted, this->Function);
+    tissue.Threshold = std::isnan(tissue.Threshold) ? fitted : tissue.Threshold;
+  }
+  if (tissue.Constraints.Array)
+  {
+    return; // the function is not asked
+  }
+  if (given)
+  {
+    this->Function->DeepCopy(given);
+    if (given->GetSize() == 0)
+    {
+      throw chainmail::InputError(
+        "MaterialFunction has no nodes: add some, or unset it for one fitted to the scalars.");
+    }
+  }
+  for (int n = 0; n < this->Function->GetSize(); ++n)
+  {
+    double node[4]; // scalar, constraint, midpoint, sharpness
+    this->Function->GetNodeValue(n, node);
+    if (!(node[1] >= 0.0 && static_cast<float>(node[1]) < 1.0f))
+    {
+      std::ostringstream message;
+      message << "MaterialFunction is " << node[1] << " for a scalar of " << node[0]
+              << ". A constraint is a fraction of the spacing from 0 (rigid) to less than 1: move that node.";
+      throw chainmail::InputError(message.str());
+    }
+    tissue.Function.insert(tissue.Function.end(), node, node + 4);
+  }
+  tissue.Function.push_back(this->Function->GetClamping());
+  tissue.Function.push_back(this->Function->GetUseLogScale());
+}
+
+void Scene::ReadProbes()
+{
+  for (std::size_t l = 0; l < this->Given.Leaves.size(); ++l)
+  {
+    const Leaf& leaf = this->Given.Leaves[l];
+    if (leaf.Port != PROBES)
+    {
+      continue;
+    }
+    vtkPolyData* points = leaf.Data;
+    const vtkIdType numberOfPoints = points->GetNumberOfPoints();
+    const std::string where = leaf.ToString() + ": ";
+    const auto find = [&](const char* name, int components) -> vtkDataArray*
+    {
+      vtkAbstractArray* array = points->GetPointData()->GetAbstractArray(name);
+      if (!array)
+      {
+        return nullptr;
+      }
+      vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
+      if (!numbers || numbers->GetNumberOfComponents() != components || numbers->GetNumberOfTuples() != numberOfPoints)
+      {
+        throw chainmail::InputError(where + "the point array \"" + name + "\" has to hold " +
+                                    std::to_string(components) + (components == 1 ? " number" : " numbers") +
+                                    " for every point; it holds " +
+                                    (numbers ? std::to_string(numbers->GetNumberOfComponents()) + " for each of " +
+                                                 std::to_string(numbers->GetNumberOfTuples()) + " points."
+                                             : std::string("no numbers.")));
+      }
+      return numbers;
+    };
+    vtkDataArray* displacements = find("Displacement", 3);
+    vtkDataArray* radii = find("Radius", 1);
+    vtkDataArray* anchors = find("Anchor", 1);
+
+    for (vtkIdType p = 0; p < numberOfPoints; ++p)
+    {
+      ProbeOrigin origin{ l, p, {} };
+      double* position = origin.Position.data();
+      points->GetPoint(p, position);
+      this->ProbeOrigins.push_back(origin);
+      const std::string name = this->NameOf(this->Probes.size());
+      if (!IsFinite(position))
+      {
+        throw chainmail::InputError(name + ": the position has to be finite.");
+      }
+      chainmail::Probe probe;
+      probe.position = this->Space.PointToEngine(position);
+      probe.anchor = anchors && anchors->GetTuple1(p) != 0.0;
+      probe.radius = radii ? radii->GetTuple1(p) : 0.0;
+      if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
+      {
+        throw chainmail::InputError(name + ": the radius is " + std::to_string(probe.radius) +
+                                    "; it has to be 0 (the nearest element) or a positive length.");
+      }
+      if (!probe.anchor && !displacements)
+      {
+        throw chainmail::InputError(
+          name + ": there is no point array \"Displacement\" to say how far to pull. " +
+          ListArrays(points->GetPointData()) +
+          " Add one with 3 components, or an array \"Anchor\" that is not 0 where tissue is to be held in place.");
+      }
+      if (!probe.anchor)
+      {
+        double displacement[3];
+        displacements->GetTuple(p, displacement);
+        if (!IsFinite(displacement))
+        {
+          throw chainmail::InputError(name + ": the displacement " + ToString(displacement) + " has to be finite.");
+        }
+        probe.displacement = this->Space.VectorToEngine(displacement);
+      }
+      this->Probes.push_back(probe);
+    }
+  }
+}
+
+}

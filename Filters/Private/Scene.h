@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What an update is to do: its inputs and the filter's properties, checked and in the engine's terms.
+
+#ifndef Scene_h
+#define Scene_h
+
+#include "Fingerprint.h"
+#include "Frame.h"
+#include "Inputs.h"
+#include "Presets.h"
+#include "Surfaces.h"
+
+#include "Simulation.h"
+
+#include "vtkPiecewiseFunction.h"
+#include "vtkSmartPointer.h"
+
+#include <array>
+#include <string>
+#include <tuple>
+#include <vector>
+
+class vtkAbstractArray;
+class vtkChainMailDeformation;
+
+namespace vtkChainMail
+{
+
+/// All that the engine's model and simulation are made from. Equal sources: nothing has to be built anew.
+struct TissueSource
+{
+  ArrayContents Scalars;
+  ArrayContents Constraints;
+  chainmail::Index3 Size{};
+  Vector3 Spacing{};
+  double Threshold = 0.0;
+  std::vector<double> Function; // all that GetValue() of the material function depends on
+  bool AnchorRigid = false;
+  std::array<bool, 6> AnchoredFaces{};
+  std::string Device;
+  chainmail::Index3 BrickSize{};
+  int ModelReduction = 1;
+
+  chainmail::Grid GetGrid() const
+  {
+    chainmail::Grid grid;
+    grid.size = this->Size;
+    grid.spacing = this->Spacing;
+    return grid;
+  }
+
+  bool operator==(const TissueSource& other) const
+  {
+    const auto all = [](const TissueSource& t)
+    {
+      return std::tie(t.Scalars, t.Constraints, t.Size, t.Spacing, t.Threshold, t.Function, t.AnchorRigid,
+        t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction);
+    };
+    return all(*this) == all(other);
+  }
+};
+
+/// How tissue is deformed, apart from where. The defaults are those of a new simulation.
+struct Method
+{
+  chainmail::PropagationMethod Propagation = chainmail::PropagationMethod::Envelope;
+  chainmail::ConflictPolicy Conflict = chainmail::ConflictPolicy::Limit;
+  int PropagationIterations = 0;
+  chainmail::RelaxationMethod Relaxation = chainmail::RelaxationMethod::Projected;
+  Settling Settles;
+  double ElasticRecovery = 1.0;
+
+  bool operator==(const Method& other) const
+  {
+    const auto all = [](const Method& m)
+    {
+      return std::tie(m.Propagation, m.Conflict, m.PropagationIterations, m.Relaxation, m.Settles.CoarseToFine,
+        m.Settles.Iterations, m.Settles.Tolerance, m.ElasticRecovery);
+    };
+    return all(*this) == all(other);
+  }
+};
+
+/// Where a probe came from, for messages.
+struct ProbeOrigin
+{
+  std::size_t Leaf; // of the scene's inputs
+  vtkIdType Point;
+  Vector3 Position; // world
+};
+
+/// The array that the filter was told to take as the scalars, or the active one.
+struct ChosenArray
+{
+  vtkAbstractArray* Array;
+  int Association;  ///< vtkDataObject::FieldAssociations
+  const char* Name; ///< that it was chosen by; null: by none
+};
+
+struct Scene
+{
+  /// `tissueBefore`: that of the last update, whose arrays need not be looked at again where they are the same. Throws
+  /// InputError, which says what is wrong with which input or property.
+  Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const ChosenArray& scalars,
+    const TissueSource& tissueBefore);
+
+  /// "Probes input 0, point 3 at (1, 2, 3)", for messages.
+  std::string NameOf(std::size_t probe) const;
+
+  const Inputs& Given;
+  vtkImageData* Image;
+  Frame Space;
+  vtkDataArray* Scalars = nullptr; // the image's own array
+  TissueSource Tissue;
+  vtkSmartPointer<vtkPiecewiseFunction> Function; // a copy
+  std::vector<chainmail::Probe> Probes;
+  std::vector<ProbeOrigin> ProbeOrigins;
+  std::vector<InputSurface> Cuts;
+  std::vector<InputSurface> Carves;
+
+  bool Interactive;
+  Method How;
+
+  // What is wanted of the outputs.
+  bool PropagationTimes;
+  chainmail::Index3 Padding{};
+  double BackgroundValue;
+  bool Nearest;
+  std::vector<std::string> LabelArrays;
+
+private:
+  void CheckPointArrays() const;
+  void ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chosen, const TissueSource& before);
+  void ReadMaterial(vtkChainMailDeformation* filter);
+  void ReadProbes();
+};
+
+}
+
+#endif

@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Session.h"
+
+#include "Convert.h"
+
+#include "Error.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+bool Same(const chainmail::Probe& a, const chainmail::Probe& b)
+{
+  return a.position == b.position && a.displacement == b.displacement && a.radius == b.radius && a.anchor == b.anchor;
+}
+
+template <typename T> bool Same(const std::vector<T>& a, const std::vector<T>& b)
+{
+  return std::equal(
+    a.begin(), a.end(), b.begin(), b.end(), [](const T& one, const T& other) { return Same(one, other); });
+}
+
+/// Parts what is present now from what was there before: for each element of `present` whether it was in `before`,
+/// which then keeps those that still are. Equal ones count one by one; their order does not matter.
+template <typename T> std::vector<bool> Recognize(const std::vector<T>& present, std::vector<T>& before)
+{
+  std::vector<bool> known;
+  std::vector<T> kept;
+  std::vector<bool> gone(before.size(), false);
+  std::size_t next = 0; // most often they come in the order that they had
+  for (const T& one : present)
+  {
+    std::size_t tried = 0;
+    while (tried < before.size() && (gone[next] || !Same(one, before[next])))
+    {
+      ++tried;
+      next = (next + 1) % before.size();
+    }
+    known.push_back(tried < before.size());
+    if (known.back())
+    {
+      kept.push_back(std::move(before[next]));
+      gone[next] = true;
+    }
+  }
+  before = std::move(kept);
+  return known;
+}
+
+}
+
+void Session::Update(const Scene& scene)
+{
+  this->CutHistory.Begin(scene.Cuts);
+  this->CarveHistory.Begin(scene.Carves);
+  if (this->Done == Stage::Nothing || !(this->Tissue == scene.Tissue))
+  {
+    this->Reports.Run(UPLOAD, 0.0, 0.15, [&] { this->Build(scene); });
+  }
+  this->Tissue = scene.Tissue; // the same values, perhaps in other arrays
+  if (scene.Interactive)
+  {
+    this->Interact(scene);
+  }
+  else
+  {
+    this->Deform(scene);
+  }
+}
+
+void Session::Drop()
+{
+  this->Done = Stage::Nothing;
+  this->Interacting = false;
+  this->Simulation.reset();
+  this->Model.reset();
+  this->Tissue = TissueSource();
+}
+
+void Session::Leave()
+{
+  this->Drop();
+  this->ResetRequested = false;
+}
+
+void Session::Stop()
+{
+  try
+  {
+    if (this->Interacting)
+    {
+      this->Simulation->reset();
+    }
+  }
+  catch (const chainmail::DeviceError&)
+  {
+    this->Drop();
+  }
+}
+
+bool Session::IsUnsettled() const
+{
+  return this->Interacting && (!this->Found.Propagation.finished ||
+                                (this->MethodUsed.Settles.Iterations > 0 && !this->Found.Relaxation.converged));
+}
+
+void Session::Build(const Scene& scene)
+{
+  // What there is stays until its successor is there: with tissue that cannot be used nothing is lost.
+  const TissueSource& tissue = scene.Tissue;
+  const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars.Array);
+  const vtkSmartPointer<vtkDataArray> constraints =
+    tissue.Constraints.Array ? ToEngineArray(tissue.Constraints.Array) : nullptr;
+
+  chainmail::Material material;
+  material.tissueThreshold = tissue.Threshold;
+  material.constraintArray = View(constraints);
+  material.constraint = ToEngineFunction(scene.Function);
+  chainmail::Anchors anchors;
+  anchors.rigid = tissue.AnchorRigid;
+  anchors.faces = tissue.AnchoredFaces;
+  chainmail::Settings settings;
+  settings.device = tissue.Device;
+  settings.brickSize = tissue.BrickSize;
+  settings.modelReduction = tissue.ModelReduction;
+
+  const auto model = std::make_shared<const chainmail::Model>(tissue.GetGrid(), View(scalars), material, anchors);
+  if (model->nonFinite() > 0)
+  {
+    this->Reports.Warn(
+      std::to_string(model->nonFinite()) + " voxels of the scalars are NaN or infinite; they are taken as air.");
+  }
+  this->Reports.Report(0.5);
+  std::unique_ptr<chainmail::Simulation> simulation;
+  try
+  {
+    simulation = std::make_unique<chainmail::Simulation>(model, settings);
+  }
+  catch (const chainmail::MemoryError&)
+  {
+    throw; // what there is has to make room
+  }
+  catch (const chainmail::DeviceError& error)
+  {
+    throw chainmail::InputError(error.what()); // no such device, say: the present one has no part in it
+  }
+  simulation->setProgress([this](double share) { return this->Reports.Show(share); });
+
+  this->Drop();
+  this->EngineScalars = scalars;
+  this->EngineConstraints = constraints;
+  this->Model = model;
+  this->Simulation = std::move(simulation);
+  this->AboutProbes.Clear();
+  this->MethodUsed = Method(); // as the engine's
+  this->Tissue = tissue;
+  this->Done = Stage::Built;
+}
+
+void Session::Deform(const Scene& scene)
+{
+  this->Interacting = false;
+  this->ResetRequested = false;
+  if (this->Done > Stage::Built && !(Same(this->Cuts, scene.Cuts) && Same(this->Carves, scene.Carves)))
+  {
+    this->Done = Stage::Built;
+  }
+  if (this->Done > Stage::Cut && (!Same(this->Probes, scene.Probes) || !(this->MethodUsed == scene.How) ||
+                                   (scene.PropagationTimes && !this->TimesKept)))
+  {
+    this->Done = Stage::Cut;
+  }
+
+  if (this->Done < Stage::Cut)
+  {
+    this->Reports.Run(PROPAGATE, 0.15, 0.2,
+      [&]
+      {
+        this->Mend();
+        std::for_each(scene.Cuts.begin(), scene.Cuts.end(), [&](const InputSurface& one) { this->Cut(one); });
+        std::for_each(scene.Carves.begin(), scene.Carves.end(), [&](const InputSurface& one) { this->Carve(one); });
+      });
+    this->Done = Stage::Cut;
+  }
+
+  if (this->Done < Stage::Relaxed)
+  {
+    std::vector<std::size_t> all(scene.Probes.size());
+    std::iota(all.begin(), all.end(), 0);
+    this->Reports.Run(PROPAGATE, 0.2, 0.45,
+      [&]
+      {
+        this->Simulation->reset();
+        this->Pull(scene, all);
+      });
+    this->Reports.Run(RELAX, 0.45, 0.75, [&] { this->Relax(scene, all); });
+    this->Reports.Run(DOWNLOAD, 0.75, 0.75, [&] { this->Found.Statistics = this->Simulation->measure(); });
+    this->Warn(scene, all);
+    this->Probes = scene.Probes;
+    this->Done = Stage::Relaxed;
+  }
+}
+
+void Session::Interact(const Scene& scene)
+{
+  this->Done = Stage::Built;
+  const bool startsAnew = !this->Interacting || !(*this->Space == scene.Space);
+  if (startsAnew || this->ResetRequested)
+  {
+    this->Mend();
+    this->Released.clear();
+    this->AboutProbes.Clear();
+    this->Space = std::make_unique<Frame>(scene.Space);
+    this->Interacting = true;
+  }
+  if (this->ResetRequested)
+  {
+    this->Cuts = scene.Cuts;
+    this->Carves = scene.Carves;
+    std::for_each(this->Cuts.begin(), this->Cuts.end(), [&](const auto& one) { this->CutHistory.Remember(one); });
+    std::for_each(this->Carves.begin(), this->Carves.end(), [&](const auto& one) { this->CarveHistory.Remember(one); });
+    this->Released = scene.Probes;
+    this->ResetRequested = false;
+  }
+
+  std::vector<std::size_t> held;
+  this->Reports.Run(PROPAGATE, 0.15, 0.45,
+    [&]
+    {
+      const std::vector<bool> made = Recognize(scene.Cuts, this->Cuts);
+      for (std::size_t n = 0; n < made.size(); ++n)
+      {
+        if (!made[n])
+        {
+          this->Cut(scene.Cuts[n]);
+        }
+      }
+      const std::vector<bool> carved = Recognize(scene.Carves, this->Carves);
+      for (std::size_t n = 0; n < carved.size(); ++n)
+      {
+        if (!carved[n])
+        {
+          this->Carve(scene.Carves[n]);
+        }
+      }
+      const std::vector<bool> released = Recognize(scene.Probes, this->Released);
+      for (std::size_t n = 0; n < released.size(); ++n)
+      {
+        if (!released[n])
+        {
+          held.push_back(n);
+        }
+      }
+      this->Pull(scene, held);
+    });
+  this->Reports.Run(RELAX, 0.45, 0.75, [&] { this->Relax(scene, held); });
+  this->Reports.Run(DOWNLOAD, 0.75, 0.75, [&] { this->Found.Statistics = this->Simulation->measure(); });
+  this->Warn(scene, held);
+}
+
+void Session::Mend()
+{
+  this->Simulation->mend();
+  this->Cuts.clear();
+  this->Carves.clear();
+  this->CutHistory.Rest();
+  this->CarveHistory.Rest();
+  ++this->TissueChanges;
+  ++this->LinkChanges;
+}
+
+void Session::Cut(const InputSurface& surface)
+{
+  const std::size_t links = this->Simulation->cut(surface.Triangles);
+  if (links > 0)
+  {
+    ++this->LinkChanges;
+  }
+  this->Cuts.push_back(surface);
+  this->Reports.Warn(this->CutHistory.Worked(surface, links));
+}
+
+void Session::Carve(const InputSurface& surface)
+{
+  std::size_t elements = 0;
+  try
+  {
+    elements = this->Simulation->carve(surface.Triangles);
+    if (elements > 0)
+    {
+      ++this->TissueChanges;
+      ++this->LinkChanges;
+    }
+  }
+  catch (const chainmail::InputError& error)
+  {
+    throw chainmail::InputError(surface.Name + ": " + error.what());
+  }
+  this->Carves.push_back(surface);
+  this->Reports.Warn(this->CarveHistory.Worked(surface, elements));
+}
+
+/// Moves the probes with these numbers, and those alone.
+void Session::Pull(const Scene& scene, const std::vector<std::size_t>& held)
+{
+  const Method& method = scene.How;
+  if (method.Propagation != this->MethodUsed.Propagation || method.Conflict != this->MethodUsed.Conflict)
+  {
+    this->Simulation->setPropagation(method.Propagation, method.Conflict); // finishes the waves that are under way
+  }
+  this->Simulation->setRelaxation(method.Relaxation, method.ElasticRecovery);
+  this->Simulation->setCoarseToFine(method.Settles.CoarseToFine);
+  this->Simulation->setPropagationTimes(scene.PropagationTimes);
+  this->MethodUsed = method;
+  this->TimesKept = scene.PropagationTimes;
+
+  std::vector<chainmail::Probe> probes;
+  for (const std::size_t p : held)
+  {
+    probes.push_back(scene.Probes[p]);
+  }
+  try
+  {
+    this->Simulation->hold(probes);
+  }
+  catch (const chainmail::ProbeError& error)
+  {
+    // The user knows it by another name and place.
+    throw chainmail::InputError(scene.NameOf(held[error.probe]) + ": the probe " + error.problem);
+  }
+  this->Found.Propagation = this->Simulation->propagate(this->MethodUsed.PropagationIterations);
+}
+
+void Session::Relax(const Scene& scene, const std::vector<std::size_t>& held)
+{
+  this->Found.Relaxation =
+    this->Simulation->relax(this->MethodUsed.Settles.Iterations, this->MethodUsed.Settles.Tolerance);
+  const std::vector<chainmail::ProbeResult> results = this->Simulation->probes();
+  this->Found.Probes.assign(scene.Probes.size(), chainmail::ProbeResult());
+  for (std::size_t n = 0; n < held.size(); ++n)
+  {
+    this->Found.Probes[held[n]] = results[n];
+  }
+}
+
+void Session::Warn(const Scene& scene, const std::vector<std::size_t>& held)
+{
+  this->Reports.Warn(this->AboutProbes.OfEmptyHandles(scene, held, this->Found.Probes));
+  if (this->Found.Propagation.finished) // else they may still come where they shall be
+  {
+    this->Reports.Warn(this->AboutProbes.OfShortProbes(scene, held, this->Found.Probes, *this->Simulation));
+  }
+}
+
+}

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Shown.h"
+
+#include "vtkFieldData.h"
+#include "vtkNew.h"
+#include "vtkStringArray.h"
+
+#include <algorithm>
+
+namespace vtkChainMail
+{
+
+void Shown::Set(const std::array<vtkSmartPointer<vtkImageData>, 2>& outputs, vtkImageData* image)
+{
+  this->Outputs = outputs;
+  image->GetExtent(this->ImageExtent.data());
+}
+
+void Shown::Again(const Inputs& inputs, const std::string& error)
+{
+  int extent[6] = { 0, -1, 0, -1, 0, -1 };
+  if (inputs.Image)
+  {
+    inputs.Image->GetExtent(extent);
+  }
+  for (auto& shown : this->Outputs)
+  {
+    // What was shown of another image would not be where this one's readers of the output expect it.
+    const bool fits = shown && inputs.Image && std::equal(extent, extent + 6, this->ImageExtent.begin()) &&
+                      shown->GetNumberOfPoints() > 0;
+    auto again = vtkSmartPointer<vtkImageData>::New();
+    if (fits)
+    {
+      again->ShallowCopy(shown);
+    }
+    else if (inputs.Image && &shown == &this->Outputs[0])
+    {
+      again->ShallowCopy(inputs.Image);
+    }
+    else if (inputs.Image)
+    {
+      again->CopyStructure(inputs.Image);
+    }
+    vtkNew<vtkStringArray> message;
+    message->SetName("Error");
+    message->InsertNextValue(error);
+    again->GetFieldData()->AddArray(message);
+    shown = again;
+  }
+}
+
+}
