@@ -111,7 +111,7 @@
  *
  * Both have the input's field data and these field arrays: `ProbeReached` (3 per probe: the displacement it got since
  * it grabbed, world axes, [mm]), `ProbeForce` (3 per probe: the energy's gradient at the elements it holds, which is
- * what the hand pulls them with, world axes, no unit), `Energy` [mm] (with ElasticRecovery r below 1 only strain of
+ * what the probe pulls them with, world axes, no unit), `Energy` [mm] (with ElasticRecovery r below 1 only strain of
  * more than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C), fraction of the spacing),
  * `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `CoarseToFineStep` (the share of what came from coarser grids
  * that was taken: 1 all, 0 none; -1 where the last relaxation did not start on any), `DisplacedElements` (elements away
@@ -186,9 +186,6 @@ public:
    */
   vtkImageData* GetModelOutput();
 
-  /**
-   * Where the material comes from, see SetMaterialPreset().
-   */
   enum MaterialPresets
   {
     MATERIAL_FUNCTION = 0,
@@ -534,14 +531,10 @@ public:
   vtkGetVector3Macro(BrickSize, int);
   ///@}
 
-  ///@{
-  /**
-   * Deprecated names of the brick size.
-   */
+  // Deprecated names of the brick size.
   void SetBlockSize(int x, int y, int z) { this->SetBrickSize(x, y, z); }
   void SetBlockSize(const int size[3]) { this->SetBrickSize(size); }
   int* GetBlockSize() VTK_SIZEHINT(3) { return this->GetBrickSize(); }
-  ///@}
 
   ///@{
   /**

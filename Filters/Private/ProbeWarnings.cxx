@@ -38,7 +38,7 @@ std::string WhatHolds(
   switch (holder.what)
   {
   case What::Probe:
-    return what + (holder.bone ? "is held by " : "is in the hand of ") + scene.NameOf(held[holder.probe]);
+    return what + (holder.bone ? "is held by " : "is gripped by ") + scene.NameOf(held[holder.probe]);
   case What::Face:
     return what + "touches the face " + faces[holder.face] + " of the image (AnchoredFaces)";
   case What::Rigid:

@@ -114,7 +114,7 @@ void TestWhatHolds(Checks& check)
     bench.Filter->SetAnchoredFaces(0, 0, 0, 0, 0, 0);
     bench.Probes = { At(8.0, 8.0, 8.0, { { 0.0, 1.0, 0.0 } }), At(10.0, 8.0, 8.0, { { 0.0, -9.0, 0.0 } }) };
     check.Contains(bench.Update(check, "probe"),
-      "Probes input 0, point 1 at (10, 8, 8): reached 0.5 of 9 mm, as it is held by tissue that is in the hand of "
+      "Probes input 0, point 1 at (10, 8, 8): reached 0.5 of 9 mm, as it is held by tissue that is gripped by "
       "Probes "
       "input 0, point 0 at (8, 8, 8).",
       "another probe");
