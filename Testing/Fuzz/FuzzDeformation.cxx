@@ -42,38 +42,23 @@ void SetAlarm(time_t seconds)
 }
 
 //------------------------------------------------------------------------------
-/// Decisions, all from one number.
-class Chance
+/// Decisions, all from one number, some of them odd.
+class Chance : public Random
 {
 public:
-  explicit Chance(std::uint64_t seed)
-    : Numbers(seed)
-  {
-  }
-
-  int Below(int n) { return this->Numbers.below(n); }
-  int Between(int low, int high) { return low + this->Below(high - low + 1); }
-  bool OneIn(int n) { return this->Below(n) == 0; }
-  double Uniform(double low, double high) { return this->Numbers(low, high); }
-
-  template <typename T> T Of(std::initializer_list<T> values)
-  {
-    return values.begin()[this->Below(static_cast<int>(values.size()))];
-  }
+  using Random::Random;
 
   /// A number that nobody expects.
-  double OddNumber()
+  double oddNumber()
   {
     using Limits = std::numeric_limits<double>;
-    return this->Of({ 0.0, -0.0, 1.0, -1.0, Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(), Limits::max(),
+    return this->of({ 0.0, -0.0, 1.0, -1.0, Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(), Limits::max(),
       Limits::lowest(), Limits::min(), Limits::denorm_min(), Limits::epsilon(), 1e-30, 1e30, -1e30, 0x1p31, -0x1p31,
       0x1p63, 1e-6, 255.0, 65536.0 });
   }
-  /// From `low` to `high`, and rarely an odd one.
-  double Number(double low, double high) { return this->OneIn(40) ? this->OddNumber() : this->Uniform(low, high); }
 
-private:
-  Random Numbers;
+  /// From `low` to `high`, and rarely an odd one.
+  double number(double low, double high) { return this->oneIn(40) ? this->oddNumber() : (*this)(low, high); }
 };
 
 /// Takes what other classes of VTK say about bad data.
@@ -89,21 +74,21 @@ const std::initializer_list<const char*> arrayNames{ "Scan", "Fractions", "Label
 
 vtkSmartPointer<vtkAbstractArray> RandomArray(Chance& chance, const char* name, vtkIdType tuples)
 {
-  const int type = chance.Of({ VTK_FLOAT, VTK_FLOAT, VTK_SHORT, VTK_DOUBLE, VTK_UNSIGNED_CHAR, VTK_BIT, VTK_CHAR,
+  const int type = chance.of({ VTK_FLOAT, VTK_FLOAT, VTK_SHORT, VTK_DOUBLE, VTK_UNSIGNED_CHAR, VTK_BIT, VTK_CHAR,
     VTK_SIGNED_CHAR, VTK_UNSIGNED_SHORT, VTK_INT, VTK_UNSIGNED_INT, VTK_LONG, VTK_UNSIGNED_LONG, VTK_LONG_LONG,
     VTK_UNSIGNED_LONG_LONG, VTK_ID_TYPE, VTK_STRING, VTK_VARIANT });
   auto array = vtkSmartPointer<vtkAbstractArray>::Take(vtkAbstractArray::CreateArray(type));
-  array->SetName(chance.OneIn(30) ? nullptr : name);
-  array->SetNumberOfComponents(chance.OneIn(4) ? chance.Of({ 2, 3, 3, 4, 9 }) : 1);
-  array->SetNumberOfTuples(chance.OneIn(20) ? chance.Of({ vtkIdType(0), tuples / 2, tuples + 1 }) : tuples);
+  array->SetName(chance.oneIn(30) ? nullptr : name);
+  array->SetNumberOfComponents(chance.oneIn(4) ? chance.of({ 2, 3, 3, 4, 9 }) : 1);
+  array->SetNumberOfTuples(chance.oneIn(20) ? chance.of({ vtkIdType(0), tuples / 2, tuples + 1 }) : tuples);
   const bool fractions = std::strcmp(name, "Fractions") == 0;
-  const double low = fractions ? 0.0 : chance.Number(-50.0, 50.0);
-  const double high = fractions ? chance.Of({ 0.3, 0.6, 0.99, 1.1 }) : chance.Number(0.0, 500.0);
-  const bool odd = chance.OneIn(5);
+  const double low = fractions ? 0.0 : chance.number(-50.0, 50.0);
+  const double high = fractions ? chance.of({ 0.3, 0.6, 0.99, 1.1 }) : chance.number(0.0, 500.0);
+  const bool odd = chance.oneIn(5);
   const double limit = type == VTK_FLOAT || type == VTK_DOUBLE ? std::numeric_limits<double>::infinity() : 100.0;
   for (vtkIdType v = 0; v < array->GetNumberOfValues(); ++v)
   {
-    const double value = odd && chance.OneIn(20) ? chance.OddNumber() : low + chance.Uniform(0.0, 1.0) * (high - low);
+    const double value = odd && chance.oneIn(20) ? chance.oddNumber() : low + chance(0.0, 1.0) * (high - low);
     if (auto* numbers = vtkDataArray::SafeDownCast(array))
     {
       // Whole types take what fits into all of them: the conversion is the test's own.
@@ -125,50 +110,50 @@ vtkSmartPointer<vtkImageData> RandomImage(Chance& chance)
   int extent[6];
   for (int a = 0; a < 3; ++a)
   {
-    const int size = chance.OneIn(8) ? chance.Of({ 0, 1, 1, 40 }) : chance.Between(2, 9);
-    const int first = chance.OneIn(4) ? chance.Of({ -7, 3, -2000000000, 2000000000 }) : 0;
+    const int size = chance.oneIn(8) ? chance.of({ 0, 1, 1, 40 }) : chance.between(2, 9);
+    const int first = chance.oneIn(4) ? chance.of({ -7, 3, -2000000000, 2000000000 }) : 0;
     extent[2 * a] = first;
     extent[2 * a + 1] = first + size - 1;
   }
   image->SetExtent(extent);
-  if (chance.OneIn(2))
+  if (chance.oneIn(2))
   {
-    image->SetSpacing(chance.Number(0.1, 3.0), chance.Number(0.1, 3.0), chance.Number(0.1, 3.0));
-    image->SetOrigin(chance.Number(-50.0, 50.0), chance.Number(-50.0, 50.0), chance.Number(-50.0, 50.0));
+    image->SetSpacing(chance.number(0.1, 3.0), chance.number(0.1, 3.0), chance.number(0.1, 3.0));
+    image->SetOrigin(chance.number(-50.0, 50.0), chance.number(-50.0, 50.0), chance.number(-50.0, 50.0));
   }
-  if (chance.OneIn(4))
+  if (chance.oneIn(4))
   {
-    const double angle = chance.Uniform(0.0, 6.3);
+    const double angle = chance(0.0, 6.3);
     const double c = std::cos(angle);
     const double s = std::sin(angle);
-    const double flip = chance.OneIn(2) ? -1.0 : 1.0;
+    const double flip = chance.oneIn(2) ? -1.0 : 1.0;
     double matrix[9] = { c, -s, 0, s, c, 0, 0, 0, flip };
-    if (chance.OneIn(4))
+    if (chance.oneIn(4))
     {
-      matrix[chance.Below(9)] = chance.OddNumber();
+      matrix[chance.below(9)] = chance.oddNumber();
     }
     image->SetDirectionMatrix(matrix);
   }
   const vtkIdType voxels = image->GetNumberOfPoints();
   for (const char* name : arrayNames)
   {
-    if (std::strcmp(name, "Scan") == 0 ? !chance.OneIn(30) : chance.OneIn(3))
+    if (std::strcmp(name, "Scan") == 0 ? !chance.oneIn(30) : chance.oneIn(3))
     {
       image->GetPointData()->AddArray(RandomArray(chance, name, voxels));
     }
   }
-  if (!chance.OneIn(30))
+  if (!chance.oneIn(30))
   {
     image->GetPointData()->SetActiveScalars("Scan");
   }
-  if (chance.OneIn(10))
+  if (chance.oneIn(10))
   {
     image->GetCellData()->SetScalars(
       vtkDataArray::SafeDownCast(RandomArray(chance, "OfCells", image->GetNumberOfCells())));
   }
-  if (chance.OneIn(10))
+  if (chance.oneIn(10))
   {
-    image->GetFieldData()->AddArray(RandomArray(chance, chance.Of({ "Energy", "ProbeForce", "Note" }), 3));
+    image->GetFieldData()->AddArray(RandomArray(chance, chance.of({ "Energy", "ProbeForce", "Note" }), 3));
   }
   return image;
 }
@@ -180,14 +165,14 @@ void RandomPlace(Chance& chance, vtkImageData* image, double place[3])
   for (int a = 0; a < 3; ++a)
   {
     const double margin = 0.1 * (bounds[2 * a + 1] - bounds[2 * a]);
-    place[a] = chance.Number(bounds[2 * a] - margin, bounds[2 * a + 1] + margin);
+    place[a] = chance.number(bounds[2 * a] - margin, bounds[2 * a + 1] + margin);
   }
 }
 
 vtkSmartPointer<vtkPoints> RandomPoints(Chance& chance, vtkImageData* image, int count)
 {
   auto points = vtkSmartPointer<vtkPoints>::New();
-  points->SetDataType(chance.Of({ VTK_FLOAT, VTK_DOUBLE }));
+  points->SetDataType(chance.of({ VTK_FLOAT, VTK_DOUBLE }));
   for (int n = 0; n < count; ++n)
   {
     double place[3];
@@ -200,7 +185,7 @@ vtkSmartPointer<vtkPoints> RandomPoints(Chance& chance, vtkImageData* image, int
 vtkSmartPointer<vtkPointSet> RandomProbes(Chance& chance, vtkImageData* image)
 {
   vtkSmartPointer<vtkPointSet> probes;
-  if (chance.OneIn(5))
+  if (chance.oneIn(5))
   {
     probes = vtkSmartPointer<vtkUnstructuredGrid>::New();
   }
@@ -208,16 +193,16 @@ vtkSmartPointer<vtkPointSet> RandomProbes(Chance& chance, vtkImageData* image)
   {
     probes = vtkSmartPointer<vtkPolyData>::New();
   }
-  const int count = chance.Below(5);
-  if (!chance.OneIn(20))
+  const int count = chance.below(5);
+  if (!chance.oneIn(20))
   {
     probes->SetPoints(RandomPoints(chance, image, count));
   }
-  const double reach = chance.Of({ 0.5, 3.0, 30.0, 1e6 });
+  const double reach = chance.of({ 0.5, 3.0, 30.0, 1e6 });
   const auto add = [&](const char* name, int components, double low, double high)
   {
     vtkSmartPointer<vtkAbstractArray> array;
-    if (chance.OneIn(15))
+    if (chance.oneIn(15))
     {
       array = RandomArray(chance, name, count);
     }
@@ -229,23 +214,23 @@ vtkSmartPointer<vtkPointSet> RandomProbes(Chance& chance, vtkImageData* image)
       numbers->SetNumberOfTuples(count);
       for (vtkIdType v = 0; v < numbers->GetNumberOfValues(); ++v)
       {
-        numbers->SetValue(v, chance.Number(low, high));
+        numbers->SetValue(v, chance.number(low, high));
       }
       array = numbers;
     }
     probes->GetPointData()->AddArray(array);
   };
-  if (!chance.OneIn(15))
+  if (!chance.oneIn(15))
   {
     add("Displacement", 3, -reach, reach);
   }
-  if (chance.OneIn(2))
+  if (chance.oneIn(2))
   {
     add("Radius", 1, 0.0, 4.0);
   }
-  if (chance.OneIn(3))
+  if (chance.oneIn(3))
   {
-    add("Anchor", 1, chance.Of({ 0.0, 1.0 }), 1.0);
+    add("Anchor", 1, chance.of({ 0.0, 1.0 }), 1.0);
   }
   return probes;
 }
@@ -254,18 +239,18 @@ vtkSmartPointer<vtkPointSet> RandomProbes(Chance& chance, vtkImageData* image)
 vtkSmartPointer<vtkPolyData> RandomSurface(Chance& chance, vtkImageData* image)
 {
   auto surface = vtkSmartPointer<vtkPolyData>::New();
-  const int kind = chance.Below(10);
+  const int kind = chance.below(10);
   if (kind < 4)
   {
     double centre[3];
     RandomPlace(chance, image, centre);
     vtkNew<vtkSphereSource> sphere;
     sphere->SetCenter(centre);
-    sphere->SetRadius(std::fabs(chance.Number(0.2, 5.0)));
-    sphere->SetThetaResolution(chance.Between(3, 12));
-    sphere->SetPhiResolution(chance.Between(3, 12));
-    sphere->SetEndTheta(chance.OneIn(4) ? 200.0 : 360.0);
-    sphere->SetOutputPointsPrecision(chance.Of({ vtkAlgorithm::SINGLE_PRECISION, vtkAlgorithm::DOUBLE_PRECISION }));
+    sphere->SetRadius(std::fabs(chance.number(0.2, 5.0)));
+    sphere->SetThetaResolution(chance.between(3, 12));
+    sphere->SetPhiResolution(chance.between(3, 12));
+    sphere->SetEndTheta(chance.oneIn(4) ? 200.0 : 360.0);
+    sphere->SetOutputPointsPrecision(chance.of({ vtkAlgorithm::SINGLE_PRECISION, vtkAlgorithm::DOUBLE_PRECISION }));
     sphere->Update();
     surface->ShallowCopy(sphere->GetOutput());
     return surface;
@@ -274,19 +259,19 @@ vtkSmartPointer<vtkPolyData> RandomSurface(Chance& chance, vtkImageData* image)
   {
     return surface; // empty
   }
-  const int count = chance.Between(1, 12);
+  const int count = chance.between(1, 12);
   surface->SetPoints(RandomPoints(chance, image, count));
   vtkNew<vtkCellArray> polygons;
   vtkNew<vtkCellArray> strips;
   vtkNew<vtkCellArray> lines;
-  for (int n = chance.Below(8); n > 0; --n)
+  for (int n = chance.below(8); n > 0; --n)
   {
-    vtkCellArray* cells = chance.Of({ polygons.Get(), polygons.Get(), strips.Get(), lines.Get() });
-    const int corners = chance.Of({ 0, 1, 2, 3, 3, 3, 4, 5, 8 });
+    vtkCellArray* cells = chance.of({ polygons.Get(), polygons.Get(), strips.Get(), lines.Get() });
+    const int corners = chance.of({ 0, 1, 2, 3, 3, 3, 4, 5, 8 });
     cells->InsertNextCell(corners);
     for (int c = 0; c < corners; ++c)
     {
-      cells->InsertCellPoint(chance.Below(count));
+      cells->InsertCellPoint(chance.below(count));
     }
   }
   surface->SetPolys(polygons);
@@ -298,12 +283,12 @@ vtkSmartPointer<vtkPolyData> RandomSurface(Chance& chance, vtkImageData* image)
 vtkSmartPointer<vtkPiecewiseFunction> RandomFunction(Chance& chance)
 {
   auto function = vtkSmartPointer<vtkPiecewiseFunction>::New();
-  for (int n = chance.Below(5); n > 0; --n)
+  for (int n = chance.below(5); n > 0; --n)
   {
-    function->AddPoint(chance.Number(-50.0, 500.0), chance.Number(0.0, 0.95),
-      chance.OneIn(5) ? chance.Number(0, 1) : 0.5, chance.OneIn(5) ? chance.Number(0, 1) : 0.0);
+    function->AddPoint(chance.number(-50.0, 500.0), chance.number(0.0, 0.95),
+      chance.oneIn(5) ? chance.number(0, 1) : 0.5, chance.oneIn(5) ? chance.number(0, 1) : 0.0);
   }
-  function->SetClamping(!chance.OneIn(5));
+  function->SetClamping(!chance.oneIn(5));
   return function;
 }
 
@@ -389,10 +374,10 @@ std::vector<vtkSmartPointer<vtkAbstractArray>> Results(vtkChainMailDeformation* 
 /// Changes some settings.
 void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageData* image)
 {
-  const auto now = [&] { return chance.OneIn(6); };
+  const auto now = [&] { return chance.oneIn(6); };
   // An enumerated property; seldom a value that stands for nothing.
   const auto choice = [&](int last) {
-    return chance.OneIn(20) ? chance.Of({ -1, last + 1, VTK_INT_MAX }) : chance.Between(0, last);
+    return chance.oneIn(20) ? chance.of({ -1, last + 1, VTK_INT_MAX }) : chance.between(0, last);
   };
   if (now())
   {
@@ -400,24 +385,24 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
-    filter->SetMaterialFunction(chance.OneIn(3) ? nullptr : RandomFunction(chance));
+    filter->SetMaterialFunction(chance.oneIn(3) ? nullptr : RandomFunction(chance));
   }
   if (now())
   {
-    filter->SetConstraintArray(chance.Of({ "", "", "Fractions", "Scan", "Labels", "Words", "nowhere" }));
+    filter->SetConstraintArray(chance.of({ "", "", "Fractions", "Scan", "Labels", "Words", "nowhere" }));
   }
   if (now())
   {
-    filter->SetTissueThreshold(chance.Number(-100.0, 200.0));
+    filter->SetTissueThreshold(chance.number(-100.0, 200.0));
   }
   if (now())
   {
-    filter->SetAnchorRigid(chance.OneIn(2));
-    const auto face = [&] { return chance.Of({ 0, 0, 1, -5 }); };
+    filter->SetAnchorRigid(chance.oneIn(2));
+    const auto face = [&] { return chance.of({ 0, 0, 1, -5 }); };
     const int faces[6] = { face(), face(), face(), face(), face(), face() };
     filter->SetAnchoredFaces(faces);
   }
-  if (chance.OneIn(3))
+  if (chance.oneIn(3))
   {
     filter->SetMode(choice(1));
   }
@@ -427,7 +412,7 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
-    filter->SetPropagationIterations(chance.Of({ 0, 1, 2, 7, -3, VTK_INT_MAX }));
+    filter->SetPropagationIterations(chance.of({ 0, 1, 2, 7, -3, VTK_INT_MAX }));
   }
   if (now())
   {
@@ -435,7 +420,7 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
-    filter->SetPropagationTimes(chance.OneIn(2));
+    filter->SetPropagationTimes(chance.oneIn(2));
   }
   if (now())
   {
@@ -443,25 +428,25 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
-    filter->SetRelaxationPreset(chance.OneIn(3) ? choice(3) : 0);
-    filter->SetCoarseToFine(chance.OneIn(2));
+    filter->SetRelaxationPreset(chance.oneIn(3) ? choice(3) : 0);
+    filter->SetCoarseToFine(chance.oneIn(2));
   }
   if (now())
   {
-    filter->SetElasticRecovery(chance.Number(-0.2, 1.2));
+    filter->SetElasticRecovery(chance.number(-0.2, 1.2));
   }
   if (now())
   {
-    filter->SetRelaxationIterations(chance.Of({ 0, 1, 5, 40, -1, VTK_INT_MIN }));
+    filter->SetRelaxationIterations(chance.of({ 0, 1, 5, 40, -1, VTK_INT_MIN }));
   }
   if (now())
   {
-    filter->SetRelaxationTolerance(chance.Number(0.0, 0.1));
+    filter->SetRelaxationTolerance(chance.number(0.0, 0.1));
   }
   if (now())
   {
     filter->SetModelReduction(
-      chance.OneIn(6) ? chance.Of({ 0, 3, -2, 16, VTK_INT_MIN, VTK_INT_MAX }) : chance.Of({ 1, 2, 2, 4, 8 }));
+      chance.oneIn(6) ? chance.of({ 0, 3, -2, 16, VTK_INT_MIN, VTK_INT_MAX }) : chance.of({ 1, 2, 2, 4, 8 }));
   }
   if (now())
   {
@@ -470,19 +455,19 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   if (now())
   {
     filter->ClearLabelArrays();
-    filter->AddLabelArray(chance.Of({ "Labels", "Scan", "Words", "nowhere", "" }));
+    filter->AddLabelArray(chance.of({ "Labels", "Scan", "Words", "nowhere", "" }));
   }
   if (now())
   {
-    filter->SetBackgroundValue(chance.OddNumber());
+    filter->SetBackgroundValue(chance.oddNumber());
   }
   if (now())
   {
     // A padding that nobody's memory holds must be an error; one that just fits would take the machine's.
     const bool line = image->GetNumberOfPoints() > 0 && image->GetDataDimension() < 2;
-    filter->SetOutputPadding(line ? chance.Of({ 0, 5, 4096, VTK_INT_MAX }) : chance.Of({ -2, 0, 0, 1, 3, 12 }));
+    filter->SetOutputPadding(line ? chance.of({ 0, 5, 4096, VTK_INT_MAX }) : chance.of({ -2, 0, 0, 1, 3, 12 }));
   }
-  if (chance.OneIn(30))
+  if (chance.oneIn(30))
   {
     filter->SetDevice("no such device");
   }
@@ -493,16 +478,16 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   if (now())
   {
     filter->SetBrickSize(
-      chance.Of({ 0, 4, 8, 16, 5, -4 }), chance.Of({ 0, 2, 4, 16, 1 }), chance.Of({ 0, 2, 8, 4, VTK_INT_MAX }));
+      chance.of({ 0, 4, 8, 16, 5, -4 }), chance.of({ 0, 2, 4, 16, 1 }), chance.of({ 0, 2, 8, 4, VTK_INT_MAX }));
   }
   if (now())
   {
     filter->SetInputArrayToProcess(0, 0, 0,
-      chance.Of({ vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataObject::FIELD_ASSOCIATION_POINTS,
+      chance.of({ vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataObject::FIELD_ASSOCIATION_POINTS,
         vtkDataObject::FIELD_ASSOCIATION_CELLS, vtkDataObject::FIELD_ASSOCIATION_NONE }),
-      chance.Of({ "Scan", "Scan", "Fractions", "Words", "OfCells", "nowhere" }));
+      chance.of({ "Scan", "Scan", "Fractions", "Words", "OfCells", "nowhere" }));
   }
-  if (chance.OneIn(10))
+  if (chance.oneIn(10))
   {
     filter->Reset();
   }
@@ -550,19 +535,19 @@ public:
 
     this->Scene.Apply(filter);
     vtkSmartPointer<vtkImageData> image = this->Scene.Image;
-    for (int step = chance.Between(1, 8); step > 0; --step)
+    for (int step = chance.between(1, 8); step > 0; --step)
     {
-      if (chance.OneIn(3))
+      if (chance.oneIn(3))
       {
         image = RandomImage(chance);
         filter->SetInputData(image);
       }
-      const int port = chance.Below(5); // 4: none
+      const int port = chance.below(5); // 4: none
       if (port == 1)
       {
         filter->RemoveAllProbes();
       }
-      for (int n = chance.Below(3); port >= 1 && port <= 3 && n > 0; --n)
+      for (int n = chance.below(3); port >= 1 && port <= 3 && n > 0; --n)
       {
         if (port == 1)
         {
@@ -573,16 +558,16 @@ public:
           filter->AddInputDataObject(port, RandomSurface(chance, image));
         }
       }
-      if (chance.OneIn(5))
+      if (chance.oneIn(5))
       {
         filter->RemoveAllCuts();
       }
-      if (chance.OneIn(5))
+      if (chance.oneIn(5))
       {
         filter->RemoveAllCarves();
       }
       ChangeSettings(chance, filter, image);
-      progressLeft = chance.OneIn(12) ? chance.Below(12) : -1;
+      progressLeft = chance.oneIn(12) ? chance.below(12) : -1;
 
       filter->Update();
       const bool failed = !log.TakeErrors().empty() || executiveErrors > 0;
@@ -592,7 +577,7 @@ public:
       progressLeft = -1;
       filter->SetAbortExecute(0);
       this->Check(filter, image, failed, stopped);
-      if (failed && chance.OneIn(3))
+      if (failed && chance.oneIn(3))
       {
         this->Recover(filter, log, executiveErrors);
         image = this->Scene.Image;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <initializer_list>
 
 /// A small generator whose numbers are the same on every machine (the distributions of the standard library are not).
 /// Source: splitmix64, Steele, Lea and Flood 2014, doi:10.1145/2660193.2660195.
@@ -17,6 +19,22 @@ public:
 
   /// Uniform in 0 .. n - 1.
   int below(int n) { return static_cast<int>(this->next() % static_cast<std::uint64_t>(n)); }
+
+  /// Uniform in low .. high.
+  int between(int low, int high) { return low + this->below(high - low + 1); }
+
+  /// All orders of magnitude from low to high alike.
+  double logarithmic(double low, double high) { return std::exp((*this)(std::log(low), std::log(high))); }
+
+  /// True so often.
+  bool chance(double share) { return (*this)(0.0, 1.0) < share; }
+  bool oneIn(int n) { return this->below(n) == 0; }
+
+  /// One of these.
+  template <typename T> T of(std::initializer_list<T> values)
+  {
+    return values.begin()[this->below(static_cast<int>(values.size()))];
+  }
 
 private:
   std::uint64_t next()

@@ -831,8 +831,8 @@ public:
   explicit Story(std::uint64_t seed)
     : random_(seed * 7919 + 13)
     , scene_(this->drawScene())
-    , fromRest_(this->chance(0.4))
-    , paper_(this->chance(0.15))
+    , fromRest_(this->random_.chance(0.4))
+    , paper_(this->random_.chance(0.15))
   {
   }
 
@@ -844,9 +844,6 @@ public:
   std::vector<Step> next(const Reading& now);
 
 private:
-  bool chance(double share) { return this->random_(0.0, 1.0) < share; }
-  int between(int low, int high) { return low + this->random_.below(high - low + 1); }
-  double logarithmic(double low, double high) { return std::exp(this->random_(std::log(low), std::log(high))); }
   Vector3 displacement();
   Scene drawScene();
   Index3 drawSize();
@@ -871,21 +868,21 @@ Index3 Story::drawSize()
   Index3 size{ 1, 1, 1 };
   if (kind == 0)
   {
-    size[this->random_.below(3)] = this->between(1, 60);
+    size[this->random_.below(3)] = this->random_.between(1, 60);
   }
   else if (kind <= 2)
   {
     const int flat = this->random_.below(3);
     for (int a = 0; a < 3; ++a)
     {
-      size[a] = a == flat ? 1 : this->between(2, 24);
+      size[a] = a == flat ? 1 : this->random_.between(2, 24);
     }
   }
   else
   {
     for (int& n : size)
     {
-      n = this->between(2, kind == 9 ? 20 : 12);
+      n = this->random_.between(2, kind == 9 ? 20 : 12);
     }
   }
   return size;
@@ -894,7 +891,7 @@ Index3 Story::drawSize()
 void Story::drawMaterial(Scene& scene)
 {
   const int kind = this->random_.below(7);
-  const float common = static_cast<float>(this->logarithmic(0.01, 0.99));
+  const float common = static_cast<float>(this->random_.logarithmic(0.01, 0.99));
   const int soft = this->random_.below(3);
   scene.each(
     [&](int i, int j, int k)
@@ -923,7 +920,7 @@ void Story::drawMaterial(Scene& scene)
           value = p[soft] / 2 % 2 == 0 ? common : 0.001f * common;
           break;
         default: // noise with a share of rigid elements
-          value = this->chance(0.2) ? 0.0f : static_cast<float>(this->random_(0.05, 0.6));
+          value = this->random_.chance(0.2) ? 0.0f : static_cast<float>(this->random_(0.05, 0.6));
           break;
         }
         scene.constraint[scene.grid.at(i, j, k) * scene.components + c] = value;
@@ -933,47 +930,47 @@ void Story::drawMaterial(Scene& scene)
 
 Scene Story::drawScene()
 {
-  Scene scene(this->drawSize(), 0.3f, this->chance(0.3) ? 3 : 1);
+  Scene scene(this->drawSize(), 0.3f, this->random_.chance(0.3) ? 3 : 1);
   this->drawMaterial(scene);
   const double airs[] = { 0.0, 0.0, 0.1, 0.3, 0.6 };
   const double air = airs[this->random_.below(5)];
-  const int sheets = this->chance(0.15) ? this->random_.below(3) : -1;
+  const int sheets = this->random_.chance(0.15) ? this->random_.below(3) : -1;
   scene.each(
     [&](int i, int j, int k)
     {
       const Index3 p{ i, j, k };
-      if (this->chance(air) || (sheets >= 0 && p[sheets] % 3 == 2))
+      if (this->random_.chance(air) || (sheets >= 0 && p[sheets] % 3 == 2))
       {
         scene.air(i, j, k);
       }
     });
   scene.scalar[scene.grid.voxels() / 2] = 1.0f;
-  if (this->chance(0.6))
+  if (this->random_.chance(0.6))
   {
     for (double& h : scene.grid.spacing)
     {
-      h = this->logarithmic(0.2, 5.0);
+      h = this->random_.logarithmic(0.2, 5.0);
     }
   }
   for (bool& face : scene.anchors.faces)
   {
-    face = this->chance(0.15);
+    face = this->random_.chance(0.15);
   }
-  scene.anchors.rigid = this->chance(0.1);
+  scene.anchors.rigid = this->random_.chance(0.1);
   const Index3 bricks[] = { { 4, 2, 2 }, { 8, 4, 8 }, { 32, 16, 4 }, { 4, 8, 2 }, { 16, 4, 4 } };
   const int brick = this->random_.below(5);
   this->brick_ = bricks[brick];
-  this->otherBrick_ = bricks[(brick + this->between(1, 4)) % 5];
+  this->otherBrick_ = bricks[(brick + this->random_.between(1, 4)) % 5];
   return scene;
 }
 
 Vector3 Story::displacement()
 {
-  const double reach = this->chance(0.05) ? 100.0 : this->logarithmic(0.02, 6.0);
+  const double reach = this->random_.chance(0.05) ? 100.0 : this->random_.logarithmic(0.02, 6.0);
   Vector3 d;
   for (int a = 0; a < 3; ++a)
   {
-    d[a] = this->chance(0.15) ? 0.0 : this->random_(-reach, reach) * this->scene_.grid.spacing[a];
+    d[a] = this->random_.chance(0.15) ? 0.0 : this->random_(-reach, reach) * this->scene_.grid.spacing[a];
   }
   return d;
 }
@@ -1001,8 +998,8 @@ std::optional<Probe> Story::drawProbe(const Reading& now, bool atRest)
   {
     probe.position[a] += this->random_(-0.3, 0.3) * h[a] + (atRest ? 0.0 : now.u[3 * voxel + a]);
   }
-  probe.radius = this->chance(0.5) ? 0.0 : this->random_(0.2, 2.5) * (h[0] + h[1] + h[2]) / 3.0;
-  probe.anchor = this->chance(0.15);
+  probe.radius = this->random_.chance(0.5) ? 0.0 : this->random_(0.2, 2.5) * (h[0] + h[1] + h[2]) / 3.0;
+  probe.anchor = this->random_.chance(0.15);
   return probe;
 }
 
@@ -1038,9 +1035,9 @@ Surface Story::drawClosed()
     half[a] = this->random_(0.05, 0.35) * length + 0.3 * grid.spacing[a];
     radius = std::max(radius, 0.5 * half[a]);
   }
-  if (this->chance(0.5))
+  if (this->random_.chance(0.5))
   {
-    return sphere(centre, radius, this->between(4, 9), this->between(5, 11));
+    return sphere(centre, radius, this->random_.between(4, 9), this->random_.between(5, 11));
   }
   return box({ centre[0] - half[0], centre[1] - half[1], centre[2] - half[2] },
     { centre[0] + half[0], centre[1] + half[1], centre[2] + half[2] });
@@ -1049,9 +1046,9 @@ Surface Story::drawClosed()
 Step Story::drawTopology()
 {
   Step step;
-  const bool carves = this->chance(0.35);
+  const bool carves = this->random_.chance(0.35);
   step.kind = carves ? Step::Carve : Step::Cut;
-  step.surface = carves ? this->drawClosed() : this->chance(0.8) ? this->drawBlade() : this->drawClosed();
+  step.surface = carves ? this->drawClosed() : this->random_.chance(0.8) ? this->drawBlade() : this->drawClosed();
   return step;
 }
 
@@ -1064,31 +1061,32 @@ std::vector<Step> Story::next(const Reading& now)
     steps.back().kind = kind;
     return steps.back();
   };
-  if (this->chance(0.2))
+  if (this->random_.chance(0.2))
   {
     Step& step = add(Step::SetPropagation);
-    step.propagation = this->chance(0.5) ? PropagationMethod::Envelope : PropagationMethod::Timestamp;
-    step.policy = this->chance(0.6) ? ConflictPolicy::Limit : ConflictPolicy::Latest;
+    step.propagation = this->random_.chance(0.5) ? PropagationMethod::Envelope : PropagationMethod::Timestamp;
+    step.policy = this->random_.chance(0.6) ? ConflictPolicy::Limit : ConflictPolicy::Latest;
   }
-  if (this->chance(0.1))
+  if (this->random_.chance(0.1))
   {
     add(Step::SetTimes).iterations = this->random_.below(2);
   }
-  if (this->chance(0.2))
+  if (this->random_.chance(0.2))
   {
     Step& step = add(Step::SetRelaxation);
-    step.relaxation = this->paper_ && this->chance(0.5) ? RelaxationMethod::Paper : RelaxationMethod::Projected;
-    step.number = this->chance(0.5) ? 1.0 : this->random_(0.0, 1.0);
+    step.relaxation = this->paper_ && this->random_.chance(0.5) ? RelaxationMethod::Paper : RelaxationMethod::Projected;
+    step.number = this->random_.chance(0.5) ? 1.0 : this->random_(0.0, 1.0);
   }
-  if (this->chance(0.15))
+  if (this->random_.chance(0.15))
   {
     add(Step::SetCoarseToFine).iterations = this->random_.below(2);
   }
-  if (this->chance(0.06))
+  if (this->random_.chance(0.06))
   {
     add(Step::Mend);
   }
-  const bool rests = this->fromRest_ || this->chance(0.1) || (!steps.empty() && steps.back().kind == Step::Mend);
+  const bool rests =
+    this->fromRest_ || this->random_.chance(0.1) || (!steps.empty() && steps.back().kind == Step::Mend);
   if (rests)
   {
     if (steps.empty() || steps.back().kind != Step::Mend)
@@ -1100,7 +1098,7 @@ std::vector<Step> Story::next(const Reading& now)
       this->probes_.clear();
     }
   }
-  if (this->chance(0.25))
+  if (this->random_.chance(0.25))
   {
     steps.push_back(this->drawTopology());
   }
@@ -1108,11 +1106,11 @@ std::vector<Step> Story::next(const Reading& now)
   // Some probes go, some are moved, some are new.
   for (std::size_t p = this->probes_.size(); p-- > 0;)
   {
-    if (this->chance(0.15))
+    if (this->random_.chance(0.15))
     {
       this->probes_.erase(this->probes_.begin() + p);
     }
-    else if (this->chance(0.4))
+    else if (this->random_.chance(0.4))
     {
       this->probes_[p].displacement = this->displacement();
     }
@@ -1125,39 +1123,39 @@ std::vector<Step> Story::next(const Reading& now)
       this->probes_.push_back(*probe);
     }
   }
-  if (this->chance(0.2))
+  if (this->random_.chance(0.2))
   {
     std::rotate(this->probes_.begin(), this->probes_.begin() + this->probes_.size() / 2, this->probes_.end());
   }
   add(Step::Hold).probes = this->probes_;
 
   // Interactive use: a few iterations of both, again and again; else each to its end.
-  if (this->chance(0.3))
+  if (this->random_.chance(0.3))
   {
-    for (int n = this->between(1, 4); n > 0; --n)
+    for (int n = this->random_.between(1, 4); n > 0; --n)
     {
-      add(Step::Propagate).iterations = this->between(1, 5);
-      if (this->chance(0.5))
+      add(Step::Propagate).iterations = this->random_.between(1, 5);
+      if (this->random_.chance(0.5))
       {
-        add(Step::Relax).iterations = this->between(1, 3);
+        add(Step::Relax).iterations = this->random_.between(1, 3);
       }
     }
   }
-  if (this->chance(0.85))
+  if (this->random_.chance(0.85))
   {
     add(Step::Propagate).iterations = 0;
   }
-  if (this->chance(0.15))
+  if (this->random_.chance(0.15))
   {
     steps.push_back(this->drawTopology());
   }
   for (int n = this->random_.below(3); n > 0; --n)
   {
     Step& step = add(Step::Relax);
-    step.iterations = this->chance(0.1) ? this->between(20, 80) : this->between(1, 6);
-    step.number = this->chance(0.5) ? 0.0 : this->logarithmic(1e-6, 1e-2);
+    step.iterations = this->random_.chance(0.1) ? this->random_.between(20, 80) : this->random_.between(1, 6);
+    step.number = this->random_.chance(0.5) ? 0.0 : this->random_.logarithmic(1e-6, 1e-2);
   }
-  if (this->chance(0.15))
+  if (this->random_.chance(0.15))
   {
     add(Step::Resample).iterations = this->random_.below(3);
   }
