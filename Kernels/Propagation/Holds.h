@@ -1,7 +1,7 @@
 #pragma once
 
 #include "Bricks.h"
-#include "Simulation.h"
+#include "Types.h"
 
 #include <functional>
 #include <memory>

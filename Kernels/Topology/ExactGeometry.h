@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Simulation.h"
+#include "Types.h"
 
 #include <array>
 #include <cstdint>

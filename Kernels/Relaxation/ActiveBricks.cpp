@@ -1,9 +1,8 @@
 #include "ActiveBricks.h"
 
-#include "RigidClusters.h"
-
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace chainmail
 {
@@ -40,9 +39,9 @@ void ActiveBricks::fit()
   {
     this->activity_[slot][ready] = this->bricks_.ready(this->bricks_.brick(slot)) ? 1 : 0;
   }
-  if (this->clusters_)
+  if (this->bodies_.asleep)
   {
-    for (const int brick : this->clusters_->inactiveBricks())
+    for (const int brick : this->bodies_.asleep())
     {
       this->activity_[this->bricks_.slot(brick)][ready] = 0;
       for (int d = 0; d < 6; ++d)
@@ -53,9 +52,9 @@ void ActiveBricks::fit()
   }
 }
 
-void ActiveBricks::begin(RigidClusters* clusters)
+void ActiveBricks::begin(Bodies bodies)
 {
-  this->clusters_ = clusters;
+  this->bodies_ = std::move(bodies);
   this->sweep_ = 0;
   this->resume_ = 0;
   this->waited_ = false;
@@ -188,9 +187,9 @@ void ActiveBricks::makeReady(const std::vector<int>& slots)
   if (!bricks.empty())
   {
     this->bricks_.require(bricks);
-    if (this->clusters_)
+    if (this->bodies_.awaken)
     {
-      this->clusters_->activate(around);
+      this->bodies_.awaken(around);
     }
     this->fit();
   }

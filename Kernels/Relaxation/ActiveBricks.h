@@ -3,12 +3,11 @@
 #include "Bricks.h"
 #include "SharedTable.h"
 
+#include <functional>
 #include <vector>
 
 namespace chainmail
 {
-
-class RigidClusters;
 
 /// Which bricks a relaxation has to visit: those in which something can change. That is exact: an element stays put, to
 /// the bit, when neither it nor a neighbour moved since its last turn, so results do not depend on the size of bricks.
@@ -24,17 +23,24 @@ public:
   {
   }
 
-  /// All that was ever touched may move. Clusters (null: none) take part from the moment something moves in their
-  /// bricks or beside them.
-  void begin(RigidClusters* clusters);
+  /// What moves as a whole, through many bricks: it takes part from the moment something moves in one of them or beside
+  /// it.
+  struct Bodies
+  {
+    std::function<std::vector<int>()> asleep;            ///< bricks of those that could move, but do not take part
+    std::function<void(const std::vector<int>&)> awaken; ///< those of these bricks take part, and have memory
+  };
+
+  /// All that was ever touched may move. Empty functions: there are no bodies.
+  void begin(Bodies bodies);
 
   /// The next sweeps; at most so many.
   void beginBatch(int sweeps);
   /// The next sweep. It is called off where the one before, of the same batch, moved nothing by more than `enough`.
   void beginSweep(float enough);
-  /// A turn of the sweep: of a kind that active.clh knows, or of the clusters. False where the batch before has had it.
+  /// A turn of the sweep: of a kind that active.clh knows, or of the bodies. False where the batch before has had it.
   bool takesTurn(int kind);
-  static constexpr int ofClusters = 2;
+  static constexpr int ofBodies = 2;
   /// The largest move in each sweep of the batch that is done. A sweep may be half done: it is the next batch's first.
   std::vector<float> endBatch();
 
@@ -62,7 +68,7 @@ private:
   void makeReady(const std::vector<int>& slots);
 
   Bricks& bricks_;
-  RigidClusters* clusters_ = nullptr;
+  Bodies bodies_;
   SharedTable activity_{ 4, "the list of active bricks" };
   SharedTable log_{ 2, "the list of active bricks" };
 

@@ -44,7 +44,7 @@ RelaxResult PaperRelaxation::run(const Elasticity& elasticity, const WavesUnderW
   this->bricks_.keep(this->next_);
   this->bricks_.context().queue().enqueueCopyBuffer(
     this->bricks_.displacement, this->next_.buffer, 0, 0, sizeof(float) * 3 * this->bricks_.pitch());
-  this->active_.begin(nullptr);
+  this->active_.begin({});
   const float still = stillResidual(tolerance);
 
   RelaxResult result;

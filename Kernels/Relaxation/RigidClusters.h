@@ -1,6 +1,5 @@
 #pragma once
 
-#include "ActiveBricks.h"
 #include "Bricks.h"
 #include "Elasticity.h"
 
@@ -39,8 +38,16 @@ public:
   /// Reads again where the active clusters are, after others than relax() have moved them.
   void refresh();
 
+  /// The account of a turn (active.clh).
+  struct Turn
+  {
+    const cl::Buffer& activity;
+    const cl::Buffer& log;
+    cl_int4 turn;
+  };
+
   /// Launches their turn: one update of every active cluster.
-  void relax(float omega, float still, const Elasticity& elasticity, const ActiveBricks& bricks);
+  void relax(float omega, float still, const Elasticity& elasticity, const Turn& turn);
 
 private:
   struct Cluster

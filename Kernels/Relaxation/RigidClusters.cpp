@@ -310,14 +310,14 @@ std::vector<int> RigidClusters::inactiveBricks() const
   return bricks;
 }
 
-void RigidClusters::relax(float omega, float still, const Elasticity& elasticity, const ActiveBricks& bricks)
+void RigidClusters::relax(float omega, float still, const Elasticity& elasticity, const Turn& turn)
 {
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(false) + elasticity.defines();
 
   cl::Kernel gather = context.kernel("clusters.cl", defines, "clusterGather");
-  gather.setArg(0, bricks.log());
-  gather.setArg(1, bricks.turn());
+  gather.setArg(0, turn.log);
+  gather.setArg(1, turn.turn);
   gather.setArg(2, this->chunks_);
   gather.setArg(3, this->links_);
   gather.setArg(4, this->places_);
@@ -329,8 +329,8 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
   context.runOver(gather, 10, this->chunkList_.size());
 
   cl::Kernel move = context.kernel("clusters.cl", defines, "clusterMove");
-  move.setArg(0, bricks.log());
-  move.setArg(1, bricks.turn());
+  move.setArg(0, turn.log);
+  move.setArg(1, turn.turn);
   move.setArg(2, this->heads_);
   move.setArg(3, omega);
   move.setArg(4, still);
@@ -340,8 +340,8 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
   context.runGroups(move, this->active_.size(), context.info().gpu ? 16 : 1);
 
   cl::Kernel scatter = context.kernel("clusters.cl", defines, "clusterScatter");
-  scatter.setArg(0, bricks.activity());
-  scatter.setArg(1, bricks.turn());
+  scatter.setArg(0, turn.activity);
+  scatter.setArg(1, turn.turn);
   scatter.setArg(2, this->members_);
   scatter.setArg(3, this->heads_);
   scatter.setArg(4, this->places_);

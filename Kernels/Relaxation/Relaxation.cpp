@@ -55,13 +55,6 @@ float stillResidual(double tolerance)
   return static_cast<float>(tolerance / 64.0);
 }
 
-void WavesUnderWay::bind(cl::Kernel& kernel, int& argument) const
-{
-  kernel.setArg(argument++, *this->front);
-  kernel.setArg(argument++, *this->stamp);
-  kernel.setArg(argument++, static_cast<cl_int>(this->iteration));
-}
-
 void Relaxation::relaxColour(
   int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
 {
@@ -89,7 +82,9 @@ void Relaxation::relaxColour(
 RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves,
   Reach reach, int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
 {
-  this->active_.begin(waves ? nullptr : &clusters);
+  this->active_.begin(waves ? ActiveBricks::Bodies()
+                            : ActiveBricks::Bodies{ [&] { return clusters.inactiveBricks(); },
+                                [&](const std::vector<int>& bricks) { clusters.activate(bricks); } });
   const float still = stillResidual(tolerance);
 
   if (firstSweep == 0)
@@ -121,10 +116,11 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
           this->relaxColour(colour, omega, still, elasticity, waves);
         }
       }
-      if (!waves && clusters.anyActive() && this->active_.takesTurn(ActiveBricks::ofClusters))
+      if (!waves && clusters.anyActive() && this->active_.takesTurn(ActiveBricks::ofBodies))
       {
         // Where limits do not count, members of a cluster may be apart: only a factor of 1 does not ask where it is.
-        clusters.relax(elasticity.limited ? omega : 1.0f, still, elasticity, this->active_);
+        clusters.relax(elasticity.limited ? omega : 1.0f, still, elasticity,
+          { this->active_.activity(), this->active_.log(), this->active_.turn() });
       }
     }
 

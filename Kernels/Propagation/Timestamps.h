@@ -1,7 +1,7 @@
 #pragma once
 
 #include "Arrivals.h"
-#include "Relaxation.h"
+#include "WavesUnderWay.h"
 
 #include <set>
 

@@ -2,24 +2,13 @@
 
 #include "ActiveBricks.h"
 #include "RigidClusters.h"
-#include "Simulation.h"
+#include "Types.h"
+#include "WavesUnderWay.h"
 
 #include <functional>
 
 namespace chainmail
 {
-
-/// Waves of Timestamp that have not come to their ends: an element may relax, on an axis, where it did not move in this
-/// iteration and belongs to the same wavefront as all that it is linked to.
-struct WavesUnderWay
-{
-  const cl::Buffer* front = nullptr; ///< int [axis][address], `axes()` runs: number of the wavefront
-  const cl::Buffer* stamp = nullptr; ///< int [axis][address]: iteration in which the element was last moved by a wave
-  int iteration = 0;                 ///< the present one
-
-  /// Sets the arguments WAVES_ARGUMENTS of waves.clh.
-  void bind(cl::Kernel& kernel, int& argument) const;
-};
 
 /// What a relaxation has to do.
 enum class Reach
