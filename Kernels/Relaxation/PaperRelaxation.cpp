@@ -21,7 +21,7 @@ void PaperRelaxation::relaxAll(
   const std::string defines = this->bricks_.defines(true) + elasticity.defines() + (waves ? " -DWAVES" : "");
   cl::Kernel kernel = context.kernel("paper.cl", defines, "relaxAll");
   int argument = 0;
-  this->active_.bind(kernel, argument);
+  this->schedule_.bind(kernel, argument);
   kernel.setArg(argument++, static_cast<cl_int>(iteration % 2));
   kernel.setArg(argument++, still);
   kernel.setArg(argument++, elasticity.slack);
@@ -35,7 +35,7 @@ void PaperRelaxation::relaxAll(
   {
     waves->bind(kernel, argument);
   }
-  context.runGroups(kernel, this->active_.groups(), this->bricks_.workItems(true));
+  context.runGroups(kernel, this->schedule_.groups(), this->bricks_.workItems(true));
 }
 
 RelaxResult PaperRelaxation::run(const Elasticity& elasticity, const WavesUnderWay* waves, int iterations,
@@ -44,7 +44,7 @@ RelaxResult PaperRelaxation::run(const Elasticity& elasticity, const WavesUnderW
   this->bricks_.keep(this->next_);
   this->bricks_.context().queue().enqueueCopyBuffer(
     this->bricks_.displacement, this->next_.buffer, 0, 0, sizeof(float) * 3 * this->bricks_.pitch());
-  this->active_.begin({});
+  this->schedule_.begin({});
   const float still = stillResidual(tolerance);
 
   RelaxResult result;
@@ -52,19 +52,19 @@ RelaxResult PaperRelaxation::run(const Elasticity& elasticity, const WavesUnderW
   while (result.iterations < iterations && !result.converged)
   {
     const int batch = std::min(iterationsPerBatch, iterations - result.iterations);
-    this->active_.beginBatch(batch);
+    this->schedule_.beginBatch(batch);
     for (int n = 0; n < batch; ++n)
     {
       const int iteration = result.iterations + n;
       launched = std::max(launched, iteration);
       checkpoint(launched);
-      this->active_.beginSweep(static_cast<float>(tolerance));
-      if (this->active_.takesTurn(iteration % 2))
+      this->schedule_.beginSweep(static_cast<float>(tolerance));
+      if (this->schedule_.takesTurn(iteration % 2))
       {
         this->relaxAll(iteration, n % 2 == 1, still, elasticity, waves);
       }
     }
-    const std::vector<float> moves = this->active_.endBatch();
+    const std::vector<float> moves = this->schedule_.endBatch();
     if (moves.size() % 2 == 1)
     {
       std::swap(this->bricks_.displacement, this->next_.buffer);
@@ -76,7 +76,7 @@ RelaxResult PaperRelaxation::run(const Elasticity& elasticity, const WavesUnderW
       result.converged = moves.back() <= tolerance;
     }
   }
-  this->active_.touch();
+  this->schedule_.touch();
   return result;
 }
 

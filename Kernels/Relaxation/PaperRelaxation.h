@@ -21,7 +21,7 @@ class PaperRelaxation
 public:
   explicit PaperRelaxation(Bricks& bricks)
     : bricks_(bricks)
-    , active_(bricks)
+    , schedule_(bricks)
   {
   }
 
@@ -37,7 +37,7 @@ private:
   void relaxAll(int iteration, bool back, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
 
   Bricks& bricks_;
-  ActiveBricks active_;
+  SweepSchedule schedule_;
   Field next_{ 3, sizeof(cl_float), "the state after an iteration of the published relaxation" };
 };
 

@@ -62,7 +62,7 @@ void Relaxation::relaxColour(
   const std::string defines = this->bricks_.defines(true) + elasticity.defines() + (waves ? " -DWAVES" : "");
   cl::Kernel kernel = context.kernel("relax.cl", defines, "relax");
   int argument = 0;
-  this->active_.bind(kernel, argument);
+  this->schedule_.bind(kernel, argument);
   kernel.setArg(argument++, static_cast<cl_int>(colour));
   kernel.setArg(argument++, omega);
   kernel.setArg(argument++, still);
@@ -76,15 +76,15 @@ void Relaxation::relaxColour(
   {
     waves->bind(kernel, argument);
   }
-  context.runGroups(kernel, this->active_.groups(), this->bricks_.workItems(true));
+  context.runGroups(kernel, this->schedule_.groups(), this->bricks_.workItems(true));
 }
 
 RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves,
   Reach reach, int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
 {
-  this->active_.begin(waves ? ActiveBricks::Bodies()
-                            : ActiveBricks::Bodies{ [&] { return clusters.inactiveBricks(); },
-                                [&](const std::vector<int>& bricks) { clusters.activate(bricks); } });
+  this->schedule_.begin(waves ? SweepSchedule::Bodies()
+                              : SweepSchedule::Bodies{ [&] { return clusters.inactiveBricks(); },
+                                  [&](const std::vector<int>& bricks) { clusters.activate(bricks); } });
   const float still = stillResidual(tolerance);
 
   if (firstSweep == 0)
@@ -102,41 +102,41 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
   while (result.iterations < iterations && !result.converged)
   {
     const int sweeps = std::min(sweepsPerBatch, iterations - result.iterations);
-    this->active_.beginBatch(sweeps);
+    this->schedule_.beginBatch(sweeps);
     for (int n = 0; n < sweeps; ++n)
     {
       launched = std::max(launched, result.iterations + n);
       checkpoint(launched);
       const float omega = omegaOf(reach, firstSweep + result.iterations + n);
-      this->active_.beginSweep(restingMoveAfter(n));
+      this->schedule_.beginSweep(restingMoveAfter(n));
       for (int colour = 0; colour < 2; ++colour)
       {
-        if (this->active_.takesTurn(colour))
+        if (this->schedule_.takesTurn(colour))
         {
           this->relaxColour(colour, omega, still, elasticity, waves);
         }
       }
-      if (!waves && clusters.anyActive() && this->active_.takesTurn(ActiveBricks::ofBodies))
+      if (!waves && clusters.anyActive() && this->schedule_.takesTurn(SweepSchedule::ofBodies))
       {
         // Where limits do not count, members of a cluster may be apart: only a factor of 1 does not ask where it is.
         clusters.relax(elasticity.limited ? omega : 1.0f, still, elasticity,
-          { this->active_.activity(), this->active_.log(), this->active_.turn() });
+          { this->schedule_.activity(), this->schedule_.log(), this->schedule_.turn() });
       }
     }
 
-    for (const float largest : this->active_.endBatch())
+    for (const float largest : this->schedule_.endBatch())
     {
       ++result.iterations;
       result.largestMove = largest;
       if (!waves && elasticity.limited && largest <= restingMoveAfter(1))
       {
         this->sweepsSinceGroups_ = 0;
-        this->active_.touch();
+        this->schedule_.touch();
         std::vector<int> moved;
         const float ofGroups = moveTightGroups(this->bricks_, clusters, elasticity, still, moved);
         this->groupPeriod_ = ofGroups > 0.0f ? sweepsPerGroupTurn : 2 * this->groupPeriod_;
         result.largestMove = std::max(result.largestMove, static_cast<double>(ofGroups));
-        this->active_.note(moved);
+        this->schedule_.note(moved);
         clusters.refresh();
       }
       else
@@ -146,7 +146,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       result.converged = result.largestMove <= tolerance;
     }
   }
-  this->active_.touch();
+  this->schedule_.touch();
   return result;
 }
 

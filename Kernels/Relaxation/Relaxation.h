@@ -1,7 +1,7 @@
 #pragma once
 
-#include "ActiveBricks.h"
 #include "RigidClusters.h"
+#include "SweepSchedule.h"
 #include "Types.h"
 #include "WavesUnderWay.h"
 
@@ -30,7 +30,7 @@ class Relaxation
 public:
   explicit Relaxation(Bricks& bricks)
     : bricks_(bricks)
-    , active_(bricks)
+    , schedule_(bricks)
   {
   }
 
@@ -42,7 +42,7 @@ private:
   void relaxColour(int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
 
   Bricks& bricks_;
-  ActiveBricks active_;
+  SweepSchedule schedule_;
   int groupPeriod_ = 0; ///< sweeps between turns of tight groups
   int sweepsSinceGroups_ = 0;
 };

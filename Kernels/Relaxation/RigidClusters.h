@@ -38,7 +38,7 @@ public:
   /// Reads again where the active clusters are, after others than relax() have moved them.
   void refresh();
 
-  /// The account of a turn (active.clh).
+  /// The account of a turn (sweep.clh).
   struct Turn
   {
     const cl::Buffer& activity;

@@ -4,10 +4,10 @@
 // The host guarantees: all members of a cluster are at the same place, none is held, its links' other ends are not
 // rigid, and their bricks are in memory.
 //
-// activity, log, turn: see active.clh.
+// activity, log, turn: see sweep.clh.
 
 #include "brick.clh"
-#include "active.clh"
+#include "sweep.clh"
 #include "element.clh"
 
 // chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4]: the fields of Neighbours.

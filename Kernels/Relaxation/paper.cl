@@ -3,16 +3,16 @@
 //
 // WAVES: of these elements only those that waves.clh says.
 //
-// The host guarantees: a work-group for each slot but 0, brick.clh's promise of bricks that are ready (active.clh); at
+// The host guarantees: a work-group for each slot but 0, brick.clh's promise of bricks that are ready (sweep.clh); at
 // first both copies are the same. A brick has its turn once more after one in which nothing in it moved, and so they are
 // wherever it has none.
 
 #include "brick.clh"
-#include "active.clh"
+#include "sweep.clh"
 #include "element.clh"
 #include "waves.clh"
 
-kernel void relaxAll(ACTIVE_ARGUMENTS, int kind, float still, float slack, uint pitch, global const int* table,
+kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, uint pitch, global const int* table,
   global const int* place, int strideY, int strideZ, global const float* displacement, global float* after,
   global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
 {

@@ -4,10 +4,10 @@
 // WAVES: of the free elements only those that waves.clh says.
 //
 // The host guarantees: a work-group for each slot but 0, the state is feasible, brick.clh's promise of bricks that are
-// ready (active.clh).
+// ready (sweep.clh).
 
 #include "brick.clh"
-#include "active.clh"
+#include "sweep.clh"
 #include "element.clh"
 #include "waves.clh"
 
@@ -68,7 +68,7 @@ RULE float relaxPiece(const int odd, const Site* s, float omega, float still, fl
   return largest;
 }
 
-kernel void relax(ACTIVE_ARGUMENTS, int colour, float omega, float still, float slack, uint pitch,
+kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float slack, uint pitch,
   global const int* table, global const int* place, int strideY, int strideZ, global float* displacement,
   global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
 {

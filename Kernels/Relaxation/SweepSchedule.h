@@ -12,13 +12,13 @@ namespace chainmail
 /// Which bricks a relaxation has to visit: those in which something can change. That is exact: an element stays put, to
 /// the bit, when neither it nor a neighbour moved since its last turn, so results do not depend on the size of bricks.
 ///
-/// The device keeps the account (active.clh). The host launches all turns of several sweeps, a batch, and then looks at
+/// The device keeps the account (sweep.clh). The host launches all turns of several sweeps, a batch, and then looks at
 /// what became of them: what follows a turn in which a brick lacks memory, or a sweep that comes to rest, the device
 /// has called off by itself.
-class ActiveBricks
+class SweepSchedule
 {
 public:
-  explicit ActiveBricks(Bricks& bricks)
+  explicit SweepSchedule(Bricks& bricks)
     : bricks_(bricks)
   {
   }
@@ -38,7 +38,7 @@ public:
   void beginBatch(int sweeps);
   /// The next sweep. It is called off where the one before, of the same batch, moved nothing by more than `enough`.
   void beginSweep(float enough);
-  /// A turn of the sweep: of a kind that active.clh knows, or of the bodies. False where the batch before has had it.
+  /// A turn of the sweep: of a kind that sweep.clh knows, or of the bodies. False where the batch before has had it.
   bool takesTurn(int kind);
   static constexpr int ofBodies = 2;
   /// The largest move in each sweep of the batch that is done. A sweep may be half done: it is the next batch's first.
@@ -49,7 +49,7 @@ public:
   /// After a batch: tells Bricks what was touched.
   void touch();
 
-  // For the launches of a turn: ACTIVE_ARGUMENTS of active.clh, all or single ones, and the number of work-groups.
+  // For the launches of a turn: SWEEP_ARGUMENTS of sweep.clh, all or single ones, and the number of work-groups.
   void bind(cl::Kernel& kernel, int& argument) const;
   const cl::Buffer& activity() const { return this->activity_.buffer(); }
   const cl::Buffer& log() const { return this->log_.buffer(); }

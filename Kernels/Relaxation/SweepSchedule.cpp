@@ -1,4 +1,4 @@
-#include "ActiveBricks.h"
+#include "SweepSchedule.h"
 
 #include <algorithm>
 #include <cstring>
@@ -10,7 +10,7 @@ namespace chainmail
 namespace
 {
 
-// As active.clh has them.
+// As sweep.clh has them.
 constexpr int noted = 2;
 constexpr int ready = 3;
 constexpr int ever = 128;
@@ -27,7 +27,7 @@ constexpr float goesOn = -1.0f;
 }
 
 /// Rows for slots that are new.
-void ActiveBricks::fit()
+void SweepSchedule::fit()
 {
   int slot = this->activity_.rows();
   this->activity_.resize(this->bricks_.slots());
@@ -52,7 +52,7 @@ void ActiveBricks::fit()
   }
 }
 
-void ActiveBricks::begin(Bodies bodies)
+void SweepSchedule::begin(Bodies bodies)
 {
   this->bodies_ = std::move(bodies);
   this->sweep_ = 0;
@@ -69,7 +69,7 @@ void ActiveBricks::begin(Bodies bodies)
   this->makeReady(this->bricks_.slotsAround(touched));
 }
 
-void ActiveBricks::beginBatch(int sweeps)
+void SweepSchedule::beginBatch(int sweeps)
 {
   if (this->activity_.rows() < this->bricks_.slots()) // others may have given memory to bricks
   {
@@ -84,7 +84,7 @@ void ActiveBricks::beginBatch(int sweeps)
   this->begun_ = 0;
 }
 
-void ActiveBricks::beginSweep(float enough)
+void SweepSchedule::beginSweep(float enough)
 {
   this->before_ = this->first_;
   this->first_ = this->begun_ == 0 && this->waited_ ? 0 : static_cast<int>(this->turns_.size()) + 1;
@@ -92,7 +92,7 @@ void ActiveBricks::beginSweep(float enough)
   ++this->begun_;
 }
 
-bool ActiveBricks::takesTurn(int kind)
+bool SweepSchedule::takesTurn(int kind)
 {
   if (this->begun_ == 1 && kind < this->resume_)
   {
@@ -103,13 +103,13 @@ bool ActiveBricks::takesTurn(int kind)
   return true;
 }
 
-cl_int4 ActiveBricks::turn() const
+cl_int4 SweepSchedule::turn() const
 {
   const int launch = static_cast<int>(this->turns_.size());
   return { { launch, this->before_, this->turns_.back().sweep, launch == 1 && this->waited_ ? 1 : 0 } };
 }
 
-void ActiveBricks::bind(cl::Kernel& kernel, int& argument) const
+void SweepSchedule::bind(cl::Kernel& kernel, int& argument) const
 {
   kernel.setArg(argument++, this->activity());
   kernel.setArg(argument++, this->log());
@@ -117,7 +117,7 @@ void ActiveBricks::bind(cl::Kernel& kernel, int& argument) const
   kernel.setArg(argument++, this->turns_.back().enough);
 }
 
-std::vector<float> ActiveBricks::endBatch()
+std::vector<float> SweepSchedule::endBatch()
 {
   this->log_.fromDevice(this->bricks_.context());
   std::vector<float> done;
@@ -166,7 +166,7 @@ std::vector<float> ActiveBricks::endBatch()
   return done;
 }
 
-void ActiveBricks::makeReady(const std::vector<int>& slots)
+void SweepSchedule::makeReady(const std::vector<int>& slots)
 {
   std::vector<int> bricks;
   std::vector<int> around;
@@ -196,7 +196,7 @@ void ActiveBricks::makeReady(const std::vector<int>& slots)
   this->activity_.toDevice(this->bricks_.context());
 }
 
-void ActiveBricks::note(const std::vector<int>& bricks)
+void SweepSchedule::note(const std::vector<int>& bricks)
 {
   if (bricks.empty())
   {
@@ -212,7 +212,7 @@ void ActiveBricks::note(const std::vector<int>& bricks)
   this->activity_.toDevice(this->bricks_.context());
 }
 
-void ActiveBricks::touch()
+void SweepSchedule::touch()
 {
   this->activity_.fromDevice(this->bricks_.context());
   for (int slot = 1; slot < this->activity_.rows(); ++slot)
