@@ -1,6 +1,6 @@
 #include "Relaxation.h"
 
-#include "TightGroups.h"
+#include "ActiveConstraints.h"
 
 #include <algorithm>
 
@@ -133,7 +133,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
         this->sweepsSinceGroups_ = 0;
         this->schedule_.touch();
         std::vector<int> moved;
-        const float ofGroups = moveTightGroups(this->bricks_, clusters, elasticity, still, moved);
+        const float ofGroups = moveBlockedGroups(this->bricks_, clusters, elasticity, still, moved);
         this->groupPeriod_ = ofGroups > 0.0f ? sweepsPerGroupTurn : 2 * this->groupPeriod_;
         result.largestMove = std::max(result.largestMove, static_cast<double>(ofGroups));
         this->schedule_.note(moved);

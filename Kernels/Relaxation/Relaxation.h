@@ -43,7 +43,7 @@ private:
 
   Bricks& bricks_;
   SweepSchedule schedule_;
-  int groupPeriod_ = 0; ///< sweeps between turns of tight groups
+  int groupPeriod_ = 0; ///< sweeps between turns of blocked groups
   int sweepsSinceGroups_ = 0;
 };
 

@@ -1,5 +1,5 @@
 // Elements whose link to the next one along x, y or z is at its limit on some axis, both ends away from rest and not
-// held: where blocking links may be (TightGroups.h).
+// held: where blocking links may be (ActiveConstraints.h).
 //
 // Rounding is allowed for twice as generously as where the host decides, so that no device misses a link.
 //
@@ -10,7 +10,7 @@
 #include "brick.clh"
 #include "element.clh"
 
-kernel void tight(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
+kernel void activeConstraints(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
   int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
   global uchar* result)
 {

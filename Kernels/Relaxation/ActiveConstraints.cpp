@@ -1,4 +1,4 @@
-#include "TightGroups.h"
+#include "ActiveConstraints.h"
 
 #include <algorithm>
 #include <array>
@@ -71,7 +71,7 @@ private:
 };
 
 /// Elements whose link to the next one along an axis of the grid is at its limit.
-std::vector<std::size_t> tightElements(Bricks& bricks)
+std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
 {
   const std::vector<int> slots = bricks.touchedSlots();
   std::vector<std::size_t> elements;
@@ -84,7 +84,7 @@ std::vector<std::size_t> tightElements(Bricks& bricks)
   std::vector<std::uint8_t> found(slots.size() * perBrick);
   const cl::Buffer list = context.upload(slots, "the list of bricks");
   const cl::Buffer foundBuffer = context.allocate(found.size(), "links at their limits");
-  cl::Kernel kernel = context.kernel("tight.cl", bricks.defines(true), "tight");
+  cl::Kernel kernel = context.kernel("activeconstraints.cl", bricks.defines(true), "activeConstraints");
   int argument = 0;
   kernel.setArg(argument++, list);
   kernel.setArg(argument++, bricks.pitch());
@@ -140,7 +140,7 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
 {
   const Grid& grid = bricks.model().grid();
   const int axes = bricks.model().axes();
-  const std::vector<std::size_t> lower = tightElements(bricks);
+  const std::vector<std::size_t> lower = elementsAtLimits(bricks);
   std::vector<std::size_t> ends = lower;
   for (int a = 0; a < 3; ++a)
   {
@@ -357,7 +357,7 @@ float moveAxis(
 
 }
 
-float moveTightGroups(
+float moveBlockedGroups(
   Bricks& bricks, const RigidClusters& clusters, const Elasticity& elasticity, float still, std::vector<int>& moved)
 {
   moved.clear();
