@@ -35,7 +35,7 @@ struct Probe
 /// How a wave of displacement travels through tissue.
 enum class PropagationMethod
 {
-  Envelope, ///< every element into the bounds that moved neighbours set, until nothing changes (propagate.cl)
+  Envelope, ///< every element into the bounds that moved neighbours set, until nothing changes (envelope.cl)
   Timestamp ///< the published method: one link an iteration, the earliest arrival counts (timestamp.cl)
 };
 

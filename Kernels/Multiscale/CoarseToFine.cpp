@@ -387,7 +387,7 @@ private:
   std::shared_ptr<const Model> model_;
   Bricks bricks_;
   std::vector<std::size_t> held_;
-  Propagation propagation_;
+  EnvelopePropagation propagation_;
   Repair repair_;
   Relaxation relaxation_;
   std::unique_ptr<RigidClusters> clusters_;

@@ -53,7 +53,7 @@ private:
   Bricks& bricks_;
   Holds& holds_;
   std::vector<std::unique_ptr<Level>> levels_; ///< from finer to coarser
-  Propagation propagation_;
+  EnvelopePropagation propagation_;
   Repair repair_;
   Relaxation relaxation_;
   Spread pieces_;

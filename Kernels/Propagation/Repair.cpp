@@ -53,7 +53,7 @@ std::vector<int> Repair::violated()
   return bricks;
 }
 
-void Repair::run(Propagation& propagation, const Checkpoint& checkpoint)
+void Repair::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
 {
   const std::vector<int> violated = this->violated();
   if (violated.empty())

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Propagation.h"
+#include "EnvelopePropagation.h"
 
 namespace chainmail
 {
@@ -15,7 +15,7 @@ public:
   explicit Repair(Bricks& bricks);
   ~Repair();
 
-  void run(Propagation& propagation, const Checkpoint& checkpoint);
+  void run(EnvelopePropagation& propagation, const Checkpoint& checkpoint);
 
 private:
   std::vector<int> violated();

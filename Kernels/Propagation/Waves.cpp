@@ -283,7 +283,7 @@ void Waves::attempt()
 bool Waves::settled()
 {
   Wave& wave = *this->wave_;
-  const Propagation::Conflict conflict = this->propagation_.conflict();
+  const EnvelopePropagation::Conflict conflict = this->propagation_.conflict();
   bool compatible = true;
   for (int a = 0; a < 3; ++a)
   {

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "Arrivals.h"
+#include "EnvelopePropagation.h"
 #include "Holds.h"
-#include "Propagation.h"
 #include "Repair.h"
 #include "Timestamps.h"
 
@@ -52,15 +52,15 @@ private:
   struct Wave
   {
     Group holds;
-    std::vector<std::uint32_t> addresses;   ///< of their elements
-    std::vector<int> bricks;                ///< that these lie in
-    std::vector<float> before;              ///< displacements of these
-    std::array<float, 3> to{};              ///< of a single one, since it grabbed
-    std::array<bool, 3> stays{};            ///< axes that a single one cannot move along
-    std::array<int, 3> lastWay{};           ///< signs of its last corrections
-    std::array<int, 3> turns{};             ///< how often they changed
-    std::array<float, 3> tolerance{};       ///< conflict on an axis that is no more than rounding
-    float enough = 0.0f;                    ///< conflict that ends an attempt early
+    std::vector<std::uint32_t> addresses; ///< of their elements
+    std::vector<int> bricks;              ///< that these lie in
+    std::vector<float> before;            ///< displacements of these
+    std::array<float, 3> to{};            ///< of a single one, since it grabbed
+    std::array<bool, 3> stays{};          ///< axes that a single one cannot move along
+    std::array<int, 3> lastWay{};         ///< signs of its last corrections
+    std::array<int, 3> turns{};           ///< how often they changed
+    std::array<float, 3> tolerance{};     ///< conflict on an axis that is no more than rounding
+    float enough = 0.0f;                  ///< conflict that ends an attempt early
     int attempts = 0;
   };
 
@@ -93,7 +93,7 @@ private:
   Holds::Pointer latest_;  ///< probe of the last wave of timestamps
   int front_ = 0;          ///< number of the last wave
 
-  Propagation propagation_;
+  EnvelopePropagation propagation_;
   Arrivals arrivals_;
   Timestamps timestamps_;
   Repair repair_;

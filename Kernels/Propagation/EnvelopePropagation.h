@@ -5,14 +5,14 @@
 namespace chainmail
 {
 
-/// Envelope propagation (propagate.cl): takes the state saved in Bricks::before, with held elements moved away from it,
+/// Envelope propagation (envelope.cl): takes the state saved in Bricks::before, with held elements moved away from it,
 /// to the fixed point.
-class Propagation
+class EnvelopePropagation
 {
 public:
-  explicit Propagation(Bricks& bricks)
+  explicit EnvelopePropagation(Bricks& bricks)
     : bricks_(bricks)
-    , spread_(bricks, "propagate.cl", "propagate", 6)
+    , spread_(bricks, "envelope.cl", "propagate", 6)
   {
   }
 

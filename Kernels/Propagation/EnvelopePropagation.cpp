@@ -1,17 +1,17 @@
-#include "Propagation.h"
+#include "EnvelopePropagation.h"
 
 #include <algorithm>
 
 namespace chainmail
 {
 
-double Propagation::Conflict::largest() const
+double EnvelopePropagation::Conflict::largest() const
 {
   return std::max(*std::max_element(this->tooHigh.begin(), this->tooHigh.end()),
     *std::max_element(this->tooLow.begin(), this->tooLow.end()));
 }
 
-Propagation::Conflict Propagation::conflict() const
+EnvelopePropagation::Conflict EnvelopePropagation::conflict() const
 {
   Conflict conflict;
   for (int a = 0; a < 3; ++a)
@@ -22,12 +22,12 @@ Propagation::Conflict Propagation::conflict() const
   return conflict;
 }
 
-void Propagation::start(const std::vector<int>& bricks)
+void EnvelopePropagation::start(const std::vector<int>& bricks)
 {
   this->spread_.start(bricks);
 }
 
-int Propagation::run(int iterations, float enough, const Checkpoint& checkpoint)
+int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& checkpoint)
 {
   const auto touch = [this]
   {
