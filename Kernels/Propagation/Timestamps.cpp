@@ -3,7 +3,7 @@
 namespace chainmail
 {
 
-Timestamps::Timestamps(Bricks& bricks, Arrivals& arrivals)
+Timestamps::Timestamps(Bricks& bricks, ArrivalTimes& arrivals)
   : bricks_(bricks)
   , arrivals_(arrivals)
   , stamp_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "activity flags" }

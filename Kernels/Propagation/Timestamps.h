@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Arrivals.h"
+#include "ArrivalTimes.h"
 #include "WavesUnderWay.h"
 
 #include <set>
@@ -17,7 +17,7 @@ namespace chainmail
 class Timestamps
 {
 public:
-  Timestamps(Bricks& bricks, Arrivals& arrivals);
+  Timestamps(Bricks& bricks, ArrivalTimes& arrivals);
   ~Timestamps();
 
   /// Starts a wave at a probe whose elements have been put where they shall be.
@@ -38,7 +38,7 @@ private:
   void advance();
 
   Bricks& bricks_;
-  Arrivals& arrivals_;
+  ArrivalTimes& arrivals_;
   Field stamp_;    ///< int [axis][address]: iteration in which the element was last shifted
   Field nextTime_; ///< what an iteration computes, before it becomes the state
   Field nextFront_;

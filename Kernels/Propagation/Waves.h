@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Arrivals.h"
+#include "ArrivalTimes.h"
 #include "EnvelopePropagation.h"
 #include "Holds.h"
 #include "Repair.h"
@@ -42,7 +42,7 @@ public:
   /// All waves ended, no times known.
   void clear();
 
-  const Arrivals& arrivals() const { return this->arrivals_; }
+  const ArrivalTimes& arrivals() const { return this->arrivals_; }
 
 private:
   using Group = std::deque<Holds::Pointer>;
@@ -94,7 +94,7 @@ private:
   int front_ = 0;          ///< number of the last wave
 
   EnvelopePropagation propagation_;
-  Arrivals arrivals_;
+  ArrivalTimes arrivals_;
   Timestamps timestamps_;
   Repair repair_;
 };

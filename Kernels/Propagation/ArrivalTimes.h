@@ -10,11 +10,11 @@ namespace chainmail
 ///
 /// The time is the length of the shortest path of links from the probe through elements that the wave moved, in
 /// fractions of the spacing. It is known where the wave moved an element, and for those linked to one.
-class Arrivals
+class ArrivalTimes
 {
 public:
-  explicit Arrivals(Bricks& bricks);
-  ~Arrivals();
+  explicit ArrivalTimes(Bricks& bricks);
+  ~ArrivalTimes();
 
   /// From now on; Timestamp needs it.
   void keep();
@@ -22,7 +22,7 @@ public:
   /// Puts the elements of a probe at time 0 of a wave.
   void start(const Hold& source, int front);
 
-  /// The times of an envelope wave that has come to its end (arrive.cl): Bricks::before is the state in front of it.
+  /// The times of an envelope wave that has come to its end (arrivals.cl): Bricks::before is the state in front of it.
   void follow(const std::vector<const Hold*>& sources, int front, const Checkpoint& checkpoint);
 
   void clear();
@@ -41,7 +41,7 @@ private:
   Spread spread_;
   Field time_;    ///< float [axis][address]
   Field front_;   ///< int [axis][address], 0: no wave came, `time` means nothing
-  Field arrival_; ///< float [axis][address], see arrive.cl
+  Field arrival_; ///< float [axis][address], see arrivals.cl
 };
 
 }

@@ -1,4 +1,4 @@
-#include "Arrivals.h"
+#include "ArrivalTimes.h"
 
 #include <algorithm>
 #include <cstring>
@@ -8,36 +8,36 @@
 namespace chainmail
 {
 
-Arrivals::Arrivals(Bricks& bricks)
+ArrivalTimes::ArrivalTimes(Bricks& bricks)
   : bricks_(bricks)
-  , spread_(bricks, "arrive.cl", "arrive")
+  , spread_(bricks, "arrivals.cl", "arrive")
   , time_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
   , front_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "wavefront numbers" }
   , arrival_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
 {
 }
 
-Arrivals::~Arrivals()
+ArrivalTimes::~ArrivalTimes()
 {
   this->bricks_.drop(this->time_);
   this->bricks_.drop(this->front_);
   this->bricks_.drop(this->arrival_);
 }
 
-void Arrivals::keep()
+void ArrivalTimes::keep()
 {
   this->bricks_.keep(this->time_);
   this->bricks_.keep(this->front_);
 }
 
-void Arrivals::start(const Hold& source, int front)
+void ArrivalTimes::start(const Hold& source, int front)
 {
   const std::size_t axes = static_cast<std::size_t>(this->bricks_.model().axes());
   this->bricks_.set(this->time_, source.addresses, std::vector<cl_float>(axes * source.addresses.size(), 0.0f));
   this->bricks_.set(this->front_, source.addresses, std::vector<cl_int>(axes * source.addresses.size(), front));
 }
 
-void Arrivals::follow(const std::vector<const Hold*>& sources, int front, const Checkpoint& checkpoint)
+void ArrivalTimes::follow(const std::vector<const Hold*>& sources, int front, const Checkpoint& checkpoint)
 {
   this->keep();
   this->bricks_.keep(this->arrival_);
@@ -67,7 +67,7 @@ void Arrivals::follow(const std::vector<const Hold*>& sources, int front, const 
 
   const std::vector<int> slots = this->spread_.seen();
   Scratch list("the list of active bricks");
-  cl::Kernel kernel = context.kernel("arrive.cl", this->bricks_.defines(true), "record");
+  cl::Kernel kernel = context.kernel("arrivals.cl", this->bricks_.defines(true), "record");
   kernel.setArg(0, list.holding(context, slots));
   kernel.setArg(1, this->bricks_.pitch());
   kernel.setArg(2, this->arrival_.buffer);
@@ -78,7 +78,7 @@ void Arrivals::follow(const std::vector<const Hold*>& sources, int front, const 
   context.queue().finish();
 }
 
-void Arrivals::clear()
+void ArrivalTimes::clear()
 {
   for (const Field* field : { &this->time_, &this->front_ })
   {
@@ -92,7 +92,7 @@ void Arrivals::clear()
 }
 
 // Overwrites where a wave came.
-template <typename T> void Arrivals::read(const Field& field, T* out) const
+template <typename T> void ArrivalTimes::read(const Field& field, T* out) const
 {
   static_assert(sizeof(T) == sizeof(cl_int), "fields are read as integers");
   if (!field.buffer())
@@ -126,13 +126,13 @@ template <typename T> void Arrivals::read(const Field& field, T* out) const
     });
 }
 
-void Arrivals::readTimes(float* out) const
+void ArrivalTimes::readTimes(float* out) const
 {
   std::fill(out, out + this->time_.runs * this->bricks_.model().grid().voxels(), -1.0f);
   this->read(this->time_, out);
 }
 
-void Arrivals::readFronts(int* out, bool zeroed) const
+void ArrivalTimes::readFronts(int* out, bool zeroed) const
 {
   if (!zeroed)
   {
