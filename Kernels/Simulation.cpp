@@ -459,7 +459,7 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
       }
       if (this->beyondLimits_ && !waves)
       {
-        this->waves_.repair([&] { this->checkpoint(0.0); });
+        this->waves_.makeFeasible([&] { this->checkpoint(0.0); });
         this->beyondLimits_ = false;
       }
       bool coarse = false;

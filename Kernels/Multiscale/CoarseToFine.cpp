@@ -236,7 +236,7 @@ public:
     , model_(coarserModel(finer))
     , bricks_(finer.sharedContext(), this->model_, finer.size())
     , propagation_(this->bricks_)
-    , repair_(this->bricks_)
+    , feasibility_(this->bricks_)
     , relaxation_(this->bricks_)
   {
     coarsenCuts(finer, this->bricks_);
@@ -283,13 +283,13 @@ public:
 
   /// Makes the state feasible. Hands and bones are thicker here and tissue between them is thinner, so that it may not
   /// stretch as far as a hand goes: then the hand gives way. Else it would drag anchored bone along, and all around it.
-  void repair(const Checkpoint& checkpoint)
+  void makeFeasible(const Checkpoint& checkpoint)
   {
-    this->repair_.run(this->propagation_, checkpoint);
+    this->feasibility_.run(this->propagation_, checkpoint);
     if (this->propagation_.conflict().largest() > tooFar)
     {
       this->mark(this->held_, false);
-      this->repair_.run(this->propagation_, checkpoint);
+      this->feasibility_.run(this->propagation_, checkpoint);
       this->mark(this->held_, true);
     }
   }
@@ -388,7 +388,7 @@ private:
   Bricks bricks_;
   std::vector<std::size_t> held_;
   EnvelopePropagation propagation_;
-  Repair repair_;
+  Feasibility feasibility_;
   Relaxation relaxation_;
   std::unique_ptr<RigidClusters> clusters_;
   Scratch list_{ "the list of bricks" };
@@ -398,7 +398,7 @@ CoarseToFine::CoarseToFine(Bricks& bricks, Holds& holds)
   : bricks_(bricks)
   , holds_(holds)
   , propagation_(bricks)
-  , repair_(bricks)
+  , feasibility_(bricks)
   , relaxation_(bricks)
   , pieces_(bricks, "pieces.cl", "join")
 {
@@ -461,7 +461,7 @@ void CoarseToFine::cycle(
     finer = &grid;
     level->coarsen(held);
   }
-  this->levels_.back()->repair(checkpoint); // all others are taken where the next coarser one is
+  this->levels_.back()->makeFeasible(checkpoint); // all others are taken where the next coarser one is
   for (std::size_t n = this->levels_.size(); n-- > 0;)
   {
     Level& level = *this->levels_[n];
@@ -469,7 +469,7 @@ void CoarseToFine::cycle(
     level.refine();
     if (n > 0)
     {
-      this->levels_[n - 1]->repair(checkpoint);
+      this->levels_[n - 1]->makeFeasible(checkpoint);
     }
     else
     {
@@ -479,7 +479,7 @@ void CoarseToFine::cycle(
       clusters.begin(this->holds_.voxels());
       this->relaxation_.run(
         clusters, unlimited, nullptr, Reach::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
-      this->repair_.run(this->propagation_, checkpoint);
+      this->feasibility_.run(this->propagation_, checkpoint);
     }
   }
 }

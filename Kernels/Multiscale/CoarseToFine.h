@@ -1,8 +1,8 @@
 #pragma once
 
+#include "Feasibility.h"
 #include "Holds.h"
 #include "Relaxation.h"
-#include "Repair.h"
 
 #include <memory>
 #include <vector>
@@ -16,8 +16,8 @@ namespace chainmail
 ///
 /// An element of a coarser grid stands for 2 x 2 x 2. It gives about as much as they do, is rigid where at least
 /// half of them are, and held where one of them is; a hand that goes further than a coarser grid stretches gives way
-/// there. Displacements are interpolated, smoothed as if links had no limits, and made feasible (Repair). Pieces of
-/// tissue that do not hang on anything that moves stay where they are, however close.
+/// there. Displacements are interpolated, smoothed as if links had no limits, and made feasible (Feasibility). Pieces
+/// of tissue that do not hang on anything that moves stay where they are, however close.
 ///
 /// What that leaves is rough, above all where links were beyond their limits, and can have more energy than before,
 /// however close to the optimum it is. So it is judged when the first sweeps on the finest grid have smoothed it.
@@ -54,7 +54,7 @@ private:
   Holds& holds_;
   std::vector<std::unique_ptr<Level>> levels_; ///< from finer to coarser
   EnvelopePropagation propagation_;
-  Repair repair_;
+  Feasibility feasibility_;
   Relaxation relaxation_;
   Spread pieces_;
   Field before_{ 3, sizeof(cl_float), "the displacement before a relaxation" };

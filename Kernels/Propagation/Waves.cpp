@@ -29,7 +29,7 @@ Waves::Waves(Bricks& bricks, Holds& holds)
   , propagation_(bricks)
   , arrivals_(bricks)
   , timestamps_(bricks, this->arrivals_)
-  , repair_(bricks)
+  , feasibility_(bricks)
 {
 }
 
@@ -368,22 +368,22 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   if (this->disturbed_ && !this->underWay())
   {
     // The latest probe may have taken others along so far that they are not compatible with each other any more.
-    this->repair([this](const Hold& hold)
+    this->makeFeasible([this](const Hold& hold)
       { return hold.probe.anchor || this->policy_ == ConflictPolicy::Limit || &hold == this->latest_.get(); },
       checkpoint);
   }
   return done;
 }
 
-void Waves::repair(const Checkpoint& checkpoint)
+void Waves::makeFeasible(const Checkpoint& checkpoint)
 {
-  this->repair([](const Hold&) { return true; }, checkpoint);
+  this->makeFeasible([](const Hold&) { return true; }, checkpoint);
 }
 
-template <typename F> void Waves::repair(const F& isHeld, const Checkpoint& checkpoint)
+template <typename F> void Waves::makeFeasible(const F& isHeld, const Checkpoint& checkpoint)
 {
   this->holds_.setHeld(isHeld);
-  this->repair_.run(this->propagation_, checkpoint);
+  this->feasibility_.run(this->propagation_, checkpoint);
   this->disturbed_ = false;
 }
 

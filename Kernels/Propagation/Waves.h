@@ -2,8 +2,8 @@
 
 #include "ArrivalTimes.h"
 #include "EnvelopePropagation.h"
+#include "Feasibility.h"
 #include "Holds.h"
-#include "Repair.h"
 #include "Timestamps.h"
 
 #include <deque>
@@ -37,7 +37,7 @@ public:
   void relaxed() { this->disturbed_ = true; }
 
   /// Makes a feasible state of one that a relaxation has left otherwise. No wave may be under way.
-  void repair(const Checkpoint& checkpoint);
+  void makeFeasible(const Checkpoint& checkpoint);
 
   /// All waves ended, no times known.
   void clear();
@@ -71,7 +71,7 @@ private:
   void end();
   void attempt();
   bool settled();
-  template <typename F> void repair(const F& isHeld, const Checkpoint& checkpoint);
+  template <typename F> void makeFeasible(const F& isHeld, const Checkpoint& checkpoint);
   void startTimestamps(const Holds::Pointer& hold, const Checkpoint& checkpoint);
   void markHeld();
   void wait(Group holds, bool first);
@@ -96,7 +96,7 @@ private:
   EnvelopePropagation propagation_;
   ArrivalTimes arrivals_;
   Timestamps timestamps_;
-  Repair repair_;
+  Feasibility feasibility_;
 };
 
 }

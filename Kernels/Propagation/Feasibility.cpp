@@ -1,24 +1,24 @@
-#include "Repair.h"
+#include "Feasibility.h"
 
 #include <limits>
 
 namespace chainmail
 {
 
-Repair::Repair(Bricks& bricks)
+Feasibility::Feasibility(Bricks& bricks)
   : bricks_(bricks)
-  , spread_(bricks, "repair.cl", "bound")
+  , spread_(bricks, "feasibility.cl", "bound")
   , upper_{ 3, sizeof(cl_float), "bounds of displacements" }
 {
 }
 
-Repair::~Repair()
+Feasibility::~Feasibility()
 {
   this->bricks_.drop(this->upper_);
 }
 
 /// Those that hold elements with links beyond their limits.
-std::vector<int> Repair::violated()
+std::vector<int> Feasibility::violated()
 {
   Context& context = this->bricks_.context();
   std::vector<int> bricks;
@@ -30,7 +30,7 @@ std::vector<int> Repair::violated()
   const std::vector<int> slots = this->bricks_.touchedSlots();
   std::vector<cl_int> found(slots.size(), 0);
   cl::Buffer& foundBuffer = this->found_.holding(context, found);
-  cl::Kernel kernel = context.kernel("repair.cl", this->bricks_.defines(true), "violated");
+  cl::Kernel kernel = context.kernel("feasibility.cl", this->bricks_.defines(true), "violated");
   int argument = 0;
   kernel.setArg(argument++, this->list_.holding(context, slots));
   kernel.setArg(argument++, this->bricks_.pitch());
@@ -53,7 +53,7 @@ std::vector<int> Repair::violated()
   return bricks;
 }
 
-void Repair::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
+void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
 {
   const std::vector<int> violated = this->violated();
   if (violated.empty())
@@ -84,7 +84,7 @@ void Repair::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
     this->bricks_.touch(slot);
     bricks.push_back(this->bricks_.brick(slot));
   }
-  cl::Kernel kernel = context.kernel("repair.cl", this->bricks_.defines(true), "settle");
+  cl::Kernel kernel = context.kernel("feasibility.cl", this->bricks_.defines(true), "settle");
   kernel.setArg(0, this->list_.holding(context, slots));
   kernel.setArg(1, this->bricks_.pitch());
   kernel.setArg(2, this->bricks_.constraint);
