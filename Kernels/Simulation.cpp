@@ -29,11 +29,11 @@ public:
     , voxels_(this->context_, this->model_, settings.brickSize)
     , reduction_(settings.modelReduction == 1 ? nullptr : new ModelReduction(this->voxels_, settings.modelReduction))
     , bricks_(this->reduction_ ? this->reduction_->bricks() : this->voxels_)
-    , holds_(this->bricks_, [this](const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
+    , handles_(this->bricks_, [this](const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
         { return this->grab(probes, numbers); })
-    , waves_(this->bricks_, this->holds_)
+    , waves_(this->bricks_, this->handles_)
     , relaxation_(this->bricks_)
-    , coarseToFine_(this->bricks_, this->holds_)
+    , coarseToFine_(this->bricks_, this->handles_)
     , paperRelaxation_(this->bricks_)
     , resampling_(this->voxels_)
   {
@@ -65,7 +65,7 @@ public:
   Bricks voxels_;                             ///< one element each
   std::unique_ptr<ModelReduction> reduction_; ///< null: none
   Bricks& bricks_;                            ///< of the elements that deform: the voxels, or those of the reduction
-  Holds holds_;
+  Handles handles_;
   Waves waves_;
   bool startsCoarse_ = false;
 
@@ -164,7 +164,7 @@ void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticReco
 void Simulation::Impl::reset()
 {
   this->waves_.clear();
-  this->holds_.clear();
+  this->handles_.clear();
   this->bricks_.clearDisplacements();
   this->moved();
   this->sweep_ = 0;
@@ -211,7 +211,7 @@ std::size_t Simulation::Impl::carve(const Surface& surface)
   const std::vector<std::size_t> removed = carveElements(this->voxels(), closed);
   if (!removed.empty())
   {
-    this->holds_.forget(this->reduction_ ? this->reduction_->follow() : removed);
+    this->handles_.forget(this->reduction_ ? this->reduction_->follow() : removed);
     this->clusters_.reset();
     this->coarseToFine_.forget();
     this->sweep_ = 0;
@@ -227,7 +227,7 @@ void Simulation::Impl::setPropagation(PropagationMethod method, ConflictPolicy p
 
 void Simulation::Impl::hold(const std::vector<Probe>& probes)
 {
-  this->waves_.add(this->holds_.take(probes));
+  this->waves_.add(this->handles_.take(probes));
 }
 
 PropagateResult Simulation::Impl::propagate(int iterations)
@@ -258,46 +258,46 @@ PropagateResult Simulation::Impl::propagate(int iterations)
 
 std::vector<ProbeResult> Simulation::Impl::probes()
 {
-  std::vector<ProbeResult> results = this->holds_.reached();
+  std::vector<ProbeResult> results = this->handles_.reached();
   this->addForces(results);
   return results;
 }
 
 HeldBy Simulation::Impl::heldBy(std::size_t probe)
 {
-  const std::vector<Holds::Pointer>& hands = this->holds_.all();
-  if (probe >= hands.size())
+  const std::vector<Handles::Pointer>& handles = this->handles_.all();
+  if (probe >= handles.size())
   {
     throw InputError("There is no probe " + std::to_string(probe) + " to ask about.");
   }
   HeldBy heldBy;
-  const Hold& hand = *hands[probe];
-  if (hand.probe.anchor || hand.voxels.empty() || this->waves_.underWay())
+  const Handle& handle = *handles[probe];
+  if (handle.probe.anchor || handle.voxels.empty() || this->waves_.underWay())
   {
     return heldBy;
   }
-  const Vector3 reached = this->holds_.reached()[probe].reached;
+  const Vector3 reached = this->handles_.reached()[probe].reached;
   Vector3 lack;
   for (int a = 0; a < 3; ++a)
   {
-    lack[a] = hand.probe.displacement[a] - reached[a];
+    lack[a] = handle.probe.displacement[a] - reached[a];
   }
   const auto most =
     std::max_element(lack.begin(), lack.end(), [](double a, double b) { return std::fabs(a) < std::fabs(b); });
   const int axis = static_cast<int>(most - lack.begin());
-  if (std::fabs(*most) <= 1e-5 * (std::fabs(hand.probe.displacement[axis]) + this->model_->grid().spacing[axis]))
+  if (std::fabs(*most) <= 1e-5 * (std::fabs(handle.probe.displacement[axis]) + this->model_->grid().spacing[axis]))
   {
     return heldBy; // rounding
   }
-  const std::optional<Grip> grip = findGrip(this->bricks_, hands, hand, axis, *most > 0.0 ? 1.0 : -1.0);
+  const std::optional<Grip> grip = findGrip(this->bricks_, handles, handle, axis, *most > 0.0 ? 1.0 : -1.0);
   if (!grip)
   {
     return heldBy;
   }
   heldBy.bone = grip->rigidly;
-  for (std::size_t n = 0; n < hands.size(); ++n)
+  for (std::size_t n = 0; n < handles.size(); ++n)
   {
-    if (std::binary_search(hands[n]->voxels.begin(), hands[n]->voxels.end(), grip->voxel))
+    if (std::binary_search(handles[n]->voxels.begin(), handles[n]->voxels.end(), grip->voxel))
     {
       heldBy.what = HeldBy::What::Probe;
       heldBy.probe = n;
@@ -320,7 +320,7 @@ HeldBy Simulation::Impl::heldBy(std::size_t probe)
   return heldBy;
 }
 
-/// Gradients of the energy where the voxels of a hand, with the bone they are part of, move together.
+/// Gradients of the energy where the voxels of a handle, with the bone they are part of, move together.
 void Simulation::Impl::addForces(std::vector<ProbeResult>& results)
 {
   constexpr std::size_t linksPerTransfer = std::size_t(1) << 20;
@@ -335,8 +335,8 @@ void Simulation::Impl::addForces(std::vector<ProbeResult>& results)
       this->bricks_.row(at[0], at[1], at[2], 1, c);
       return std::fabs(c[component]);
     };
-    // The links that lead out of hands.
-    std::vector<std::size_t> hands;
+    // The links that lead out of handles.
+    std::vector<std::size_t> handles;
     std::vector<std::uint32_t> inner;
     std::vector<std::uint32_t> outer;
     std::vector<float> limits;
@@ -352,28 +352,28 @@ void Simulation::Impl::addForces(std::vector<ProbeResult>& results)
           {
             // d/du of weight * pull^2 in physical units; spacings cancel.
             const double pull = this->elasticity_.pull(ui[3 * m + a], uj[3 * m + a], limits[m]);
-            results[hands[m]].force[a] -= 2.0 * linksPerLink * Elasticity::weight(limits[m]) * pull;
+            results[handles[m]].force[a] -= 2.0 * linksPerLink * Elasticity::weight(limits[m]) * pull;
           }
         }
       }
-      hands.clear();
+      handles.clear();
       inner.clear();
       outer.clear();
       limits.clear();
     };
-    std::unordered_map<int, std::size_t> onlyThisBone; // the first hand that holds no other tissue
+    std::unordered_map<int, std::size_t> onlyThisBone; // the first handle that holds no other tissue
     std::vector<std::pair<std::size_t, std::size_t>> alike;
-    for (std::size_t hand = 0; hand < results.size(); ++hand)
+    for (std::size_t handle = 0; handle < results.size(); ++handle)
     {
-      const std::vector<std::size_t>& held = this->holds_.all()[hand]->voxels;
+      const std::vector<std::size_t>& held = this->handles_.all()[handle]->voxels;
       const int bone = held.empty() ? -1 : this->rigidClusters().clusterOf(held.front(), component);
       if (bone >= 0 && std::all_of(held.begin(), held.end(),
                          [&](std::size_t voxel) { return this->clusters_->clusterOf(voxel, component) == bone; }))
       {
-        const auto [first, isFirst] = onlyThisBone.emplace(bone, hand);
+        const auto [first, isFirst] = onlyThisBone.emplace(bone, handle);
         if (!isFirst)
         {
-          alike.emplace_back(first->second, hand);
+          alike.emplace_back(first->second, handle);
           continue;
         }
       }
@@ -395,7 +395,7 @@ void Simulation::Impl::addForces(std::vector<ProbeResult>& results)
           if (!std::isinf(limit))
           {
             // An element without memory has not moved; slot 0 says so.
-            hands.push_back(hand);
+            handles.push_back(handle);
             inner.push_back(this->bricks_.address(at[0], at[1], at[2]));
             outer.push_back(this->bricks_.address(next[0], next[1], next[2]));
             limits.push_back(limit);
@@ -474,7 +474,7 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
       const auto sweep = [&](int most)
       {
         const RelaxResult before = result;
-        this->rigidClusters().begin(this->holds_.voxels());
+        this->rigidClusters().begin(this->handles_.voxels());
         result = this->relaxation_.run(*this->clusters_, this->elasticity_, waves, this->reach_, this->sweep_, most,
           tolerance, [&](int done) { checkpoint(before.iterations + done); });
         this->sweep_ += result.iterations;
@@ -751,7 +751,7 @@ std::vector<ProbeResult> Simulation::pull(const std::vector<Probe>& probes)
     {
       this->impl_->hold(probes);
       this->impl_->propagate(0);
-      return this->impl_->holds_.reached();
+      return this->impl_->handles_.reached();
     });
 }
 

@@ -22,7 +22,7 @@ struct Settings
   int modelReduction = 1; ///< 1, 2, 4 or 8: an element stands for so many voxels per axis, see Simulation
 };
 
-/// A hand in the tissue: it grabs the elements that are within `radius` of `position`, or the nearest one, when it
+/// A handle in the tissue: it grabs the elements that are within `radius` of `position`, or the nearest one, when it
 /// first appears, and moves them together.
 struct Probe
 {
@@ -66,8 +66,8 @@ struct ProbeResult
   Vector3 reached{}; ///< [mm] the displacement it got since it grabbed; shorter than asked where the tissue does not
                      ///< stretch so far (see Simulation::heldBy()), where its wave has not started yet, or where a
                      ///< later probe dragged it back
-  Vector3 force{}; ///< gradient of the energy at the tissue it holds, with the bone that is part of: what the hand must
-                   ///< pull with
+  Vector3 force{};   ///< gradient of the energy at the tissue it holds, with the bone that is part of: what the probe
+                     ///< must pull with
   std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
 };
 

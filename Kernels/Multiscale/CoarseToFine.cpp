@@ -60,7 +60,7 @@ Grid halved(const Grid& finer)
 /// One number has to say two things. How far the element stretches: chains at their limits take the shortest way, so
 /// that is its shortest row of links. And what that costs: its rows share the strain side by side, so that is their
 /// harmonic mean. Where tissue is of one kind both are the same; else it is the mean of the two, over the rows along
-/// all axes. With the mean of the eight alone, coarser grids let a hand's pull reach too little: 128^3 patchy tissue
+/// all axes. With the mean of the eight alone, coarser grids let a handle's pull reach too little: 128^3 patchy tissue
 /// with two bones then enters the finest grid with an energy of 1.33 times the least, so with 1.05 times.
 class Children
 {
@@ -282,7 +282,8 @@ public:
   }
 
   /// Makes the state feasible. Hands and bones are thicker here and tissue between them is thinner, so that it may not
-  /// stretch as far as a hand goes: then the hand gives way. Else it would drag anchored bone along, and all around it.
+  /// stretch as far as a handle goes: then the handle gives way. Else it would drag anchored bone along, and all around
+  /// it.
   void makeFeasible(const Checkpoint& checkpoint)
   {
     this->feasibility_.run(this->propagation_, checkpoint);
@@ -394,9 +395,9 @@ private:
   Scratch list_{ "the list of bricks" };
 };
 
-CoarseToFine::CoarseToFine(Bricks& bricks, Holds& holds)
+CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
   : bricks_(bricks)
-  , holds_(holds)
+  , handles_(handles)
   , propagation_(bricks)
   , feasibility_(bricks)
   , relaxation_(bricks)
@@ -447,7 +448,7 @@ void CoarseToFine::cycle(
   RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
 {
   const Grid* finer = &this->bricks_.model().grid();
-  std::vector<std::size_t> held = this->holds_.voxels();
+  std::vector<std::size_t> held = this->handles_.voxels();
   for (const std::unique_ptr<Level>& level : this->levels_)
   {
     const Grid& grid = level->bricks().model().grid();
@@ -476,7 +477,7 @@ void CoarseToFine::cycle(
       this->putOthersBack(checkpoint);
       Elasticity unlimited = elasticity;
       unlimited.limited = false;
-      clusters.begin(this->holds_.voxels());
+      clusters.begin(this->handles_.voxels());
       this->relaxation_.run(
         clusters, unlimited, nullptr, Reach::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
       this->feasibility_.run(this->propagation_, checkpoint);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "Feasibility.h"
-#include "Holds.h"
+#include "Handles.h"
 #include "Relaxation.h"
 
 #include <memory>
@@ -15,7 +15,7 @@ namespace chainmail
 /// one carries by many.
 ///
 /// An element of a coarser grid stands for 2 x 2 x 2. It gives about as much as they do, is rigid where at least
-/// half of them are, and held where one of them is; a hand that goes further than a coarser grid stretches gives way
+/// half of them are, and held where one of them is; a handle that goes further than a coarser grid stretches gives way
 /// there. Displacements are interpolated, smoothed as if links had no limits, and made feasible (Feasibility). Pieces
 /// of tissue that do not hang on anything that moves stay where they are, however close.
 ///
@@ -24,7 +24,7 @@ namespace chainmail
 class CoarseToFine
 {
 public:
-  CoarseToFine(Bricks& bricks, Holds& holds);
+  CoarseToFine(Bricks& bricks, Handles& handles);
   ~CoarseToFine();
 
   /// One cycle through all grids. The state must be feasible, and stays so. Returns whether there was anything to do;
@@ -51,7 +51,7 @@ private:
   void putOthersBack(const Checkpoint& checkpoint);
 
   Bricks& bricks_;
-  Holds& holds_;
+  Handles& handles_;
   std::vector<std::unique_ptr<Level>> levels_; ///< from finer to coarser
   EnvelopePropagation propagation_;
   Feasibility feasibility_;

@@ -47,7 +47,7 @@ public:
   /// All links and elements back, of both grids. Nothing may be held by then.
   void mend();
 
-  /// The elements that a hand in the tissue holds which grabs these voxels: those of which it has at least half, else
+  /// The elements that a probe holds which grabs these voxels: those of which it has at least half, else
   /// the one of which it has most. Ascending.
   std::vector<std::size_t> elementsOf(const std::vector<std::size_t>& voxels) const;
 

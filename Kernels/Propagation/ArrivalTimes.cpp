@@ -30,14 +30,14 @@ void ArrivalTimes::keep()
   this->bricks_.keep(this->front_);
 }
 
-void ArrivalTimes::start(const Hold& source, int front)
+void ArrivalTimes::start(const Handle& source, int front)
 {
   const std::size_t axes = static_cast<std::size_t>(this->bricks_.model().axes());
   this->bricks_.set(this->time_, source.addresses, std::vector<cl_float>(axes * source.addresses.size(), 0.0f));
   this->bricks_.set(this->front_, source.addresses, std::vector<cl_int>(axes * source.addresses.size(), front));
 }
 
-void ArrivalTimes::follow(const std::vector<const Hold*>& sources, int front, const Checkpoint& checkpoint)
+void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint)
 {
   this->keep();
   this->bricks_.keep(this->arrival_);
@@ -47,7 +47,7 @@ void ArrivalTimes::follow(const std::vector<const Hold*>& sources, int front, co
     sizeof(cl_float) * axes * this->bricks_.pitch());
   std::vector<int> bricks;
   std::vector<std::uint32_t> addresses;
-  for (const Hold* source : sources)
+  for (const Handle* source : sources)
   {
     addresses.insert(addresses.end(), source->addresses.begin(), source->addresses.end());
     bricks.insert(bricks.end(), source->bricks.begin(), source->bricks.end());

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Holds.h"
+#include "Handles.h"
 #include "Spread.h"
 
 namespace chainmail
@@ -20,10 +20,10 @@ public:
   void keep();
 
   /// Puts the elements of a probe at time 0 of a wave.
-  void start(const Hold& source, int front);
+  void start(const Handle& source, int front);
 
   /// The times of an envelope wave that has come to its end (arrivals.cl): Bricks::before is the state in front of it.
-  void follow(const std::vector<const Hold*>& sources, int front, const Checkpoint& checkpoint);
+  void follow(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint);
 
   void clear();
 

@@ -69,12 +69,12 @@ private:
   std::unordered_map<int, Brick> known_;
 };
 
-/// findGrip() among paths that leave at most so much room; `others`: the voxels in other hands, `u`: where those in
+/// findGrip() among paths that leave at most so much room; `others`: the voxels in other handles, `u`: where those in
 /// this one are.
-std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>& others, const Hold& hand,
+std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>& others, const Handle& handle,
   const std::vector<float>& u, int axis, double sign, double room)
 {
-  // Dijkstra's algorithm. An element's key is d(s, i) - sign * u(s), least over all s of the hand; with sign * u(i)
+  // Dijkstra's algorithm. An element's key is d(s, i) - sign * u(s), least over all s of the handle; with sign * u(i)
   // more it is the room that the path to it leaves.
   struct Entry
   {
@@ -99,9 +99,9 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
       queue.push({ key, soft, grid.at(at[0], at[1], at[2]) });
     }
   };
-  for (std::size_t n = 0; n < hand.voxels.size(); ++n)
+  for (std::size_t n = 0; n < handle.voxels.size(); ++n)
   {
-    offer(grid.indexOf(hand.voxels[n]), -sign * u[3 * n + static_cast<std::size_t>(axis)], false);
+    offer(grid.indexOf(handle.voxels[n]), -sign * u[3 * n + static_cast<std::size_t>(axis)], false);
   }
   while (!queue.empty())
   {
@@ -143,17 +143,17 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
 }
 
 std::optional<Grip> findGrip(
-  Bricks& bricks, const std::vector<Holds::Pointer>& hands, const Hold& hand, int axis, double sign)
+  Bricks& bricks, const std::vector<Handles::Pointer>& handles, const Handle& handle, int axis, double sign)
 {
   std::unordered_set<std::size_t> others;
-  for (const Holds::Pointer& other : hands)
+  for (const Handles::Pointer& other : handles)
   {
-    if (other.get() != &hand)
+    if (other.get() != &handle)
     {
       others.insert(other->voxels.begin(), other->voxels.end());
     }
   }
-  const std::vector<float> u = bricks.displacements(hand.addresses);
+  const std::vector<float> u = bricks.displacements(handle.addresses);
   double largest = 1.0;
   for (const float displacement : u)
   {
@@ -163,7 +163,7 @@ std::optional<Grip> findGrip(
   std::optional<Grip> grip;
   for (double room = 1e-4; !grip && room <= 1.0; room *= 100.0)
   {
-    grip = search(bricks, others, hand, u, axis, sign, room * largest);
+    grip = search(bricks, others, handle, u, axis, sign, room * largest);
   }
   return grip;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Holds.h"
+#include "Handles.h"
 
 #include <optional>
 
@@ -10,18 +10,18 @@ namespace chainmail
 /// Where the search for what holds a probe ended.
 struct Grip
 {
-  std::size_t voxel; ///< an anchored element, or one in another hand
+  std::size_t voxel; ///< an anchored element, or one in another handle
   bool rigidly;      ///< the bone that the probe grips reaches up to it
 };
 
-/// The nearest held element from which a path of links leads to the hand that has no room left along one axis: with
+/// The nearest held element from which a path of links leads to the handle that has no room left along one axis: with
 /// d(h, s) the length of the shortest path of links, sign * (u(s) - u(h)) = d(h, s). Where a wave was shortened there
-/// is one, and no relaxation moves what lies on such a path. A hand that others hold so far apart that it cannot go
+/// is one, and no relaxation moves what lies on such a path. A handle that others hold so far apart that it cannot go
 /// anywhere as a whole may have a little room: then of all the one that leaves least, roughly. None where nothing holds
 /// it that way.
 ///
-/// Looks at the elements nearer than that one that the hand drags along without room, and at no others.
+/// Looks at the elements nearer than that one that the handle drags along without room, and at no others.
 std::optional<Grip> findGrip(
-  Bricks& bricks, const std::vector<Holds::Pointer>& hands, const Hold& hand, int axis, double sign);
+  Bricks& bricks, const std::vector<Handles::Pointer>& handles, const Handle& handle, int axis, double sign);
 
 }

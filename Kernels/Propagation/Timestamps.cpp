@@ -36,7 +36,7 @@ void Timestamps::keep()
   }
 }
 
-void Timestamps::start(const Hold& source, int front)
+void Timestamps::start(const Handle& source, int front)
 {
   this->keep();
   this->arrivals_.start(source, front);

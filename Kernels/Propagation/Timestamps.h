@@ -21,7 +21,7 @@ public:
   ~Timestamps();
 
   /// Starts a wave at a probe whose elements have been put where they shall be.
-  void start(const Hold& source, int front);
+  void start(const Handle& source, int front);
 
   /// Lets all waves travel for at most so many iterations (0: to their ends). Returns how many it took.
   int run(int iterations, const Checkpoint& checkpoint);

@@ -23,9 +23,9 @@ constexpr int mostAttempts = 50;
 constexpr int mostTurns = 3;
 }
 
-Waves::Waves(Bricks& bricks, Holds& holds)
+Waves::Waves(Bricks& bricks, Handles& handles)
   : bricks_(bricks)
-  , holds_(holds)
+  , handles_(handles)
   , propagation_(bricks)
   , arrivals_(bricks)
   , timestamps_(bricks, this->arrivals_)
@@ -44,9 +44,9 @@ void Waves::clear()
   this->letGo();
   for (const Group& group : this->queue_)
   {
-    for (const Holds::Pointer& hold : group)
+    for (const Handles::Pointer& handle : group)
     {
-      hold->waits = false;
+      handle->waits = false;
     }
   }
   this->queue_.clear();
@@ -60,20 +60,21 @@ void Waves::clear()
 
 void Waves::letGo()
 {
-  this->holds_.letGo(this->released_);
+  this->handles_.letGo(this->released_);
   this->released_.clear();
 }
 
-void Waves::add(const Holds::Change& change)
+void Waves::add(const Handles::Change& change)
 {
-  for (const Holds::Pointer& hold : change.released)
+  for (const Handles::Pointer& handle : change.released)
   {
-    hold->waits = false;
+    handle->waits = false;
   }
   for (Group& group : this->queue_)
   {
     group.erase(
-      std::remove_if(group.begin(), group.end(), [](const Holds::Pointer& hold) { return !hold->waits; }), group.end());
+      std::remove_if(group.begin(), group.end(), [](const Handles::Pointer& handle) { return !handle->waits; }),
+      group.end());
   }
   this->queue_.erase(std::remove(this->queue_.begin(), this->queue_.end(), Group()), this->queue_.end());
   this->released_.insert(this->released_.end(), change.released.begin(), change.released.end());
@@ -83,22 +84,22 @@ void Waves::add(const Holds::Change& change)
   }
   Group moved;
   std::copy_if(change.moved.begin(), change.moved.end(), std::back_inserter(moved),
-    [](const Holds::Pointer& hold) { return !hold->waits; });
+    [](const Handles::Pointer& handle) { return !handle->waits; });
   this->wait(std::move(moved), false);
 }
 
 /// Puts a group at one end of the queue.
-void Waves::wait(Group holds, bool first)
+void Waves::wait(Group handles, bool first)
 {
-  if (holds.empty())
+  if (handles.empty())
   {
     return;
   }
-  for (const Holds::Pointer& hold : holds)
+  for (const Handles::Pointer& handle : handles)
   {
-    hold->waits = true;
+    handle->waits = true;
   }
-  this->queue_.insert(first ? this->queue_.begin() : this->queue_.end(), std::move(holds));
+  this->queue_.insert(first ? this->queue_.begin() : this->queue_.end(), std::move(handles));
 }
 
 PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
@@ -110,7 +111,7 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
   }
   result.iterations = this->method_ == PropagationMethod::Envelope ? this->runEnvelopes(iterations, checkpoint)
                                                                    : this->runTimestamps(iterations, checkpoint);
-  this->holds_.setHeld([](const Hold&) { return true; });
+  this->handles_.setHeld([](const Handle&) { return true; });
   result.finished = !this->underWay();
   if (result.finished)
   {
@@ -123,8 +124,8 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
 /// all probes but those that wait for their turn.
 void Waves::markHeld()
 {
-  this->holds_.setHeld([this](const Hold& hold)
-    { return hold.probe.anchor || hold.moves || (this->policy_ == ConflictPolicy::Limit && !hold.waits); });
+  this->handles_.setHeld([this](const Handle& handle)
+    { return handle.probe.anchor || handle.moves || (this->policy_ == ConflictPolicy::Limit && !handle.waits); });
 }
 
 void Waves::place(
@@ -159,10 +160,10 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
     {
       if (this->times_)
       {
-        std::vector<const Hold*> sources;
-        for (const Holds::Pointer& hold : this->wave_->holds)
+        std::vector<const Handle*> sources;
+        for (const Handles::Pointer& handle : this->wave_->handles)
         {
-          sources.push_back(hold.get());
+          sources.push_back(handle.get());
         }
         this->arrivals_.follow(sources, ++this->front_, checkpoint);
       }
@@ -174,31 +175,31 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
 
 void Waves::beginNext()
 {
-  Group holds = std::move(this->queue_.front());
+  Group handles = std::move(this->queue_.front());
   this->queue_.pop_front();
-  for (const Holds::Pointer& hold : holds)
+  for (const Handles::Pointer& handle : handles)
   {
-    hold->waits = false;
+    handle->waits = false;
   }
-  holds.erase(std::remove_if(holds.begin(), holds.end(),
-                [](const Holds::Pointer& hold) { return hold->probe.anchor || hold->addresses.empty(); }),
-    holds.end());
-  if (!holds.empty())
+  handles.erase(std::remove_if(handles.begin(), handles.end(),
+                  [](const Handles::Pointer& handle) { return handle->probe.anchor || handle->addresses.empty(); }),
+    handles.end());
+  if (!handles.empty())
   {
-    this->begin(std::move(holds));
+    this->begin(std::move(handles));
   }
 }
 
-void Waves::begin(Group holds)
+void Waves::begin(Group handles)
 {
   this->wave_.emplace();
   Wave& wave = *this->wave_;
-  wave.holds = std::move(holds);
-  for (const Holds::Pointer& hold : wave.holds)
+  wave.handles = std::move(handles);
+  for (const Handles::Pointer& handle : wave.handles)
   {
-    hold->moves = true;
-    wave.addresses.insert(wave.addresses.end(), hold->addresses.begin(), hold->addresses.end());
-    wave.bricks.insert(wave.bricks.end(), hold->bricks.begin(), hold->bricks.end());
+    handle->moves = true;
+    wave.addresses.insert(wave.addresses.end(), handle->addresses.begin(), handle->addresses.end());
+    wave.bricks.insert(wave.bricks.end(), handle->bricks.begin(), handle->bricks.end());
   }
   std::sort(wave.bricks.begin(), wave.bricks.end());
   wave.bricks.erase(std::unique(wave.bricks.begin(), wave.bricks.end()), wave.bricks.end());
@@ -207,7 +208,7 @@ void Waves::begin(Group holds)
   wave.before = this->bricks_.displacements(wave.addresses);
   for (int a = 0; a < 3; ++a)
   {
-    const Probe& probe = wave.holds.front()->probe;
+    const Probe& probe = wave.handles.front()->probe;
     wave.to[a] = static_cast<float>(probe.displacement[a] / this->bricks_.model().grid().spacing[a]);
   }
   this->attempt();
@@ -217,9 +218,9 @@ void Waves::end()
 {
   if (this->wave_)
   {
-    for (const Holds::Pointer& hold : this->wave_->holds)
+    for (const Handles::Pointer& handle : this->wave_->handles)
     {
-      hold->moves = false;
+      handle->moves = false;
     }
     this->wave_.reset();
   }
@@ -232,13 +233,13 @@ std::vector<float> Waves::target() const
   std::vector<float> values;
   values.reserve(wave.before.size());
   std::array<float, 3> to = wave.to;
-  for (const Holds::Pointer& hold : wave.holds)
+  for (const Handles::Pointer& handle : wave.handles)
   {
-    for (int a = 0; wave.holds.size() > 1 && a < 3; ++a)
+    for (int a = 0; wave.handles.size() > 1 && a < 3; ++a)
     {
-      to[a] = static_cast<float>(hold->probe.displacement[a] / this->bricks_.model().grid().spacing[a]);
+      to[a] = static_cast<float>(handle->probe.displacement[a] / this->bricks_.model().grid().spacing[a]);
     }
-    const std::vector<float> displaced = hold->displacedBy(to);
+    const std::vector<float> displaced = handle->displacedBy(to);
     values.insert(values.end(), displaced.begin(), displaced.end());
   }
   for (std::size_t m = 0; m < values.size(); ++m)
@@ -264,7 +265,7 @@ void Waves::attempt()
     wave.tolerance[a] = rounding(furthest[a]);
     wave.enough = std::max(wave.enough, wave.tolerance[a]);
   }
-  if (wave.holds.size() == 1)
+  if (wave.handles.size() == 1)
   {
     // A wave that is much too long would run through all tissue: it ends where it meets a large conflict.
     for (int a = 0; a < 3; ++a)
@@ -294,13 +295,13 @@ bool Waves::settled()
     return true;
   }
   this->bricks_.restoreBefore();
-  if (wave.holds.size() > 1)
+  if (wave.handles.size() > 1)
   {
-    const Group holds = wave.holds;
-    const auto half = holds.begin() + static_cast<std::ptrdiff_t>(holds.size() / 2);
+    const Group handles = wave.handles;
+    const auto half = handles.begin() + static_cast<std::ptrdiff_t>(handles.size() / 2);
     this->end();
-    this->wait(Group(half, holds.end()), true);
-    this->wait(Group(holds.begin(), half), true);
+    this->wait(Group(half, handles.end()), true);
+    this->wait(Group(handles.begin(), half), true);
     return false;
   }
   for (int a = 0; a < 3; ++a)
@@ -344,17 +345,17 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
     while (!this->queue_.empty() && (this->timestamps_.finished() || this->policy_ == ConflictPolicy::Latest))
     {
       Group& group = this->queue_.front();
-      const Holds::Pointer hold = group.front();
-      hold->waits = false;
+      const Handles::Pointer handle = group.front();
+      handle->waits = false;
       group.pop_front();
       if (group.empty())
       {
         this->queue_.pop_front();
       }
-      if (!hold->probe.anchor && !hold->addresses.empty())
+      if (!handle->probe.anchor && !handle->addresses.empty())
       {
         this->disturbed_ = this->disturbed_ || !this->timestamps_.finished();
-        this->startTimestamps(hold, checkpoint);
+        this->startTimestamps(handle, checkpoint);
       }
     }
     // A source needs no mark: no other wave moves it, unless the latest prevails.
@@ -368,8 +369,8 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   if (this->disturbed_ && !this->underWay())
   {
     // The latest probe may have taken others along so far that they are not compatible with each other any more.
-    this->makeFeasible([this](const Hold& hold)
-      { return hold.probe.anchor || this->policy_ == ConflictPolicy::Limit || &hold == this->latest_.get(); },
+    this->makeFeasible([this](const Handle& handle)
+      { return handle.probe.anchor || this->policy_ == ConflictPolicy::Limit || &handle == this->latest_.get(); },
       checkpoint);
   }
   return done;
@@ -377,30 +378,30 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
 
 void Waves::makeFeasible(const Checkpoint& checkpoint)
 {
-  this->makeFeasible([](const Hold&) { return true; }, checkpoint);
+  this->makeFeasible([](const Handle&) { return true; }, checkpoint);
 }
 
 template <typename F> void Waves::makeFeasible(const F& isHeld, const Checkpoint& checkpoint)
 {
-  this->holds_.setHeld(isHeld);
+  this->handles_.setHeld(isHeld);
   this->feasibility_.run(this->propagation_, checkpoint);
   this->disturbed_ = false;
 }
 
 /// Finds out by an envelope wave how far the probe can go, and starts there.
-void Waves::startTimestamps(const Holds::Pointer& hold, const Checkpoint& checkpoint)
+void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& checkpoint)
 {
-  this->begin({ hold });
+  this->begin({ handle });
   do
   {
     this->propagation_.run(0, this->wave_->enough, checkpoint);
   } while (!this->settled());
-  const std::vector<float> values = this->bricks_.displacements(hold->addresses);
+  const std::vector<float> values = this->bricks_.displacements(handle->addresses);
   this->bricks_.restoreBefore();
   this->end();
-  this->place(hold->addresses, hold->bricks, values);
-  this->latest_ = hold;
-  this->timestamps_.start(*hold, ++this->front_);
+  this->place(handle->addresses, handle->bricks, values);
+  this->latest_ = handle;
+  this->timestamps_.start(*handle, ++this->front_);
   // The earliest arrival binds only where all elements of the probe are displaced alike.
   for (std::size_t n = 3; n < values.size(); ++n)
   {

@@ -3,7 +3,7 @@
 #include "ArrivalTimes.h"
 #include "EnvelopePropagation.h"
 #include "Feasibility.h"
-#include "Holds.h"
+#include "Handles.h"
 #include "Timestamps.h"
 
 #include <deque>
@@ -17,14 +17,14 @@ namespace chainmail
 class Waves
 {
 public:
-  Waves(Bricks& bricks, Holds& holds);
+  Waves(Bricks& bricks, Handles& handles);
 
   /// No wave may be under way.
   void configure(PropagationMethod method, ConflictPolicy policy);
   void keepTimes(bool wanted) { this->times_ = wanted; }
 
   /// Queues the waves of probes that moved, and lets released ones go as soon as no wave needs them.
-  void add(const Holds::Change& change);
+  void add(const Handles::Change& change);
 
   bool underWay() const { return this->wave_ || !this->queue_.empty() || !this->timestamps_.finished(); }
 
@@ -45,13 +45,13 @@ public:
   const ArrivalTimes& arrivals() const { return this->arrivals_; }
 
 private:
-  using Group = std::deque<Holds::Pointer>;
+  using Group = std::deque<Handles::Pointer>;
 
   /// An envelope wave. A single probe's may be tried several times, shorter each time; one of several probes together
   /// is not: they then go half by half.
   struct Wave
   {
-    Group holds;
+    Group handles;
     std::vector<std::uint32_t> addresses; ///< of their elements
     std::vector<int> bricks;              ///< that these lie in
     std::vector<float> before;            ///< displacements of these
@@ -67,31 +67,31 @@ private:
   int runEnvelopes(int iterations, const Checkpoint& checkpoint);
   int runTimestamps(int iterations, const Checkpoint& checkpoint);
   void beginNext();
-  void begin(Group holds);
+  void begin(Group handles);
   void end();
   void attempt();
   bool settled();
   template <typename F> void makeFeasible(const F& isHeld, const Checkpoint& checkpoint);
-  void startTimestamps(const Holds::Pointer& hold, const Checkpoint& checkpoint);
+  void startTimestamps(const Handles::Pointer& handle, const Checkpoint& checkpoint);
   void markHeld();
-  void wait(Group holds, bool first);
+  void wait(Group handles, bool first);
   void letGo();
   void place(
     const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks, const std::vector<float>& values);
   std::vector<float> target() const;
 
   Bricks& bricks_;
-  Holds& holds_;
+  Handles& handles_;
   PropagationMethod method_ = PropagationMethod::Envelope;
   ConflictPolicy policy_ = ConflictPolicy::Limit;
   bool times_ = false;
 
   std::deque<Group> queue_; ///< those of a group go together
-  std::vector<Holds::Pointer> released_;
+  std::vector<Handles::Pointer> released_;
   std::optional<Wave> wave_;
-  bool disturbed_ = false; ///< links may be beyond their limits when the waves have come to their end
-  Holds::Pointer latest_;  ///< probe of the last wave of timestamps
-  int front_ = 0;          ///< number of the last wave
+  bool disturbed_ = false;  ///< links may be beyond their limits when the waves have come to their end
+  Handles::Pointer latest_; ///< probe of the last wave of timestamps
+  int front_ = 0;           ///< number of the last wave
 
   EnvelopePropagation propagation_;
   ArrivalTimes arrivals_;

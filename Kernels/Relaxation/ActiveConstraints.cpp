@@ -18,7 +18,7 @@ struct Patch
   std::vector<std::uint32_t> addresses;
   std::vector<std::array<std::uint32_t, 3>> next; ///< the one that it is linked to along each axis of the grid, or none
   std::vector<float> u[3];
-  std::vector<float> c[3]; ///< signed constraints, as Model::row() and the probes in hand have them
+  std::vector<float> c[3]; ///< signed constraints, as Model::row() and the probes have them
 
   static constexpr std::uint32_t none = ~std::uint32_t(0);
   std::size_t size() const { return this->voxels.size(); }

@@ -13,11 +13,11 @@ namespace chainmail
 /// What a relaxation has to do.
 enum class Reach
 {
-  Far, ///< carry what hands do, from element to element
+  Far, ///< carry what handles do, from element to element
   Near ///< mend what is rough: coarser grids have done the rest
 };
 
-/// Residuals up to this are left alone at a tolerance, so that a deformation ends somewhere, far from the hand.
+/// Residuals up to this are left alone at a tolerance, so that a deformation ends somewhere, far from the handle.
 float stillResidual(double tolerance);
 
 /// Three-colour projected over-relaxation (relax.cl, clusters.cl): red elements, black elements, rigid clusters.

@@ -10,8 +10,8 @@
 namespace chainmail
 {
 
-/// A probe's hand in the tissue.
-struct Hold
+/// What a probe holds of the tissue.
+struct Handle
 {
   Probe probe;                          ///< as it was last asked for
   std::vector<std::size_t> voxels;      ///< the elements that it holds, ascending
@@ -37,22 +37,22 @@ struct Hold
 std::vector<std::vector<std::size_t>> elementsAround(
   Bricks& bricks, const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
 
-/// The hands of all probes, in the order of the probes.
-class Holds
+/// The handles of all probes, in the order of the probes.
+class Handles
 {
 public:
   /// Finds what probes with these numbers grab, as elementsAround() does.
   using Grab = std::function<std::vector<std::vector<std::size_t>>(
     const std::vector<Probe>&, const std::vector<std::size_t>& numbers)>;
 
-  Holds(Bricks& bricks, Grab grab)
+  Handles(Bricks& bricks, Grab grab)
     : bricks_(bricks)
     , grab_(std::move(grab))
   {
   }
 
-  using Pointer = std::shared_ptr<Hold>;
-  const std::vector<Pointer>& all() const { return this->holds_; }
+  using Pointer = std::shared_ptr<Handle>;
+  const std::vector<Pointer>& all() const { return this->handles_; }
 
   /// What a new list of probes changes.
   struct Change
@@ -71,38 +71,38 @@ public:
   /// Lets all go.
   void clear();
 
-  /// Takes carved elements out of every hand.
+  /// Takes carved elements out of every handle.
   void forget(const std::vector<std::size_t>& voxels);
 
-  /// Marks tissue on the device: nothing but its own probe moves what is held. `isHeld(hold)` says which hands hold
+  /// Marks tissue on the device: nothing but its own probe moves what is held. `isHeld(handle)` says which handles hold
   /// theirs from now on.
   template <typename F> void setHeld(const F& isHeld)
   {
     std::vector<Pointer> changed;
-    for (const Pointer& hold : this->holds_)
+    for (const Pointer& handle : this->handles_)
     {
-      if (hold->held != isHeld(*hold))
+      if (handle->held != isHeld(*handle))
       {
-        hold->held = !hold->held;
-        changed.push_back(hold);
+        handle->held = !handle->held;
+        changed.push_back(handle);
       }
     }
     this->mark(changed);
   }
 
-  /// All voxels in a hand.
+  /// All voxels in a handle.
   std::vector<std::size_t> voxels() const;
 
   /// How far each probe has come since it grabbed [mm], and how many elements it holds.
   std::vector<ProbeResult> reached();
 
 private:
-  void fill(const std::vector<Pointer>& holds, const std::vector<std::size_t>& places);
-  void mark(const std::vector<Pointer>& holds);
+  void fill(const std::vector<Pointer>& handles, const std::vector<std::size_t>& places);
+  void mark(const std::vector<Pointer>& handles);
 
   Bricks& bricks_;
   Grab grab_;
-  std::vector<Pointer> holds_;
+  std::vector<Pointer> handles_;
 };
 
 }

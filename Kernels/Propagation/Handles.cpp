@@ -1,4 +1,4 @@
-#include "Holds.h"
+#include "Handles.h"
 
 #include "Error.h"
 #include "Measurement.h"
@@ -130,7 +130,7 @@ void clampRange(
 
 }
 
-std::vector<float> Hold::displacedBy(const std::array<float, 3>& to) const
+std::vector<float> Handle::displacedBy(const std::array<float, 3>& to) const
 {
   std::vector<float> values = this->grabbed;
   for (std::size_t n = 0; n < values.size(); ++n)
@@ -253,8 +253,8 @@ std::vector<std::vector<std::size_t>> elementsAround(
   return grabbed;
 }
 
-/// For hands that know their probes and voxels. `places`: where each of them is near.
-void Holds::fill(const std::vector<Pointer>& holds, const std::vector<std::size_t>& places)
+/// For handles that know their probes and voxels. `places`: where each of them is near.
+void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::size_t>& places)
 {
   const Grid& grid = this->bricks_.model().grid();
   const std::size_t axes = static_cast<std::size_t>(this->bricks_.model().axes());
@@ -264,10 +264,10 @@ void Holds::fill(const std::vector<Pointer>& holds, const std::vector<std::size_
     return this->bricks_.brickAt(at[0], at[1], at[2]);
   };
   std::vector<int> needed;
-  for (std::size_t n = 0; n < holds.size(); ++n)
+  for (std::size_t n = 0; n < handles.size(); ++n)
   {
-    std::vector<int>& bricks = holds[n]->bricks;
-    for (const std::size_t voxel : holds[n]->voxels)
+    std::vector<int>& bricks = handles[n]->bricks;
+    for (const std::size_t voxel : handles[n]->voxels)
     {
       bricks.push_back(brickOf(voxel));
     }
@@ -281,56 +281,56 @@ void Holds::fill(const std::vector<Pointer>& holds, const std::vector<std::size_
   this->bricks_.require(needed);
 
   std::vector<std::uint32_t> addresses;
-  for (std::size_t n = 0; n < holds.size(); ++n)
+  for (std::size_t n = 0; n < handles.size(); ++n)
   {
-    Hold& hold = *holds[n];
-    hold.constraints.resize(axes * hold.voxels.size());
-    for (std::size_t m = 0; m < hold.voxels.size(); ++m)
+    Handle& handle = *handles[n];
+    handle.constraints.resize(axes * handle.voxels.size());
+    for (std::size_t m = 0; m < handle.voxels.size(); ++m)
     {
-      const Index3 at = grid.indexOf(hold.voxels[m]);
-      hold.addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
-      this->bricks_.row(at[0], at[1], at[2], 1, hold.constraints.data() + axes * m);
+      const Index3 at = grid.indexOf(handle.voxels[m]);
+      handle.addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
+      this->bricks_.row(at[0], at[1], at[2], 1, handle.constraints.data() + axes * m);
     }
     const Index3 at = grid.indexOf(places[n]);
-    hold.place = this->bricks_.address(at[0], at[1], at[2]);
-    addresses.insert(addresses.end(), hold.addresses.begin(), hold.addresses.end());
-    addresses.push_back(hold.place);
+    handle.place = this->bricks_.address(at[0], at[1], at[2]);
+    addresses.insert(addresses.end(), handle.addresses.begin(), handle.addresses.end());
+    addresses.push_back(handle.place);
   }
   const std::vector<float> displacements = this->bricks_.displacements(addresses);
   auto from = displacements.begin();
-  for (const Pointer& hold : holds)
+  for (const Pointer& handle : handles)
   {
-    const auto end = from + 3 * hold->addresses.size();
-    hold->grabbed.assign(from, end);
-    std::copy_n(end, 3, hold->placeGrabbed.begin());
+    const auto end = from + 3 * handle->addresses.size();
+    handle->grabbed.assign(from, end);
+    std::copy_n(end, 3, handle->placeGrabbed.begin());
     from = end + 3;
   }
 }
 
 /// Tells the device what each of these does.
-void Holds::mark(const std::vector<Pointer>& holds)
+void Handles::mark(const std::vector<Pointer>& handles)
 {
   std::vector<std::uint32_t> addresses;
   std::vector<float> constraints;
-  for (const Pointer& hold : holds)
+  for (const Pointer& handle : handles)
   {
-    addresses.insert(addresses.end(), hold->addresses.begin(), hold->addresses.end());
-    for (const float c : hold->constraints)
+    addresses.insert(addresses.end(), handle->addresses.begin(), handle->addresses.end());
+    for (const float c : handle->constraints)
     {
-      constraints.push_back(hold->held ? -std::fabs(c) : c);
+      constraints.push_back(handle->held ? -std::fabs(c) : c);
     }
   }
   this->bricks_.setConstraints(addresses, constraints);
 }
 
-Holds::Change Holds::take(const std::vector<Probe>& probes)
+Handles::Change Handles::take(const std::vector<Probe>& probes)
 {
   // First all that can fail for the caller's sake.
   using Place = std::pair<Vector3, double>;
   std::multimap<Place, Pointer> left;
-  for (const Pointer& hold : this->holds_)
+  for (const Pointer& handle : this->handles_)
   {
-    left.emplace(Place(hold->probe.position, hold->probe.radius), hold);
+    left.emplace(Place(handle->probe.position, handle->probe.radius), handle);
   }
   std::vector<Pointer> next(probes.size());
   std::vector<Probe> newProbes;
@@ -356,11 +356,11 @@ Holds::Change Holds::take(const std::vector<Probe>& probes)
   // An element has one holder: whoever has it already, else an anchor, else the first probe that grabs it. The others
   // take what is left, and are compatible with its holder only if the links between allow it.
   std::unordered_set<std::size_t> taken;
-  for (const Pointer& hold : next)
+  for (const Pointer& handle : next)
   {
-    if (hold)
+    if (handle)
     {
-      taken.insert(hold->voxels.begin(), hold->voxels.end());
+      taken.insert(handle->voxels.begin(), handle->voxels.end());
     }
   }
   const Grid& grid = this->bricks_.model().grid();
@@ -381,7 +381,7 @@ Holds::Change Holds::take(const std::vector<Probe>& probes)
       {
         continue;
       }
-      made[m] = std::make_shared<Hold>();
+      made[m] = std::make_shared<Handle>();
       made[m]->probe = newProbes[m];
       for (const std::size_t voxel : grabbed[m])
       {
@@ -413,34 +413,34 @@ Holds::Change Holds::take(const std::vector<Probe>& probes)
     }
     next[n]->probe = probes[n];
   }
-  this->holds_ = std::move(next);
+  this->handles_ = std::move(next);
   return change;
 }
 
-void Holds::letGo(const std::vector<Pointer>& released)
+void Handles::letGo(const std::vector<Pointer>& released)
 {
   if (released.empty())
   {
     return;
   }
-  for (const Pointer& hold : released)
+  for (const Pointer& handle : released)
   {
-    hold->held = false;
+    handle->held = false;
   }
   this->mark(released);
   std::vector<Pointer> others;
-  std::copy_if(this->holds_.begin(), this->holds_.end(), std::back_inserter(others),
-    [](const Pointer& hold) { return hold->held; });
+  std::copy_if(this->handles_.begin(), this->handles_.end(), std::back_inserter(others),
+    [](const Pointer& handle) { return handle->held; });
   this->mark(others);
 }
 
-void Holds::clear()
+void Handles::clear()
 {
-  this->setHeld([](const Hold&) { return false; });
-  this->holds_.clear();
+  this->setHeld([](const Handle&) { return false; });
+  this->handles_.clear();
 }
 
-void Holds::forget(const std::vector<std::size_t>& voxels)
+void Handles::forget(const std::vector<std::size_t>& voxels)
 {
   const Grid& grid = this->bricks_.model().grid();
   const std::ptrdiff_t axes = this->bricks_.model().axes();
@@ -450,25 +450,25 @@ void Holds::forget(const std::vector<std::size_t>& voxels)
     const Index3 at = grid.indexOf(voxel);
     carved.insert(this->bricks_.address(at[0], at[1], at[2]));
   }
-  for (const Pointer& hold : this->holds_)
+  for (const Pointer& handle : this->handles_)
   {
-    Hold kept = *hold;
+    Handle kept = *handle;
     kept.voxels.clear();
     kept.addresses.clear();
     kept.constraints.clear();
     kept.grabbed.clear();
-    for (std::size_t n = 0; n < hold->voxels.size(); ++n)
+    for (std::size_t n = 0; n < handle->voxels.size(); ++n)
     {
-      if (carved.count(hold->addresses[n]) == 0)
+      if (carved.count(handle->addresses[n]) == 0)
       {
-        kept.voxels.push_back(hold->voxels[n]);
-        kept.addresses.push_back(hold->addresses[n]);
-        const auto c = hold->constraints.begin() + axes * static_cast<std::ptrdiff_t>(n);
+        kept.voxels.push_back(handle->voxels[n]);
+        kept.addresses.push_back(handle->addresses[n]);
+        const auto c = handle->constraints.begin() + axes * static_cast<std::ptrdiff_t>(n);
         kept.constraints.insert(kept.constraints.end(), c, c + axes);
-        kept.grabbed.insert(kept.grabbed.end(), hold->grabbed.begin() + 3 * n, hold->grabbed.begin() + 3 * n + 3);
+        kept.grabbed.insert(kept.grabbed.end(), handle->grabbed.begin() + 3 * n, handle->grabbed.begin() + 3 * n + 3);
       }
     }
-    const bool placeCarved = carved.count(hold->place) > 0;
+    const bool placeCarved = carved.count(handle->place) > 0;
     if (placeCarved && kept.voxels.empty())
     {
       kept.placeGrabbed.fill(0.0f); // carved tissue is at 0
@@ -478,37 +478,37 @@ void Holds::forget(const std::vector<std::size_t>& voxels)
       kept.place = kept.addresses.front();
       std::copy_n(kept.grabbed.begin(), 3, kept.placeGrabbed.begin());
     }
-    *hold = std::move(kept);
+    *handle = std::move(kept);
   }
 }
 
-std::vector<std::size_t> Holds::voxels() const
+std::vector<std::size_t> Handles::voxels() const
 {
   std::vector<std::size_t> voxels;
-  for (const Pointer& hold : this->holds_)
+  for (const Pointer& handle : this->handles_)
   {
-    voxels.insert(voxels.end(), hold->voxels.begin(), hold->voxels.end());
+    voxels.insert(voxels.end(), handle->voxels.begin(), handle->voxels.end());
   }
   return voxels;
 }
 
-std::vector<ProbeResult> Holds::reached()
+std::vector<ProbeResult> Handles::reached()
 {
   const Vector3& spacing = this->bricks_.model().grid().spacing;
   std::vector<std::uint32_t> addresses;
-  for (const Pointer& hold : this->holds_)
+  for (const Pointer& handle : this->handles_)
   {
-    addresses.push_back(hold->place);
+    addresses.push_back(handle->place);
   }
   const std::vector<float> displacements = this->bricks_.displacements(addresses);
-  std::vector<ProbeResult> results(this->holds_.size());
+  std::vector<ProbeResult> results(this->handles_.size());
   for (std::size_t n = 0; n < results.size(); ++n)
   {
-    results[n].elements = this->holds_[n]->voxels.size();
+    results[n].elements = this->handles_[n]->voxels.size();
     for (int a = 0; a < 3; ++a)
     {
       results[n].reached[a] =
-        (static_cast<double>(displacements[3 * n + a]) - this->holds_[n]->placeGrabbed[a]) * spacing[a];
+        (static_cast<double>(displacements[3 * n + a]) - this->handles_[n]->placeGrabbed[a]) * spacing[a];
     }
   }
   return results;
