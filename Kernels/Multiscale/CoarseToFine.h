@@ -56,7 +56,7 @@ private:
   EnvelopePropagation propagation_;
   Feasibility feasibility_;
   Relaxation relaxation_;
-  Spread pieces_;
+  FixedPoint pieces_;
   Field before_{ 3, sizeof(cl_float), "the displacement before a relaxation" };
   double energyBefore_ = 0.0;
   Field marks_{ 1, sizeof(cl_int), "what hangs together" };

@@ -8,7 +8,7 @@
 
 #include "brick.clh"
 #include "element.clh"
-#include "spread.clh"
+#include "fixedpoint.clh"
 
 #define HELD 1
 #define STRAINED 2
@@ -74,12 +74,12 @@ RULE int joinAt(
 }
 
 // From link to link.
-kernel void join(SPREAD_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
+kernel void join(FIXED_POINT_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
   int strideZ, global const float* constraint, global const uchar* cut, global int* marks)
 {
-  SPREAD_TO
+  FIXED_POINT_BEGIN
 #define JOIN(odd) joinAt(odd, &s, constraint, cut, marks)
-  SPREAD(BY_PARITY(JOIN, s))
+  FIXED_POINT(BY_PARITY(JOIN, s))
 #undef JOIN
   if (lid == 0 && from != 0)
   {

@@ -10,7 +10,7 @@ namespace chainmail
 
 ArrivalTimes::ArrivalTimes(Bricks& bricks)
   : bricks_(bricks)
-  , spread_(bricks, "arrivals.cl", "arrive")
+  , fixedPoint_(bricks, "arrivals.cl", "arrive")
   , time_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
   , front_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "wavefront numbers" }
   , arrival_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
@@ -54,8 +54,8 @@ void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, 
   }
   this->bricks_.set(this->arrival_, addresses, std::vector<cl_float>(axes * addresses.size(), 0.0f));
 
-  this->spread_.start(bricks);
-  this->spread_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
+  this->fixedPoint_.start(bricks);
+  this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
     [this](cl::Kernel& kernel, int& argument)
     {
       kernel.setArg(argument++, this->bricks_.displacement);
@@ -65,7 +65,7 @@ void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, 
       kernel.setArg(argument++, this->arrival_.buffer);
     });
 
-  const std::vector<int> slots = this->spread_.seen();
+  const std::vector<int> slots = this->fixedPoint_.seen();
   Scratch list("the list of active bricks");
   cl::Kernel kernel = context.kernel("arrivals.cl", this->bricks_.defines(true), "record");
   kernel.setArg(0, list.holding(context, slots));

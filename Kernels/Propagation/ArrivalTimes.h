@@ -1,7 +1,7 @@
 #pragma once
 
+#include "FixedPoint.h"
 #include "Handles.h"
-#include "Spread.h"
 
 namespace chainmail
 {
@@ -38,7 +38,7 @@ private:
   template <typename T> void read(const Field& field, T* out) const;
 
   Bricks& bricks_;
-  Spread spread_;
+  FixedPoint fixedPoint_;
   Field time_;    ///< float [axis][address]
   Field front_;   ///< int [axis][address], 0: no wave came, `time` means nothing
   Field arrival_; ///< float [axis][address], see arrivals.cl

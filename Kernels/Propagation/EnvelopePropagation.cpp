@@ -16,29 +16,29 @@ EnvelopePropagation::Conflict EnvelopePropagation::conflict() const
   Conflict conflict;
   for (int a = 0; a < 3; ++a)
   {
-    conflict.tooHigh[a] = this->spread_.extremes()[2 * a];
-    conflict.tooLow[a] = this->spread_.extremes()[2 * a + 1];
+    conflict.tooHigh[a] = this->fixedPoint_.extremes()[2 * a];
+    conflict.tooLow[a] = this->fixedPoint_.extremes()[2 * a + 1];
   }
   return conflict;
 }
 
 void EnvelopePropagation::start(const std::vector<int>& bricks)
 {
-  this->spread_.start(bricks);
+  this->fixedPoint_.start(bricks);
 }
 
 int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& checkpoint)
 {
   const auto touch = [this]
   {
-    for (const int slot : this->spread_.changed())
+    for (const int slot : this->fixedPoint_.changed())
     {
       this->bricks_.touch(slot);
     }
   };
   try
   {
-    const int done = this->spread_.run(iterations, enough, checkpoint,
+    const int done = this->fixedPoint_.run(iterations, enough, checkpoint,
       [this](cl::Kernel& kernel, int& argument)
       {
         kernel.setArg(argument++, this->bricks_.displacement);

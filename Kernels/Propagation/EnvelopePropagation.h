@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Spread.h"
+#include "FixedPoint.h"
 
 namespace chainmail
 {
@@ -12,7 +12,7 @@ class EnvelopePropagation
 public:
   explicit EnvelopePropagation(Bricks& bricks)
     : bricks_(bricks)
-    , spread_(bricks, "envelope.cl", "propagate", 6)
+    , fixedPoint_(bricks, "envelope.cl", "propagate", 6)
   {
   }
 
@@ -33,12 +33,12 @@ public:
   /// number of iterations.
   int run(int iterations, float enough, const Checkpoint& checkpoint);
 
-  bool finished() const { return this->spread_.finished(); }
+  bool finished() const { return this->fixedPoint_.finished(); }
   Conflict conflict() const;
 
 private:
   Bricks& bricks_;
-  Spread spread_;
+  FixedPoint fixedPoint_;
 };
 
 }

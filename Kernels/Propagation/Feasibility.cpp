@@ -7,7 +7,7 @@ namespace chainmail
 
 Feasibility::Feasibility(Bricks& bricks)
   : bricks_(bricks)
-  , spread_(bricks, "feasibility.cl", "bound")
+  , fixedPoint_(bricks, "feasibility.cl", "bound")
   , upper_{ 3, sizeof(cl_float), "bounds of displacements" }
 {
 }
@@ -68,8 +68,8 @@ void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     this->bricks_.displacement, this->upper_.buffer, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
   this->bricks_.saveBefore();
 
-  this->spread_.start(violated);
-  this->spread_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
+  this->fixedPoint_.start(violated);
+  this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
     [this](cl::Kernel& kernel, int& argument)
     {
       kernel.setArg(argument++, this->bricks_.constraint);
@@ -77,7 +77,7 @@ void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
       kernel.setArg(argument++, this->bricks_.before);
       kernel.setArg(argument++, this->upper_.buffer);
     });
-  const std::vector<int> slots = this->spread_.changed();
+  const std::vector<int> slots = this->fixedPoint_.changed();
   std::vector<int> bricks;
   for (const int slot : slots)
   {

@@ -21,7 +21,7 @@ private:
   std::vector<int> violated();
 
   Bricks& bricks_;
-  Spread spread_;
+  FixedPoint fixedPoint_;
   Field upper_; ///< float [axis][address]; the lower bound is in Bricks::before
   Scratch list_{ "the list of bricks" };
   Scratch found_{ "bricks with links beyond their limits" };

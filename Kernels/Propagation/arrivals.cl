@@ -8,7 +8,7 @@
 
 #include "brick.clh"
 #include "element.clh"
-#include "spread.clh"
+#include "fixedpoint.clh"
 
 RULE int arriveAt(const Site* s, uint pitch, global const float* displacement, global const float* before,
   global const float* constraint, global const uchar* cut, global float* arrival)
@@ -44,12 +44,12 @@ RULE int arriveAt(const Site* s, uint pitch, global const float* displacement, g
   return touched;
 }
 
-kernel void arrive(SPREAD_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
+kernel void arrive(FIXED_POINT_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
   int strideZ, global const float* displacement, global const float* before, global const float* constraint,
   global const uchar* cut, global float* arrival)
 {
-  SPREAD_TO
-  SPREAD(arriveAt(&s, pitch, displacement, before, constraint, cut, arrival))
+  FIXED_POINT_BEGIN
+  FIXED_POINT(arriveAt(&s, pitch, displacement, before, constraint, cut, arrival))
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);

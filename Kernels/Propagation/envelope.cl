@@ -2,7 +2,7 @@
 // nothing in the brick changes. In place, in any order: raised values only grow and lowered ones only fall.
 //
 // The host guarantees: `before` is a feasible state, moved tissue differs from it or is held, brick.clh's promise of
-// bricks that are ready (spread.clh).
+// bricks that are ready (fixedpoint.clh).
 //
 // Extremes: for each axis how much too high and too low the moved tissue is for what is held.
 
@@ -10,7 +10,7 @@
 
 #include "brick.clh"
 #include "element.clh"
-#include "spread.clh"
+#include "fixedpoint.clh"
 
 // One piece of work; `odd`: see BY_PARITY. `beside`, a constant: whether anything in it or beside it is held.
 RULE int wave(const int odd, const int beside, const Site* s, uint pitch, global float* displacement,
@@ -88,15 +88,15 @@ RULE int anyHeld(const Site* s, uint pitch, global const float* constraint)
   return SOME(held);
 }
 
-kernel void propagate(SPREAD_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
+kernel void propagate(FIXED_POINT_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
   int strideZ, global float* displacement, global const float* before, global const float* constraint,
   global const uchar* cut)
 {
-  SPREAD_TO
+  FIXED_POINT_BEGIN
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
 #define WAVE(odd, beside) wave(odd, beside, &s, pitch, displacement, before, constraint, cut, conflict)
 #define FREE_WAVE(odd) WAVE(odd, 0)
-  SPREAD(anyHeld(&s, pitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
+  FIXED_POINT(anyHeld(&s, pitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
 #undef FREE_WAVE
 #undef WAVE
   for (int n = 0; n < 6; ++n)

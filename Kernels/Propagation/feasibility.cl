@@ -5,7 +5,7 @@
 
 #include "brick.clh"
 #include "element.clh"
-#include "spread.clh"
+#include "fixedpoint.clh"
 
 // Limits of the links to all six neighbours, along one axis.
 RULE void loadLimits(
@@ -95,12 +95,12 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, global const float* c
   return touched;
 }
 
-kernel void bound(SPREAD_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
+kernel void bound(FIXED_POINT_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
   int strideZ, global const float* constraint, global const uchar* cut, global float* lower, global float* upper)
 {
-  SPREAD_TO
+  FIXED_POINT_BEGIN
 #define BOUND(odd) boundAt(odd, &s, pitch, constraint, cut, lower, upper)
-  SPREAD(BY_PARITY(BOUND, s))
+  FIXED_POINT(BY_PARITY(BOUND, s))
 #undef BOUND
   if (lid == 0 && from != 0)
   {

@@ -13,16 +13,16 @@ namespace chainmail
 using Checkpoint = std::function<void()>;
 
 /// Something that spreads from brick to brick until nothing changes any more, by a kernel that updates bricks in place
-/// (spread.clh). The device finds out which bricks have something to do; the host launches several turns at once and
-/// then gives memory to the bricks that what spreads has come to.
-class Spread
+/// (fixedpoint.clh). The device finds out which bricks have something to do; the host launches several turns at once
+/// and then gives memory to the bricks that what spreads has come to.
+class FixedPoint
 {
 public:
-  /// Sets the kernel's own arguments, which follow SPREAD_ARGUMENTS, pitch and brick.clh's table.
+  /// Sets the kernel's own arguments, which follow FIXED_POINT_ARGUMENTS, pitch and brick.clh's table.
   using Bind = std::function<void(cl::Kernel&, int&)>;
 
   /// `extremes`: EXTREMES of the kernel.
-  Spread(Bricks& bricks, const char* file, const char* kernel, int extremes = 0)
+  FixedPoint(Bricks& bricks, const char* file, const char* kernel, int extremes = 0)
     : bricks_(bricks)
     , file_(file)
     , name_(kernel)

@@ -1,4 +1,4 @@
-#include "Spread.h"
+#include "FixedPoint.h"
 
 #include <algorithm>
 #include <cstring>
@@ -9,7 +9,7 @@ namespace chainmail
 namespace
 {
 
-// As spread.clh has them.
+// As fixedpoint.clh has them.
 constexpr int pending = 0;
 constexpr int anything = 64;
 constexpr int again = 128;
@@ -26,7 +26,7 @@ constexpr int mostPerBatch = 16;
 
 }
 
-int Spread::parityOf(int brick) const
+int FixedPoint::parityOf(int brick) const
 {
   const Index3 size = this->bricks_.size();
   const Index3 origin = this->bricks_.origin(brick);
@@ -34,7 +34,7 @@ int Spread::parityOf(int brick) const
 }
 
 /// Rows for all slots, and which bricks have their memory.
-void Spread::fit()
+void FixedPoint::fit()
 {
   this->visits_.resize(this->bricks_.slots());
   for (int slot = 1; slot < this->visits_.rows(); ++slot)
@@ -44,7 +44,7 @@ void Spread::fit()
   this->visits_.toDevice(this->bricks_.context());
 }
 
-void Spread::start(const std::vector<int>& bricks)
+void FixedPoint::start(const std::vector<int>& bricks)
 {
   this->bricks_.require(bricks);
   this->visits_.clear(this->bricks_.slots());
@@ -71,12 +71,12 @@ void Spread::start(const std::vector<int>& bricks)
   this->ofTurn_.assign(this->extremes_.size(), 0.0f);
 }
 
-bool Spread::isBeyond(float enough) const
+bool FixedPoint::isBeyond(float enough) const
 {
   return std::any_of(this->extremes_.begin(), this->extremes_.end(), [&](float value) { return value > enough; });
 }
 
-void Spread::launch(const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const Bind& bind)
+void FixedPoint::launch(const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const Bind& bind)
 {
   Context& context = this->bricks_.context();
   this->log_.clear(1 + static_cast<int>(turns.size()));
@@ -104,7 +104,7 @@ void Spread::launch(const std::vector<Turn>& turns, float enough, const Checkpoi
   this->log_.fromDevice(context);
 }
 
-int Spread::run(int iterations, float enough, const Checkpoint& checkpoint, const Bind& bind)
+int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, const Bind& bind)
 {
   Context& context = this->bricks_.context();
   int done = 0;
@@ -187,7 +187,7 @@ int Spread::run(int iterations, float enough, const Checkpoint& checkpoint, cons
   return done;
 }
 
-std::vector<int> Spread::slotsWith(int flags)
+std::vector<int> FixedPoint::slotsWith(int flags)
 {
   this->visits_.fromDevice(this->bricks_.context());
   std::vector<int> slots;
@@ -201,12 +201,12 @@ std::vector<int> Spread::slotsWith(int flags)
   return slots;
 }
 
-std::vector<int> Spread::seen()
+std::vector<int> FixedPoint::seen()
 {
   return this->slotsWith(wasSeen);
 }
 
-std::vector<int> Spread::changed()
+std::vector<int> FixedPoint::changed()
 {
   return this->slotsWith(hasChanged);
 }
