@@ -401,7 +401,7 @@ CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
   , propagation_(bricks)
   , feasibility_(bricks)
   , relaxation_(bricks)
-  , pieces_(bricks, "pieces.cl", "join")
+  , pieces_(bricks, "components.cl", "join")
 {
 }
 
@@ -485,7 +485,7 @@ void CoarseToFine::cycle(
   }
 }
 
-/// Tissue that does not hang on what moves (pieces.cl).
+/// Tissue that does not hang on what moves (components.cl).
 void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
 {
   Context& context = this->bricks_.context();
@@ -498,7 +498,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   this->bricks_.keep(this->marks_);
   const auto run = [&](const char* name, bool withPlaces)
   {
-    cl::Kernel kernel = context.kernel("pieces.cl", this->bricks_.defines(true), name);
+    cl::Kernel kernel = context.kernel("components.cl", this->bricks_.defines(true), name);
     int argument = 0;
     kernel.setArg(argument++, this->list_.holding(context, slots));
     kernel.setArg(argument++, this->bricks_.pitch());

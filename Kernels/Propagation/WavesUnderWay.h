@@ -13,7 +13,7 @@ struct WavesUnderWay
   const cl::Buffer* stamp = nullptr; ///< int [axis][address]: iteration in which the element was last moved by a wave
   int iteration = 0;                 ///< the present one
 
-  /// Sets the arguments WAVES_ARGUMENTS of waves.clh.
+  /// Sets the arguments WAVES_ARGUMENTS of wavefronts.clh.
   void bind(cl::Kernel& kernel, int& argument) const
   {
     kernel.setArg(argument++, *this->front);

@@ -1,7 +1,7 @@
 // One iteration of the published relaxation: every element that is not held to the weighted mean of the places that its
 // neighbours offer (element.clh), from one copy of the state to the other. Limits of links are ignored.
 //
-// WAVES: of these elements only those that waves.clh says.
+// WAVES: of these elements only those that wavefronts.clh says.
 //
 // The host guarantees: a work-group for each slot but 0, brick.clh's promise of bricks that are ready (sweep.clh); at
 // first both copies are the same. A brick has its turn once more after one in which nothing in it moved, and so they are
@@ -10,7 +10,7 @@
 #include "brick.clh"
 #include "sweep.clh"
 #include "element.clh"
-#include "waves.clh"
+#include "wavefronts.clh"
 
 kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, uint pitch, global const int* table,
   global const int* place, int strideY, int strideZ, global const float* displacement, global float* after,

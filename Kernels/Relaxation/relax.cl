@@ -1,7 +1,7 @@
 // One colour of a relaxation sweep: every free element to the over-relaxed weighted mean of the places that its
 // neighbours offer, within their boxes (element.clh). In place: neighbours have the other colour.
 //
-// WAVES: of the free elements only those that waves.clh says.
+// WAVES: of the free elements only those that wavefronts.clh says.
 //
 // The host guarantees: a work-group for each slot but 0, the state is feasible, brick.clh's promise of bricks that are
 // ready (sweep.clh).
@@ -9,7 +9,7 @@
 #include "brick.clh"
 #include "sweep.clh"
 #include "element.clh"
-#include "waves.clh"
+#include "wavefronts.clh"
 
 // One piece of work; `odd`: see BY_PARITY. Returns the largest move. What is summed up neighbour by
 // neighbour, for all axes at once, stays in registers.
