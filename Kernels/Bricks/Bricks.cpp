@@ -34,8 +34,8 @@ void checkBrickSize(const Index3& size)
 
 Index3 defaultBrickSize(const DeviceInfo& device)
 {
-  // CPUs: two 8-wide vectors a row and colour, bricks that fit the second-level cache. GPUs: two elements of a colour for
-  // each of 256 work-items.
+  // CPUs: two 8-wide vectors a row and colour, bricks that fit the second-level cache. GPUs: two elements of a colour
+  // for each of 256 work-items.
   return device.gpu ? Index3{ 16, 8, 8 } : Index3{ 32, 8, 8 };
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "Context.h"
 #include "Model.h"
-#include "OpenCL.h"
 #include "Threads.h"
 
 #include <cstdint>

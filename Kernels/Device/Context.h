@@ -19,6 +19,11 @@
 namespace chainmail
 {
 
+/// See chooseDevice().
+cl::Device findDevice(const std::string& name);
+
+DeviceInfo describe(const cl::Device& device);
+
 /// The symbolic name of an OpenCL error code.
 const char* errorName(cl_int code);
 
