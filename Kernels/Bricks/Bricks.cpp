@@ -396,34 +396,13 @@ void Bricks::restoreBefore()
   this->context_->queue().enqueueCopyBuffer(this->before, this->displacement, 0, 0, sizeof(float) * 3 * this->pitch());
 }
 
-namespace
+void Bricks::scatter(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses,
+  const cl::Buffer& values)
 {
-
-/// Runs scatter.cl over a list of elements.
-void overElements(Context& context, const char* name, const cl::Buffer& field, cl_uint pitch, int components,
-  const cl::Buffer& addresses, const cl::Buffer& values, std::size_t count)
-{
-  cl::Kernel kernel = context.kernel("scatter.cl", "", name);
-  kernel.setArg(0, field);
-  kernel.setArg(1, pitch);
-  kernel.setArg(2, static_cast<cl_int>(components));
-  kernel.setArg(3, addresses);
-  kernel.setArg(4, values);
-  context.runOver(kernel, 5, count);
-}
-
-}
-
-void Bricks::set(const cl::Buffer& field, int components, const std::vector<std::uint32_t>& addresses,
-  const std::vector<float>& values)
-{
-  if (!addresses.empty())
-  {
-    overElements(*this->context_, "scatter", field, this->pitch(), components,
-      this->addresses_.holding(*this->context_, addresses), this->values_.holding(*this->context_, values),
-      addresses.size());
-    this->context_->queue().finish();
-  }
+  Context& context = *this->context_;
+  context.launchOver(context.kernel("scatter.cl", "", "scatter"), addresses.size(), field, this->pitch(),
+    static_cast<cl_int>(components), this->addresses_.holding(context, addresses), values);
+  context.queue().finish();
 }
 
 void Bricks::setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
@@ -436,15 +415,17 @@ void Bricks::setConstraints(const std::vector<std::uint32_t>& addresses, const s
   this->set(this->constraint, this->model_->axes(), addresses, values);
 }
 
-std::vector<float> Bricks::get(const cl::Buffer& field, int components, const std::vector<std::uint32_t>& addresses)
+std::vector<float> Bricks::get(
+  const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses)
 {
+  Context& context = *this->context_;
   std::vector<float> values(components * addresses.size());
   if (!addresses.empty())
   {
-    const cl::Buffer& out = this->values_.sized(*this->context_, sizeof(float) * values.size());
-    overElements(*this->context_, "gather", field, this->pitch(), components,
-      this->addresses_.holding(*this->context_, addresses), out, addresses.size());
-    this->context_->read(out, values);
+    const cl::Buffer& out = this->values_.sized(context, sizeof(float) * values.size());
+    context.launchOver(context.kernel("scatter.cl", "", "gather"), addresses.size(), field, this->pitch(),
+      static_cast<cl_int>(components), this->addresses_.holding(context, addresses), out);
+    context.read(out, values);
   }
   return values;
 }
@@ -598,17 +579,6 @@ void Bricks::uploadCuts()
       this->context_->write(this->cut, static_cast<std::size_t>(this->slot(brick)) * this->elements_, bits);
     }
   }
-}
-
-void Bricks::bindTable(cl::Kernel& kernel, int& argument, bool withPlace) const
-{
-  kernel.setArg(argument++, this->tableBuffer_);
-  if (withPlace)
-  {
-    kernel.setArg(argument++, this->placeBuffer_);
-  }
-  kernel.setArg(argument++, static_cast<cl_int>(this->strideY_));
-  kernel.setArg(argument++, static_cast<cl_int>(this->strideZ_));
 }
 
 std::size_t Bricks::deviceBytes() const

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <set>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -113,15 +114,10 @@ public:
   void readSlot(int slot, std::vector<float>& out);
 
   /// Sets values of a field, `runs` interleaved ones an element.
-  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+  template <typename T>
+  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<T>& values)
   {
-    this->set(field.buffer, static_cast<int>(field.runs), addresses, values);
-  }
-  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<std::int32_t>& values)
-  {
-    std::vector<float> bits(values.size());
-    std::copy_n(values.data(), values.size(), reinterpret_cast<std::int32_t*>(bits.data()));
-    this->set(field, addresses, bits);
+    this->set(field.buffer, field.runs, addresses, values);
   }
 
   /// What readSlots() found in a slot: the value of a place (`local`) in a run; runs are counted through all fields.
@@ -186,8 +182,26 @@ public:
   const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }
   cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_ + skew; }
 
-  /// Sets the arguments `table, place, strideY, strideZ` of brick.clh, or without `place`.
-  void bindTable(cl::Kernel& kernel, int& argument, bool withPlace = true) const;
+  // What kernels take together, in this order.
+
+  /// `pitch, table, place, strideY, strideZ` of brick.clh.
+  auto layout() const
+  {
+    return std::tuple<cl_uint, const cl::Buffer&, const cl::Buffer&, cl_int, cl_int>(
+      this->pitch(), this->tableBuffer_, this->placeBuffer_, this->strideY_, this->strideZ_);
+  }
+  /// `table, strideY, strideZ`.
+  auto table() const
+  {
+    return std::tuple<const cl::Buffer&, cl_int, cl_int>(this->tableBuffer_, this->strideY_, this->strideZ_);
+  }
+  /// `constraint, cut`.
+  auto tissue() const
+  {
+    return std::tuple<const cl::Buffer&, const cl::Buffer&>(this->constraint, this->cutsOrNothing());
+  }
+  /// `displacement, constraint, cut`.
+  auto state() const { return std::tuple_cat(std::tuple<const cl::Buffer&>(this->displacement), this->tissue()); }
 
 private:
   enum class Status : std::uint8_t
@@ -202,9 +216,19 @@ private:
   void grow(int slots);
   int width(bool vectors) const;
   bool fill(int brick, std::vector<float>& out) const;
-  void set(const cl::Buffer& field, int components, const std::vector<std::uint32_t>& addresses,
-    const std::vector<float>& values);
-  std::vector<float> get(const cl::Buffer& field, int components, const std::vector<std::uint32_t>& addresses);
+  template <typename T>
+  void set(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses,
+    const std::vector<T>& values)
+  {
+    static_assert(sizeof(T) == sizeof(cl_uint), "scatter.cl moves 4 bytes");
+    if (!addresses.empty())
+    {
+      this->scatter(field, components, addresses, this->values_.holding(*this->context_, values));
+    }
+  }
+  void scatter(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses,
+    const cl::Buffer& values);
+  std::vector<float> get(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses);
 
   std::shared_ptr<Context> context_;
   std::shared_ptr<const Model> model_;

@@ -17,18 +17,9 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
   const cl::Buffer listBuffer = context.upload(list, "the list of bricks");
   const cl::Buffer result = context.allocate(sizeof(BrickFigures) * list.size(), "the figures of the state");
   const std::size_t items = bricks.workItems(true);
-  cl::Kernel kernel = context.kernel("measure.cl", bricks.defines(true) + elasticity.defines(), "measure");
-  int argument = 0;
-  kernel.setArg(argument++, listBuffer);
-  kernel.setArg(argument++, elasticity.slack);
-  kernel.setArg(argument++, bricks.pitch());
-  bricks.bindTable(kernel, argument);
-  kernel.setArg(argument++, bricks.displacement);
-  kernel.setArg(argument++, bricks.constraint);
-  kernel.setArg(argument++, bricks.cutsOrNothing());
-  kernel.setArg(argument++, cl::Local(sizeof(BrickFigures) * items));
-  kernel.setArg(argument++, result);
-  context.runGroups(kernel, list.size(), items);
+  context.launch(context.kernel("measure.cl", bricks.defines(true) + elasticity.defines(), "measure"), list.size(),
+    items, listBuffer, elasticity.slack, bricks.layout(), bricks.state(), cl::Local(sizeof(BrickFigures) * items),
+    result);
   std::vector<BrickFigures> measured(list.size());
   context.read(result, measured);
   for (std::size_t n = 0; n < list.size(); ++n)

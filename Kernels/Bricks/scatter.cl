@@ -1,8 +1,8 @@
-// Reads or writes single elements of a field: values[n * components + axis] <-> field[axis * pitch + addresses[n]].
+// Reads or writes single elements of a field, whatever its values of 4 bytes are: values[n * components + axis] <-> field[axis * pitch + addresses[n]].
 // The host guarantees: addresses are valid and, for scatter, distinct.
 
 kernel void scatter(
-  global float* field, uint pitch, int components, global const uint* addresses, global const float* values,
+  global uint* field, uint pitch, int components, global const uint* addresses, global const uint* values,
   uint count)
 {
   const size_t n = get_global_id(0);
@@ -17,7 +17,7 @@ kernel void scatter(
 }
 
 kernel void gather(
-  global const float* field, uint pitch, int components, global const uint* addresses, global float* values, uint count)
+  global const uint* field, uint pitch, int components, global const uint* addresses, global uint* values, uint count)
 {
   const size_t n = get_global_id(0);
   if (n >= count)

@@ -159,6 +159,8 @@ Context::Context(const cl::Device& device)
 
 const cl::Program& Context::program(const std::string& file, const std::string& defines)
 {
+  // Simulations in several threads may share this. A program that one of them builds the others wait for.
+  const std::lock_guard<std::mutex> lock(this->programsMutex_);
   const std::string key = file + ' ' + defines;
   const auto known = this->programs_.find(key);
   if (known != this->programs_.end())
@@ -206,14 +208,7 @@ cl::Kernel Context::kernel(const std::string& file, const std::string& defines, 
   return cl::Kernel(this->program(file, defines), name);
 }
 
-void Context::runOver(cl::Kernel& kernel, int argument, std::size_t count)
-{
-  constexpr std::size_t group = 64;
-  kernel.setArg(argument, static_cast<cl_uint>(count));
-  this->runGroups(kernel, (count + group - 1) / group, group);
-}
-
-void Context::runGroups(const cl::Kernel& kernel, std::size_t groups, std::size_t items)
+void Context::enqueue(const cl::Kernel& kernel, std::size_t groups, std::size_t items)
 {
   if (groups > 0)
   {

@@ -2,17 +2,14 @@
 
 // Private to the engine: the OpenCL side of a simulation. Public headers never include this file.
 
-#define CL_HPP_ENABLE_EXCEPTIONS
-#define CL_HPP_TARGET_OPENCL_VERSION 120
-#define CL_HPP_MINIMUM_OPENCL_VERSION 120
-#include <CL/opencl.hpp>
-
+#include "ArgumentList.h"
 #include "Device.h"
 #include "ProgramCache.h"
 
 #include <atomic>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -32,7 +29,8 @@ template <typename Body> auto translated(Body&& body) -> decltype(body());
 
 [[noreturn]] void throwTranslated(const cl::Error& error);
 
-/// A device with its context, an in-order queue and the programs built for it so far. One per device and process.
+/// A device with its context, an in-order queue and the programs built for it so far. One per device and process:
+/// simulations in several threads share it, so all of it may be called from any thread at any time.
 class Context
 {
 public:
@@ -48,11 +46,22 @@ public:
   const cl::Program& program(const std::string& file, const std::string& defines);
   cl::Kernel kernel(const std::string& file, const std::string& defines, const char* name);
 
-  /// Runs a kernel over `count` items; its last argument, at `argument`, is that count, as the range is rounded up.
-  /// Work-groups of one size: PoCL builds a kernel anew for every other one.
-  void runOver(cl::Kernel& kernel, int argument, std::size_t count);
-  /// Runs a kernel with one work-group of `items` for each of `groups`.
-  void runGroups(const cl::Kernel& kernel, std::size_t groups, std::size_t items);
+  /// Runs a kernel with these arguments (see ArgumentList), or those that it has, and one work-group of `items` for
+  /// each of `groups`.
+  template <typename... Arguments>
+  void launch(cl::Kernel kernel, std::size_t groups, std::size_t items, const Arguments&... arguments)
+  {
+    ArgumentList(kernel).add(arguments...);
+    this->enqueue(kernel, groups, items);
+  }
+  /// Runs a kernel over `count` items; after these arguments comes that count, as the range is rounded up. Work-groups
+  /// of one size: PoCL builds a kernel anew for every other one.
+  template <typename... Arguments>
+  void launchOver(const cl::Kernel& kernel, std::size_t count, const Arguments&... arguments)
+  {
+    constexpr std::size_t group = 64;
+    this->launch(kernel, (count + group - 1) / group, group, arguments..., static_cast<cl_uint>(count));
+  }
 
   /// A device buffer, filled with zeros. Throws MemoryError, which says what `purpose` needs, where the device has
   /// no room.
@@ -84,6 +93,7 @@ public:
 
 private:
   cl::Program build(const std::string& file, const std::string& options);
+  void enqueue(const cl::Kernel& kernel, std::size_t groups, std::size_t items);
   void count(cl::Buffer& buffer, std::size_t bytes);
 
   cl::Device device_;
@@ -91,6 +101,7 @@ private:
   cl::Context context_;
   cl::CommandQueue queue_;
   ProgramCache cache_;
+  std::mutex programsMutex_;
   std::map<std::string, cl::Program> programs_;
 
   struct BytesInUse

@@ -2,6 +2,7 @@
 
 #include "Context.h"
 
+#include <cstring>
 #include <vector>
 
 namespace chainmail
@@ -25,6 +26,15 @@ public:
 
   cl_int* operator[](int row) { return this->values_.data() + static_cast<std::size_t>(row) * this->columns_; }
   const cl_int* operator[](int row) const { return const_cast<SharedTable&>(*this)[row]; }
+
+  /// A float, whose bits an integer of the table holds.
+  void setReal(int row, int column, float value) { std::memcpy((*this)[row] + column, &value, sizeof(value)); }
+  float real(int row, int column) const
+  {
+    float value;
+    std::memcpy(&value, (*this)[row] + column, sizeof(value));
+    return value;
+  }
 
   /// To the device, without waiting: until fromDevice() the host leaves its own copy alone.
   void toDevice(Context& context)

@@ -268,17 +268,9 @@ public:
       }
     }
     Context& context = this->bricks_.context();
-    cl::Kernel kernel = context.kernel("coarsen.cl", this->bricks_.defines(false), "coarsen");
-    int argument = 0;
-    kernel.setArg(argument++, this->list_.holding(context, slots));
-    kernel.setArg(argument++, this->bricks_.pitch());
-    this->bricks_.bindTable(kernel, argument);
-    kernel.setArg(argument++, this->finer_.pitch());
-    this->finer_.bindTable(kernel, argument);
-    kernel.setArg(argument++, this->finer_.displacement);
-    kernel.setArg(argument++, this->finer_.constraint);
-    kernel.setArg(argument++, this->bricks_.displacement);
-    context.runGroups(kernel, slots.size(), this->bricks_.workItems(false));
+    context.launch(context.kernel("coarsen.cl", this->bricks_.defines(false), "coarsen"), slots.size(),
+      this->bricks_.workItems(false), this->list_.holding(context, slots), this->bricks_.layout(),
+      this->finer_.layout(), this->finer_.displacement, this->finer_.constraint, this->bricks_.displacement);
   }
 
   /// Makes the state feasible. Hands and bones are thicker here and tissue between them is thinner, so that it may not
@@ -335,19 +327,9 @@ public:
     }
     Context& context = this->bricks_.context();
     // The finer grid's cuts do not matter here.
-    cl::Kernel kernel = context.kernel("coarsen.cl", this->bricks_.defines(true), "refine");
-    int argument = 0;
-    kernel.setArg(argument++, this->list_.holding(context, slots));
-    kernel.setArg(argument++, this->finer_.pitch());
-    this->finer_.bindTable(kernel, argument);
-    kernel.setArg(argument++, this->bricks_.pitch());
-    this->bricks_.bindTable(kernel, argument);
-    kernel.setArg(argument++, this->bricks_.displacement);
-    kernel.setArg(argument++, this->bricks_.constraint);
-    kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-    kernel.setArg(argument++, this->finer_.constraint);
-    kernel.setArg(argument++, this->finer_.displacement);
-    context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
+    context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "refine"), slots.size(),
+      this->bricks_.workItems(true), this->list_.holding(context, slots), this->finer_.layout(), this->bricks_.layout(),
+      this->bricks_.state(), this->finer_.constraint, this->finer_.displacement);
   }
 
 private:
@@ -496,38 +478,15 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
     bricks.push_back(this->bricks_.brick(slot));
   }
   this->bricks_.keep(this->marks_);
-  const auto run = [&](const char* name, bool withPlaces)
-  {
-    cl::Kernel kernel = context.kernel("components.cl", this->bricks_.defines(true), name);
-    int argument = 0;
-    kernel.setArg(argument++, this->list_.holding(context, slots));
-    kernel.setArg(argument++, this->bricks_.pitch());
-    if (withPlaces)
-    {
-      this->bricks_.bindTable(kernel, argument);
-      kernel.setArg(argument++, this->before_.buffer);
-      kernel.setArg(argument++, this->bricks_.constraint);
-      kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-      kernel.setArg(argument++, this->marks_.buffer);
-    }
-    else
-    {
-      kernel.setArg(argument++, this->marks_.buffer);
-      kernel.setArg(argument++, this->before_.buffer);
-      kernel.setArg(argument++, this->bricks_.displacement);
-    }
-    context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
-  };
-  run("mark", true);
+  const std::string defines = this->bricks_.defines(true);
+  const cl::Buffer& list = this->list_.holding(context, slots);
+  context.launch(context.kernel("components.cl", defines, "mark"), slots.size(), this->bricks_.workItems(true), list,
+    this->bricks_.layout(), this->before_.buffer, this->bricks_.tissue(), this->marks_.buffer);
   this->pieces_.start(bricks);
   this->pieces_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
-    [this](cl::Kernel& kernel, int& argument)
-    {
-      kernel.setArg(argument++, this->bricks_.constraint);
-      kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-      kernel.setArg(argument++, this->marks_.buffer);
-    });
-  run("putBack", false);
+    [this](ArgumentList& own) { own.add(this->bricks_.tissue(), this->marks_.buffer); });
+  context.launch(context.kernel("components.cl", defines, "putBack"), slots.size(), this->bricks_.workItems(true), list,
+    this->bricks_.pitch(), this->marks_.buffer, this->before_.buffer, this->bricks_.displacement);
   this->bricks_.drop(this->marks_);
 }
 
@@ -579,13 +538,9 @@ void CoarseToFine::goBack(float share)
 {
   Context& context = this->bricks_.context();
   const std::vector<int> slots = this->bricks_.touchedSlots();
-  cl::Kernel kernel = context.kernel("coarsen.cl", this->bricks_.defines(true), "goBack");
-  kernel.setArg(0, this->list_.holding(context, slots));
-  kernel.setArg(1, this->bricks_.pitch());
-  kernel.setArg(2, share);
-  kernel.setArg(3, this->before_.buffer);
-  kernel.setArg(4, this->bricks_.displacement);
-  context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
+  context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "goBack"), slots.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), share,
+    this->before_.buffer, this->bricks_.displacement);
 }
 
 std::size_t CoarseToFine::deviceBytes() const

@@ -584,22 +584,12 @@ void ModelReduction::expand()
   }
   const std::string factors = " -DFX=" + std::to_string(this->factor_[0]) +
                               " -DFY=" + std::to_string(this->factor_[1]) + " -DFZ=" + std::to_string(this->factor_[2]);
-  cl::Kernel kernel = context.kernel(
-    "reduce.cl", this->bricks_.defines(false) + factors + (this->owners_.empty() ? "" : " -DOWNERS"), "expand");
-  int argument = 0;
-  kernel.setArg(argument++, this->list_.holding(context, slots));
-  kernel.setArg(argument++, this->whole_.pitch());
-  this->whole_.bindTable(kernel, argument);
-  kernel.setArg(argument++, this->bricks_.pitch());
-  this->bricks_.bindTable(kernel, argument, false);
-  kernel.setArg(argument++, cl_int4{ { grid.size[0], grid.size[1], grid.size[2], 1 } });
-  kernel.setArg(argument++, this->bricks_.displacement);
-  kernel.setArg(argument++, this->bricks_.constraint);
-  kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-  kernel.setArg(argument++, this->owners_.empty() ? this->whole_.constraint : this->owner_.buffer);
-  kernel.setArg(argument++, this->whole_.constraint);
-  kernel.setArg(argument++, this->whole_.displacement);
-  context.runGroups(kernel, slots.size(), this->whole_.workItems(false));
+  context.launch(context.kernel("reduce.cl",
+                   this->bricks_.defines(false) + factors + (this->owners_.empty() ? "" : " -DOWNERS"), "expand"),
+    slots.size(), this->whole_.workItems(false), this->list_.holding(context, slots), this->whole_.layout(),
+    this->bricks_.pitch(), this->bricks_.table(), cl_int4{ { grid.size[0], grid.size[1], grid.size[2], 1 } },
+    this->bricks_.state(), this->owners_.empty() ? this->whole_.constraint : this->owner_.buffer,
+    this->whole_.constraint, this->whole_.displacement);
   context.queue().finish();
 }
 

@@ -56,25 +56,14 @@ void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, 
 
   this->fixedPoint_.start(bricks);
   this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
-    [this](cl::Kernel& kernel, int& argument)
-    {
-      kernel.setArg(argument++, this->bricks_.displacement);
-      kernel.setArg(argument++, this->bricks_.before);
-      kernel.setArg(argument++, this->bricks_.constraint);
-      kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-      kernel.setArg(argument++, this->arrival_.buffer);
-    });
+    [this](ArgumentList& own)
+    { own.add(this->bricks_.displacement, this->bricks_.before, this->bricks_.tissue(), this->arrival_.buffer); });
 
   const std::vector<int> slots = this->fixedPoint_.seen();
   Scratch list("the list of active bricks");
-  cl::Kernel kernel = context.kernel("arrivals.cl", this->bricks_.defines(true), "record");
-  kernel.setArg(0, list.holding(context, slots));
-  kernel.setArg(1, this->bricks_.pitch());
-  kernel.setArg(2, this->arrival_.buffer);
-  kernel.setArg(3, front);
-  kernel.setArg(4, this->time_.buffer);
-  kernel.setArg(5, this->front_.buffer);
-  context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
+  context.launch(context.kernel("arrivals.cl", this->bricks_.defines(true), "record"), slots.size(),
+    this->bricks_.workItems(true), list.holding(context, slots), this->bricks_.pitch(), this->arrival_.buffer, front,
+    this->time_.buffer, this->front_.buffer);
   context.queue().finish();
 }
 

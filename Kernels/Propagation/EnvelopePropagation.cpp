@@ -39,13 +39,7 @@ int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& che
   try
   {
     const int done = this->fixedPoint_.run(iterations, enough, checkpoint,
-      [this](cl::Kernel& kernel, int& argument)
-      {
-        kernel.setArg(argument++, this->bricks_.displacement);
-        kernel.setArg(argument++, this->bricks_.before);
-        kernel.setArg(argument++, this->bricks_.constraint);
-        kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-      });
+      [this](ArgumentList& own) { own.add(this->bricks_.displacement, this->bricks_.before, this->bricks_.tissue()); });
     touch();
     return done;
   }

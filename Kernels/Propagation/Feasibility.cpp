@@ -30,16 +30,9 @@ std::vector<int> Feasibility::violated()
   const std::vector<int> slots = this->bricks_.touchedSlots();
   std::vector<cl_int> found(slots.size(), 0);
   cl::Buffer& foundBuffer = this->found_.holding(context, found);
-  cl::Kernel kernel = context.kernel("feasibility.cl", this->bricks_.defines(true), "violated");
-  int argument = 0;
-  kernel.setArg(argument++, this->list_.holding(context, slots));
-  kernel.setArg(argument++, this->bricks_.pitch());
-  this->bricks_.bindTable(kernel, argument);
-  kernel.setArg(argument++, this->bricks_.displacement);
-  kernel.setArg(argument++, this->bricks_.constraint);
-  kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-  kernel.setArg(argument++, foundBuffer);
-  context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
+  context.launch(context.kernel("feasibility.cl", this->bricks_.defines(true), "violated"), slots.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.layout(), this->bricks_.state(),
+    foundBuffer);
   context.read(foundBuffer, found);
 
   bricks.clear();
@@ -70,13 +63,7 @@ void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
 
   this->fixedPoint_.start(violated);
   this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
-    [this](cl::Kernel& kernel, int& argument)
-    {
-      kernel.setArg(argument++, this->bricks_.constraint);
-      kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-      kernel.setArg(argument++, this->bricks_.before);
-      kernel.setArg(argument++, this->upper_.buffer);
-    });
+    [this](ArgumentList& own) { own.add(this->bricks_.tissue(), this->bricks_.before, this->upper_.buffer); });
   const std::vector<int> slots = this->fixedPoint_.changed();
   std::vector<int> bricks;
   for (const int slot : slots)
@@ -84,14 +71,9 @@ void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     this->bricks_.touch(slot);
     bricks.push_back(this->bricks_.brick(slot));
   }
-  cl::Kernel kernel = context.kernel("feasibility.cl", this->bricks_.defines(true), "settle");
-  kernel.setArg(0, this->list_.holding(context, slots));
-  kernel.setArg(1, this->bricks_.pitch());
-  kernel.setArg(2, this->bricks_.constraint);
-  kernel.setArg(3, this->upper_.buffer);
-  kernel.setArg(4, this->bricks_.before);
-  kernel.setArg(5, this->bricks_.displacement);
-  context.runGroups(kernel, slots.size(), this->bricks_.workItems(true));
+  context.launch(context.kernel("feasibility.cl", this->bricks_.defines(true), "settle"), slots.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), this->bricks_.constraint,
+    this->upper_.buffer, this->bricks_.before, this->bricks_.displacement);
   propagation.start(bricks);
   propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
   this->bricks_.drop(this->upper_);

@@ -1,7 +1,8 @@
 #include "FixedPoint.h"
 
+#include "fixedpointaccount.clh"
+
 #include <algorithm>
-#include <cstring>
 
 namespace chainmail
 {
@@ -9,21 +10,19 @@ namespace chainmail
 namespace
 {
 
-// As fixedpoint.clh has them.
-constexpr int pending = 0;
-constexpr int anything = 64;
-constexpr int again = 128;
-constexpr int state = 1;
-constexpr int ready = 1;
-constexpr int wasSeen = 2;
-constexpr int hasChanged = 4;
-constexpr int calledOff = 1;
-constexpr int passedOn = 2;
-constexpr int wentAgain = 4;
-
 /// Iterations that are launched in one go, when the ones before met no brick without memory.
 constexpr int mostPerBatch = 16;
 
+}
+
+FixedPoint::FixedPoint(Bricks& bricks, const char* file, const char* kernel, int extremes)
+  : bricks_(bricks)
+  , file_(file)
+  , name_(kernel)
+  , visits_(VISIT_ROW, "the list of active bricks")
+  , log_(1 + extremes, "the list of active bricks")
+  , extremes_(extremes, 0.0f)
+{
 }
 
 int FixedPoint::parityOf(int brick) const
@@ -39,7 +38,7 @@ void FixedPoint::fit()
   this->visits_.resize(this->bricks_.slots());
   for (int slot = 1; slot < this->visits_.rows(); ++slot)
   {
-    this->visits_[slot][state] |= this->bricks_.ready(this->bricks_.brick(slot)) ? ready : 0;
+    this->visits_[slot][VISIT_STATE] |= this->bricks_.ready(this->bricks_.brick(slot)) ? VISIT_READY : 0;
   }
   this->visits_.toDevice(this->bricks_.context());
 }
@@ -50,18 +49,18 @@ void FixedPoint::start(const std::vector<int>& bricks)
   this->visits_.clear(this->bricks_.slots());
   for (const int brick : bricks)
   {
-    this->visits_[this->bricks_.slot(brick)][pending] = anything;
+    this->visits_[this->bricks_.slot(brick)][VISIT_FROM] = VISIT_ANY;
     // What changed may lie beside a face.
     for (int d = 0; d < 6; ++d)
     {
-      this->visits_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][pending] |= 1 << Bricks::opposite(d);
+      this->visits_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][VISIT_FROM] |= 1 << Bricks::opposite(d);
     }
   }
-  this->visits_[0][pending] = 0;
+  this->visits_[0][VISIT_FROM] = 0;
   this->finished_ = true;
   for (int slot = 1; slot < this->visits_.rows(); ++slot)
   {
-    this->finished_ = this->finished_ && this->visits_[slot][pending] == 0;
+    this->finished_ = this->finished_ && this->visits_[slot][VISIT_FROM] == 0;
   }
   this->fit();
   this->goesOn_[0] = this->goesOn_[1] = false;
@@ -76,35 +75,33 @@ bool FixedPoint::isBeyond(float enough) const
   return std::any_of(this->extremes_.begin(), this->extremes_.end(), [&](float value) { return value > enough; });
 }
 
-void FixedPoint::launch(const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const Bind& bind)
+void FixedPoint::launch(
+  const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const OwnArguments& own)
 {
   Context& context = this->bricks_.context();
   this->log_.clear(1 + static_cast<int>(turns.size()));
-  std::copy_n(this->ofTurn_.data(), this->ofTurn_.size(), reinterpret_cast<float*>(this->log_[0] + 1));
+  for (std::size_t m = 0; m < this->ofTurn_.size(); ++m)
+  {
+    this->log_.setReal(0, 1 + static_cast<int>(m), this->ofTurn_[m]);
+  }
   this->log_.toDevice(context);
   const Index3 size = this->bricks_.size();
-  cl::Kernel kernel = context.kernel(this->file_, this->bricks_.defines(true), this->name_);
-  kernel.setArg(0, this->visits_.buffer());
-  kernel.setArg(1, this->log_.buffer());
-  kernel.setArg(3, enough);
-  kernel.setArg(4, this->bricks_.pitch());
-  int argument = 5;
-  this->bricks_.bindTable(kernel, argument);
-  bind(kernel, argument);
+  const cl::Kernel kernel = context.kernel(this->file_, this->bricks_.defines(true), this->name_);
   for (std::size_t n = 0; n < turns.size(); ++n)
   {
     if (turns[n].parity == 0 || n == 0)
     {
       checkpoint();
     }
-    kernel.setArg(2,
-      cl_int4{ { static_cast<cl_int>(n) + 1, turns[n].parity, turns[n].waited ? 1 : 0, size[0] + size[1] + size[2] } });
-    context.runGroups(kernel, static_cast<std::size_t>(this->visits_.rows()) - 1, this->bricks_.workItems(true));
+    const cl_int4 turn{ { static_cast<cl_int>(n) + 1, turns[n].parity, turns[n].waited ? 1 : 0,
+      size[0] + size[1] + size[2] } };
+    context.launch(kernel, static_cast<std::size_t>(this->visits_.rows()) - 1, this->bricks_.workItems(true),
+      this->visits_.buffer(), this->log_.buffer(), turn, enough, this->bricks_.layout(), own);
   }
   this->log_.fromDevice(context);
 }
 
-int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, const Bind& bind)
+int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, const OwnArguments& own)
 {
   Context& context = this->bricks_.context();
   int done = 0;
@@ -124,7 +121,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
         turns.push_back({ parity, turns.empty() && this->waited_ });
       }
     }
-    this->launch(turns, enough, checkpoint, bind);
+    this->launch(turns, enough, checkpoint, own);
 
     batch = std::min(2 * batch, mostPerBatch);
     this->parity_ = 0;
@@ -132,22 +129,20 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
     for (std::size_t n = 0; n < turns.size() && !this->finished_; ++n)
     {
       const int parity = turns[n].parity;
-      const cl_int* entry = this->log_[static_cast<int>(n) + 1];
-      const int flags = entry[0];
+      const int flags = this->log_[static_cast<int>(n) + 1][0];
       for (std::size_t m = 0; m < this->extremes_.size(); ++m)
       {
-        float value;
-        std::memcpy(&value, entry + 1 + m, sizeof(value));
-        this->ofTurn_[m] = std::max(this->ofTurn_[m], value);
+        this->ofTurn_[m] =
+          std::max(this->ofTurn_[m], this->log_.real(static_cast<int>(n) + 1, 1 + static_cast<int>(m)));
       }
       if (!turns[n].waited)
       {
         this->goesOn_[parity] = false;
       }
-      this->goesOn_[parity] = this->goesOn_[parity] || (flags & wentAgain) != 0;
+      this->goesOn_[parity] = this->goesOn_[parity] || (flags & LOG_WENT_AGAIN) != 0;
       // What is passed on to the first parity is left for the next iteration.
-      this->goesOn_[0] = this->goesOn_[0] || (parity == 1 && (flags & passedOn) != 0);
-      if (flags & calledOff)
+      this->goesOn_[0] = this->goesOn_[0] || (parity == 1 && (flags & LOG_PASSED_ON) != 0);
+      if (flags & LOG_CALLED_OFF)
       {
         this->parity_ = parity;
         this->waited_ = true;
@@ -157,8 +152,8 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
         for (int slot = 1; slot < this->visits_.rows(); ++slot)
         {
           const int brick = this->bricks_.brick(slot);
-          if ((this->visits_[slot][pending] & (again - 1)) != 0 && (this->visits_[slot][state] & ready) == 0 &&
-              this->parityOf(brick) == parity)
+          if ((this->visits_[slot][VISIT_FROM] & (VISIT_AGAIN - 1)) != 0 &&
+              (this->visits_[slot][VISIT_STATE] & VISIT_READY) == 0 && this->parityOf(brick) == parity)
           {
             bricks.push_back(brick);
           }
@@ -193,7 +188,7 @@ std::vector<int> FixedPoint::slotsWith(int flags)
   std::vector<int> slots;
   for (int slot = 1; slot < this->visits_.rows(); ++slot)
   {
-    if (this->visits_[slot][state] & flags)
+    if (this->visits_[slot][VISIT_STATE] & flags)
     {
       slots.push_back(slot);
     }
@@ -203,12 +198,12 @@ std::vector<int> FixedPoint::slotsWith(int flags)
 
 std::vector<int> FixedPoint::seen()
 {
-  return this->slotsWith(wasSeen);
+  return this->slotsWith(VISIT_SEEN);
 }
 
 std::vector<int> FixedPoint::changed()
 {
-  return this->slotsWith(hasChanged);
+  return this->slotsWith(VISIT_CHANGED);
 }
 
 }

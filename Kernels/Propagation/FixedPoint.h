@@ -18,18 +18,12 @@ using Checkpoint = std::function<void()>;
 class FixedPoint
 {
 public:
-  /// Sets the kernel's own arguments, which follow FIXED_POINT_ARGUMENTS, pitch and brick.clh's table.
-  using Bind = std::function<void(cl::Kernel&, int&)>;
+  /// Adds the kernel's own arguments, which follow FIXED_POINT_ARGUMENTS and the layout of brick.clh. They may be other
+  /// buffers at every launch.
+  using OwnArguments = std::function<void(ArgumentList&)>;
 
   /// `extremes`: EXTREMES of the kernel.
-  FixedPoint(Bricks& bricks, const char* file, const char* kernel, int extremes = 0)
-    : bricks_(bricks)
-    , file_(file)
-    , name_(kernel)
-    , log_(1 + extremes, "the list of active bricks")
-    , extremes_(extremes, 0.0f)
-  {
-  }
+  FixedPoint(Bricks& bricks, const char* file, const char* kernel, int extremes = 0);
 
   /// Begins in these bricks and those beside them.
   void start(const std::vector<int>& bricks);
@@ -38,7 +32,7 @@ public:
 
   /// Lets it spread for at most so many iterations (0: to the end), each one turn of all bricks that it has reached. An
   /// extreme of more than `enough` ends it where it is. Returns the number of iterations.
-  int run(int iterations, float enough, const Checkpoint& checkpoint, const Bind& bind);
+  int run(int iterations, float enough, const Checkpoint& checkpoint, const OwnArguments& own);
 
   /// The largest of each so far.
   const std::vector<float>& extremes() const { return this->extremes_; }
@@ -56,14 +50,14 @@ private:
 
   int parityOf(int brick) const;
   void fit();
-  void launch(const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const Bind& bind);
+  void launch(const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const OwnArguments& own);
   bool isBeyond(float enough) const;
   std::vector<int> slotsWith(int flags);
 
   Bricks& bricks_;
   const char* file_;
   const char* name_;
-  SharedTable visits_{ 2, "the list of active bricks" };
+  SharedTable visits_;
   SharedTable log_;
   std::vector<float> extremes_;
   std::vector<float> ofTurn_; ///< extremes of a turn that is half done

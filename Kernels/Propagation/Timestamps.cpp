@@ -99,38 +99,15 @@ void Timestamps::advance()
   const std::string defines = this->bricks_.defines(false);
   const std::size_t items = this->bricks_.workItems(false);
 
-  cl::Kernel arrive = context.kernel("timestamp.cl", defines, "arriveNext");
-  int argument = 0;
-  arrive.setArg(argument++, slots);
-  arrive.setArg(argument++, static_cast<cl_int>(this->iteration_));
-  arrive.setArg(argument++, this->bricks_.pitch());
-  this->bricks_.bindTable(arrive, argument);
-  arrive.setArg(argument++, this->bricks_.displacement);
-  arrive.setArg(argument++, this->bricks_.constraint);
-  arrive.setArg(argument++, this->bricks_.cutsOrNothing());
-  arrive.setArg(argument++, this->arrivals_.time().buffer);
-  arrive.setArg(argument++, this->arrivals_.front().buffer);
-  arrive.setArg(argument++, this->stamp_.buffer);
-  arrive.setArg(argument++, this->bricks_.before);
-  arrive.setArg(argument++, this->nextTime_.buffer);
-  arrive.setArg(argument++, this->nextFront_.buffer);
-  context.runGroups(arrive, list.size(), items);
+  context.launch(context.kernel("timestamp.cl", defines, "arriveNext"), list.size(), items, slots,
+    static_cast<cl_int>(this->iteration_), this->bricks_.layout(), this->bricks_.state(), this->arrivals_.time().buffer,
+    this->arrivals_.front().buffer, this->stamp_.buffer, this->bricks_.before, this->nextTime_.buffer,
+    this->nextFront_.buffer);
 
-  cl::Kernel shift = context.kernel("timestamp.cl", defines, "shift");
-  argument = 0;
-  shift.setArg(argument++, slots);
-  shift.setArg(argument++, static_cast<cl_int>(this->iteration_));
-  shift.setArg(argument++, this->bricks_.pitch());
-  this->bricks_.bindTable(shift, argument);
-  shift.setArg(argument++, this->bricks_.before);
-  shift.setArg(argument++, this->nextTime_.buffer);
-  shift.setArg(argument++, this->nextFront_.buffer);
-  shift.setArg(argument++, this->bricks_.displacement);
-  shift.setArg(argument++, this->arrivals_.time().buffer);
-  shift.setArg(argument++, this->arrivals_.front().buffer);
-  shift.setArg(argument++, this->stamp_.buffer);
-  shift.setArg(argument++, result);
-  context.runGroups(shift, list.size(), items);
+  context.launch(context.kernel("timestamp.cl", defines, "shift"), list.size(), items, slots,
+    static_cast<cl_int>(this->iteration_), this->bricks_.layout(), this->bricks_.before, this->nextTime_.buffer,
+    this->nextFront_.buffer, this->bricks_.displacement, this->arrivals_.time().buffer, this->arrivals_.front().buffer,
+    this->stamp_.buffer, result);
   context.read(result, faces);
 
   for (std::size_t n = 0; n < list.size(); ++n)

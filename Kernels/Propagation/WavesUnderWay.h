@@ -2,6 +2,8 @@
 
 #include "Context.h"
 
+#include <tuple>
+
 namespace chainmail
 {
 
@@ -13,12 +15,10 @@ struct WavesUnderWay
   const cl::Buffer* stamp = nullptr; ///< int [axis][address]: iteration in which the element was last moved by a wave
   int iteration = 0;                 ///< the present one
 
-  /// Sets the arguments WAVES_ARGUMENTS of wavefronts.clh.
-  void bind(cl::Kernel& kernel, int& argument) const
+  /// WAVES_ARGUMENTS of wavefronts.clh.
+  auto arguments() const
   {
-    kernel.setArg(argument++, *this->front);
-    kernel.setArg(argument++, *this->stamp);
-    kernel.setArg(argument++, static_cast<cl_int>(this->iteration));
+    return std::tuple<const cl::Buffer&, const cl::Buffer&, cl_int>(*this->front, *this->stamp, this->iteration);
   }
 };
 

@@ -84,16 +84,8 @@ std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
   std::vector<std::uint8_t> found(slots.size() * perBrick);
   const cl::Buffer list = context.upload(slots, "the list of bricks");
   const cl::Buffer foundBuffer = context.allocate(found.size(), "links at their limits");
-  cl::Kernel kernel = context.kernel("activeconstraints.cl", bricks.defines(true), "activeConstraints");
-  int argument = 0;
-  kernel.setArg(argument++, list);
-  kernel.setArg(argument++, bricks.pitch());
-  bricks.bindTable(kernel, argument);
-  kernel.setArg(argument++, bricks.displacement);
-  kernel.setArg(argument++, bricks.constraint);
-  kernel.setArg(argument++, bricks.cutsOrNothing());
-  kernel.setArg(argument++, foundBuffer);
-  context.runGroups(kernel, slots.size(), bricks.workItems(true));
+  context.launch(context.kernel("activeconstraints.cl", bricks.defines(true), "activeConstraints"), slots.size(),
+    bricks.workItems(true), list, bricks.layout(), bricks.state(), foundBuffer);
   context.read(foundBuffer, found);
 
   for (std::size_t n = 0; n < slots.size(); ++n)

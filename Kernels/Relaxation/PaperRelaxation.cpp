@@ -19,23 +19,10 @@ void PaperRelaxation::relaxAll(
 {
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(true) + elasticity.defines() + (waves ? " -DWAVES" : "");
-  cl::Kernel kernel = context.kernel("paper.cl", defines, "relaxAll");
-  int argument = 0;
-  this->schedule_.bind(kernel, argument);
-  kernel.setArg(argument++, static_cast<cl_int>(iteration % 2));
-  kernel.setArg(argument++, still);
-  kernel.setArg(argument++, elasticity.slack);
-  kernel.setArg(argument++, this->bricks_.pitch());
-  this->bricks_.bindTable(kernel, argument);
-  kernel.setArg(argument++, back ? this->next_.buffer : this->bricks_.displacement);
-  kernel.setArg(argument++, back ? this->bricks_.displacement : this->next_.buffer);
-  kernel.setArg(argument++, this->bricks_.constraint);
-  kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-  if (waves)
-  {
-    waves->bind(kernel, argument);
-  }
-  context.runGroups(kernel, this->schedule_.groups(), this->bricks_.workItems(true));
+  context.launch(context.kernel("paper.cl", defines, "relaxAll"), this->schedule_.groups(),
+    this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(iteration % 2), still, elasticity.slack,
+    this->bricks_.layout(), back ? this->next_.buffer : this->bricks_.displacement,
+    back ? this->bricks_.displacement : this->next_.buffer, this->bricks_.tissue(), waves);
 }
 
 RelaxResult PaperRelaxation::run(const Elasticity& elasticity, const WavesUnderWay* waves, int iterations,

@@ -60,23 +60,9 @@ void Relaxation::relaxColour(
 {
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(true) + elasticity.defines() + (waves ? " -DWAVES" : "");
-  cl::Kernel kernel = context.kernel("relax.cl", defines, "relax");
-  int argument = 0;
-  this->schedule_.bind(kernel, argument);
-  kernel.setArg(argument++, static_cast<cl_int>(colour));
-  kernel.setArg(argument++, omega);
-  kernel.setArg(argument++, still);
-  kernel.setArg(argument++, elasticity.slack);
-  kernel.setArg(argument++, this->bricks_.pitch());
-  this->bricks_.bindTable(kernel, argument);
-  kernel.setArg(argument++, this->bricks_.displacement);
-  kernel.setArg(argument++, this->bricks_.constraint);
-  kernel.setArg(argument++, this->bricks_.cutsOrNothing());
-  if (waves)
-  {
-    waves->bind(kernel, argument);
-  }
-  context.runGroups(kernel, this->schedule_.groups(), this->bricks_.workItems(true));
+  context.launch(context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(), this->bricks_.workItems(true),
+    this->schedule_, static_cast<cl_int>(colour), omega, still, elasticity.slack, this->bricks_.layout(),
+    this->bricks_.state(), waves);
 }
 
 RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves,

@@ -315,40 +315,17 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(false) + elasticity.defines();
 
-  cl::Kernel gather = context.kernel("clusters.cl", defines, "clusterGather");
-  gather.setArg(0, turn.log);
-  gather.setArg(1, turn.turn);
-  gather.setArg(2, this->chunks_);
-  gather.setArg(3, this->links_);
-  gather.setArg(4, this->places_);
-  gather.setArg(5, elasticity.slack);
-  gather.setArg(6, this->bricks_.pitch());
-  gather.setArg(7, this->bricks_.displacement);
-  gather.setArg(8, this->bricks_.constraint);
-  gather.setArg(9, this->partial_);
-  context.runOver(gather, 10, this->chunkList_.size());
+  context.launchOver(context.kernel("clusters.cl", defines, "clusterGather"), this->chunkList_.size(), turn.log,
+    turn.turn, this->chunks_, this->links_, this->places_, elasticity.slack, this->bricks_.pitch(),
+    this->bricks_.displacement, this->bricks_.constraint, this->partial_);
 
-  cl::Kernel move = context.kernel("clusters.cl", defines, "clusterMove");
-  move.setArg(0, turn.log);
-  move.setArg(1, turn.turn);
-  move.setArg(2, this->heads_);
-  move.setArg(3, omega);
-  move.setArg(4, still);
-  move.setArg(5, this->partial_);
-  move.setArg(6, this->places_);
-  move.setArg(7, this->moves_);
-  context.runGroups(move, this->active_.size(), context.info().gpu ? 16 : 1);
+  context.launch(context.kernel("clusters.cl", defines, "clusterMove"), this->active_.size(),
+    context.info().gpu ? 16 : 1, turn.log, turn.turn, this->heads_, omega, still, this->partial_, this->places_,
+    this->moves_);
 
-  cl::Kernel scatter = context.kernel("clusters.cl", defines, "clusterScatter");
-  scatter.setArg(0, turn.activity);
-  scatter.setArg(1, turn.turn);
-  scatter.setArg(2, this->members_);
-  scatter.setArg(3, this->heads_);
-  scatter.setArg(4, this->places_);
-  scatter.setArg(5, this->moves_);
-  scatter.setArg(6, this->bricks_.pitch());
-  scatter.setArg(7, this->bricks_.displacement);
-  context.runOver(scatter, 8, this->memberList_.size());
+  context.launchOver(context.kernel("clusters.cl", defines, "clusterScatter"), this->memberList_.size(), turn.activity,
+    turn.turn, this->members_, this->heads_, this->places_, this->moves_, this->bricks_.pitch(),
+    this->bricks_.displacement);
 }
 
 }

@@ -1,7 +1,8 @@
 #include "SweepSchedule.h"
 
+#include "sweepaccount.clh"
+
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 namespace chainmail
@@ -9,14 +10,6 @@ namespace chainmail
 
 namespace
 {
-
-// As sweep.clh has them.
-constexpr int noted = 2;
-constexpr int ready = 3;
-constexpr int ever = 128;
-constexpr int waits = 256;
-constexpr int calledOff = 0;
-constexpr int largestMove = 1;
 
 /// So long before the first sweep that it no longer counts.
 constexpr int never = -2;
@@ -26,6 +19,13 @@ constexpr float goesOn = -1.0f;
 
 }
 
+SweepSchedule::SweepSchedule(Bricks& bricks)
+  : bricks_(bricks)
+  , activity_(SWEEP_ROW, "the list of active bricks")
+  , log_(SWEEP_LOG, "the list of active bricks")
+{
+}
+
 /// Rows for slots that are new.
 void SweepSchedule::fit()
 {
@@ -33,20 +33,20 @@ void SweepSchedule::fit()
   this->activity_.resize(this->bricks_.slots());
   for (; slot < this->activity_.rows(); ++slot)
   {
-    this->activity_[slot][noted] = never;
+    this->activity_[slot][SWEEP_NOTED] = never;
   }
   for (slot = 1; slot < this->activity_.rows(); ++slot)
   {
-    this->activity_[slot][ready] = this->bricks_.ready(this->bricks_.brick(slot)) ? 1 : 0;
+    this->activity_[slot][SWEEP_READY] = this->bricks_.ready(this->bricks_.brick(slot)) ? 1 : 0;
   }
   if (this->bodies_.asleep)
   {
     for (const int brick : this->bodies_.asleep())
     {
-      this->activity_[this->bricks_.slot(brick)][ready] = 0;
+      this->activity_[this->bricks_.slot(brick)][SWEEP_READY] = 0;
       for (int d = 0; d < 6; ++d)
       {
-        this->activity_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][ready] = 0;
+        this->activity_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][SWEEP_READY] = 0;
       }
     }
   }
@@ -64,7 +64,7 @@ void SweepSchedule::begin(Bodies bodies)
   const std::vector<int> touched = this->bricks_.touchedSlots();
   for (const int slot : touched)
   {
-    this->activity_[slot][noted] = -1;
+    this->activity_[slot][SWEEP_NOTED] = -1;
   }
   this->makeReady(this->bricks_.slotsAround(touched));
 }
@@ -78,7 +78,7 @@ void SweepSchedule::beginBatch(int sweeps)
     this->activity_.toDevice(this->bricks_.context());
   }
   this->log_.clear(1 + 3 * sweeps);
-  std::memcpy(&this->log_[0][largestMove], &this->largest_, sizeof(this->largest_));
+  this->log_.setReal(0, SWEEP_LARGEST, this->largest_);
   this->log_.toDevice(this->bricks_.context());
   this->turns_.clear();
   this->begun_ = 0;
@@ -109,14 +109,6 @@ cl_int4 SweepSchedule::turn() const
   return { { launch, this->before_, this->turns_.back().sweep, launch == 1 && this->waited_ ? 1 : 0 } };
 }
 
-void SweepSchedule::bind(cl::Kernel& kernel, int& argument) const
-{
-  kernel.setArg(argument++, this->activity());
-  kernel.setArg(argument++, this->log());
-  kernel.setArg(argument++, this->turn());
-  kernel.setArg(argument++, this->turns_.back().enough);
-}
-
 std::vector<float> SweepSchedule::endBatch()
 {
   this->log_.fromDevice(this->bricks_.context());
@@ -128,11 +120,9 @@ std::vector<float> SweepSchedule::endBatch()
     {
       break;
     }
-    const cl_int* entry = this->log_[static_cast<int>(n) + 1];
-    float largest;
-    std::memcpy(&largest, entry + largestMove, sizeof(largest));
-    this->largest_ = std::max(this->largest_, largest);
-    if (entry[calledOff] != 0)
+    const int launch = static_cast<int>(n) + 1;
+    this->largest_ = std::max(this->largest_, this->log_.real(launch, SWEEP_LARGEST));
+    if (this->log_[launch][SWEEP_CALLED_OFF] != 0)
     {
       break;
     }
@@ -151,7 +141,7 @@ std::vector<float> SweepSchedule::endBatch()
     std::vector<int> slots;
     for (int slot = 1; slot < this->activity_.rows(); ++slot)
     {
-      if (this->activity_[slot][this->turns_[n].kind] & waits)
+      if (this->activity_[slot][this->turns_[n].kind] & SWEEP_WAITS)
       {
         slots.push_back(slot);
       }
@@ -172,7 +162,7 @@ void SweepSchedule::makeReady(const std::vector<int>& slots)
   std::vector<int> around;
   for (const int slot : slots)
   {
-    if (this->activity_[slot][ready] != 0)
+    if (this->activity_[slot][SWEEP_READY] != 0)
     {
       continue;
     }
@@ -207,7 +197,7 @@ void SweepSchedule::note(const std::vector<int>& bricks)
   for (const int brick : bricks)
   {
     this->bricks_.touch(this->bricks_.slot(brick));
-    this->activity_[this->bricks_.slot(brick)][noted] = this->sweep_ - 1;
+    this->activity_[this->bricks_.slot(brick)][SWEEP_NOTED] = this->sweep_ - 1;
   }
   this->activity_.toDevice(this->bricks_.context());
 }
@@ -218,7 +208,7 @@ void SweepSchedule::touch()
   for (int slot = 1; slot < this->activity_.rows(); ++slot)
   {
     const cl_int* row = this->activity_[slot];
-    if (((row[0] | row[1]) & ever) != 0 || row[noted] >= 0)
+    if (((row[0] | row[1]) & SWEEP_EVER) != 0 || row[SWEEP_NOTED] >= 0)
     {
       this->bricks_.touch(slot);
     }

@@ -4,6 +4,7 @@
 #include "SharedTable.h"
 
 #include <functional>
+#include <tuple>
 #include <vector>
 
 namespace chainmail
@@ -18,10 +19,7 @@ namespace chainmail
 class SweepSchedule
 {
 public:
-  explicit SweepSchedule(Bricks& bricks)
-    : bricks_(bricks)
-  {
-  }
+  explicit SweepSchedule(Bricks& bricks);
 
   /// What moves as a whole, through many bricks: it takes part from the moment something moves in one of them or beside
   /// it.
@@ -50,7 +48,11 @@ public:
   void touch();
 
   // For the launches of a turn: SWEEP_ARGUMENTS of sweep.clh, all or single ones, and the number of work-groups.
-  void bind(cl::Kernel& kernel, int& argument) const;
+  auto arguments() const
+  {
+    return std::tuple<const cl::Buffer&, const cl::Buffer&, cl_int4, cl_float>(
+      this->activity(), this->log(), this->turn(), this->turns_.back().enough);
+  }
   const cl::Buffer& activity() const { return this->activity_.buffer(); }
   const cl::Buffer& log() const { return this->log_.buffer(); }
   cl_int4 turn() const;
@@ -69,8 +71,8 @@ private:
 
   Bricks& bricks_;
   Bodies bodies_;
-  SharedTable activity_{ 4, "the list of active bricks" };
-  SharedTable log_{ 2, "the list of active bricks" };
+  SharedTable activity_;
+  SharedTable log_;
 
   int sweep_ = 0;  ///< number of the next sweep, or of the one that is half done
   int resume_ = 0; ///< the turn that one goes on with: of bricks that waited; and without, its first

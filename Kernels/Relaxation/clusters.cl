@@ -68,7 +68,7 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
     moves[id] = 0.0f;
     if (id == 0)
     {
-      log[2 * turn.x] = 1;
+      log[SWEEP_LOG * turn.x + SWEEP_CALLED_OFF] = 1;
     }
     return;
   }
@@ -96,7 +96,7 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
   moves[id] = move;
   if (move > 0.0f)
   {
-    atomic_max(&log[2 * turn.x + 1], as_int(move));
+    atomic_max(&log[SWEEP_LOG * turn.x + SWEEP_LARGEST], as_int(move));
   }
 }
 
@@ -113,7 +113,7 @@ kernel void clusterScatter(global int* activity, int4 turn, global const uint2* 
   {
     return;
   }
-  atomic_max(&activity[ROW_OF_SLOT * (member.x / ELEMENTS) + NOTED], turn.z);
+  atomic_max(&activity[SWEEP_ROW * (member.x / ELEMENTS) + SWEEP_NOTED], turn.z);
   for (int axis = 0; axis < 3; ++axis)
   {
     if (clusters[member.y].z < 0 || clusters[member.y].z == axis)

@@ -18,10 +18,10 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, uint p
 {
   local Turn mine;
   const uint slot = get_group_id(0) + 1;
-  beginTurn(&mine, slot, kind, activity, log, turn, enough, table, place, strideY, strideZ);
+  beginSweepTurn(&mine, slot, kind, activity, log, turn, enough, table, place, strideY, strideZ);
   int touched = 0;
   float move = 0.0f;
-  for (int colour = 0; mine.has == HAS_TURN && colour < 2; ++colour)
+  for (int colour = 0; mine.has == TURN_HAS && colour < 2; ++colour)
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
@@ -63,5 +63,5 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, uint p
       }
     }
   }
-  endTurn(&mine, touched, move, slot, kind, activity, log, turn, enough);
+  endSweepTurn(&mine, touched, move, slot, kind, activity, log, turn, enough);
 }

@@ -74,10 +74,10 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
 {
   local Turn mine;
   const uint slot = get_group_id(0) + 1;
-  beginTurn(&mine, slot, colour, activity, log, turn, enough, table, place, strideY, strideZ);
+  beginSweepTurn(&mine, slot, colour, activity, log, turn, enough, table, place, strideY, strideZ);
   int touched = 0;
   float move = 0.0f;
-  if (mine.has == HAS_TURN)
+  if (mine.has == TURN_HAS)
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
@@ -88,5 +88,5 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
 #undef PIECE
     }
   }
-  endTurn(&mine, touched, move, slot, colour, activity, log, turn, enough);
+  endSweepTurn(&mine, touched, move, slot, colour, activity, log, turn, enough);
 }

@@ -197,33 +197,14 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
     const cl::Buffer& claims = this->claims_.sized(context, sizeof(cl_uint) * voxels);
     const cl::Buffer& offsetBuffer = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
     context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
-    cl::Kernel claim = context.kernel("resample.cl", defines, "claim");
-    cl::Kernel locate = context.kernel("resample.cl", defines, "locate");
-    claim.setArg(0, this->list_.holding(context, sources));
-    int argument = 0;
-    for (cl::Kernel* kernel : { &claim, &locate })
-    {
-      argument = kernel == &claim ? 1 : 0;
-      this->bricks_.bindTable(*kernel, argument, false);
-      kernel->setArg(argument++, this->bricks_.pitch());
-      kernel->setArg(argument++, this->bricks_.displacement);
-      kernel->setArg(argument++, this->bricks_.constraint);
-      kernel->setArg(argument++, this->bricks_.cutsOrNothing());
-      kernel->setArg(argument++, int4(grid.size));
-      kernel->setArg(argument++, int4(flat));
-      if (kernel == &claim)
-      {
-        claim.setArg(argument++, int4({ firstBrick[0] * size[0], firstBrick[1] * size[1], firstBrick[2] * size[2] }));
-        claim.setArg(argument++, int4(brickCounts));
-        claim.setArg(argument++, this->places_.holding(context, places));
-        claim.setArg(argument++, claims);
-      }
-    }
-    locate.setArg(argument++, this->firsts_.holding(context, firsts));
-    locate.setArg(argument++, claims);
-    locate.setArg(argument++, offsetBuffer);
-    context.runGroups(claim, sources.size(), items);
-    context.runGroups(locate, count, items);
+    const auto common = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
+      this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat)));
+    context.launch(context.kernel("resample.cl", defines, "claim"), sources.size(), items,
+      this->list_.holding(context, sources), common,
+      int4({ firstBrick[0] * size[0], firstBrick[1] * size[1], firstBrick[2] * size[2] }), int4(brickCounts),
+      this->places_.holding(context, places), claims);
+    context.launch(context.kernel("resample.cl", defines, "locate"), count, items, common,
+      this->firsts_.holding(context, firsts), claims, offsetBuffer);
 
     offsets.resize(3 * voxels);
     context.read(offsetBuffer, offsets);
