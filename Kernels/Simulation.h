@@ -10,7 +10,9 @@
 namespace chainmail
 {
 
-/// Deformable tissue on an OpenCL device. Not thread-safe; each call finishes before it returns.
+/// Deformable tissue on an OpenCL device. Each call finishes before it returns. A simulation is for one thread at a
+/// time; others, on the same device, too, may be used in other threads meanwhile: there they take turns, and a kernel
+/// that one has to build the others wait for.
 ///
 /// The state is the displacement of every element, in float32, as a fraction of the spacing, kept in bricks that are
 /// allocated when a deformation first reaches them. Between any two calls the state is feasible: every link obeys
