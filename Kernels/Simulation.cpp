@@ -381,26 +381,23 @@ void Simulation::Impl::addForces(std::vector<ProbeResult>& results)
       for (const std::size_t voxel : voxels)
       {
         const Index3 at = grid.indexOf(voxel);
-        const std::uint8_t cut = this->bricks_.cutBits(at[0], at[1], at[2]);
-        for (int d = 0; d < 6; ++d)
-        {
-          Index3 next = at;
-          next[d / 2] += d % 2 == 0 ? -1 : 1;
-          if ((cut & (1 << d)) != 0 || !grid.contains(next[0], next[1], next[2]) ||
-              std::binary_search(voxels.begin(), voxels.end(), grid.at(next[0], next[1], next[2])))
+        this->bricks_.forNeighbours(at,
+          [&](int, const Index3& next)
           {
-            continue;
-          }
-          const float limit = 0.5f * (constraintOf(at) + constraintOf(next));
-          if (!std::isinf(limit))
-          {
-            // An element without memory has not moved; slot 0 says so.
-            handles.push_back(handle);
-            inner.push_back(this->bricks_.address(at[0], at[1], at[2]));
-            outer.push_back(this->bricks_.address(next[0], next[1], next[2]));
-            limits.push_back(limit);
-          }
-        }
+            if (std::binary_search(voxels.begin(), voxels.end(), grid.at(next[0], next[1], next[2])))
+            {
+              return;
+            }
+            const float limit = rule::linkLimit(constraintOf(at), constraintOf(next));
+            if (!std::isinf(limit))
+            {
+              // An element without memory has not moved; slot 0 says so.
+              handles.push_back(handle);
+              inner.push_back(this->bricks_.address(at[0], at[1], at[2]));
+              outer.push_back(this->bricks_.address(next[0], next[1], next[2]));
+              limits.push_back(limit);
+            }
+          });
       }
       if (limits.size() > linksPerTransfer)
       {

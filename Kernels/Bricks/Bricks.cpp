@@ -539,6 +539,13 @@ void Bricks::row(int i, int j, int k, int count, float* out) const
   }
 }
 
+bool Bricks::isElement(const Index3& at) const
+{
+  float c[3];
+  this->row(at[0], at[1], at[2], 1, c);
+  return !std::isinf(c[0]);
+}
+
 void Bricks::mend()
 {
   this->cuts_.clear();

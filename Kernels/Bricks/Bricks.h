@@ -112,6 +112,14 @@ public:
   std::vector<float> constraints(const std::vector<std::uint32_t>& addresses);
   /// All displacements of one slot, 3 runs of elementsPerBrick() values in the order of addresses.
   void readSlot(int slot, std::vector<float>& out);
+  /// Where an element is now [voxels]; `u`: what readSlot() says of its slot.
+  Vector3 place(int i, int j, int k, const std::vector<float>& u) const
+  {
+    const std::size_t at = this->local(i, j, k);
+    const std::size_t count = static_cast<std::size_t>(this->elements_);
+    return { static_cast<double>(i) + u[at], static_cast<double>(j) + u[count + at],
+      static_cast<double>(k) + u[2 * count + at] };
+  }
 
   /// Sets values of a field, `runs` interleaved ones an element.
   template <typename T>
@@ -160,6 +168,21 @@ public:
   void removeElements(const std::vector<std::size_t>& voxels);
   /// Model::row() of the tissue as it is now: removed elements are air.
   void row(int i, int j, int k, int count, float* out) const;
+  bool isElement(const Index3& at) const;
+  /// What is beside a voxel, in the grid and behind no cut: calls f(direction, neighbour).
+  template <typename F> void forNeighbours(const Index3& at, const F& f) const
+  {
+    const std::uint8_t cut = this->cutBits(at[0], at[1], at[2]);
+    for (int d = 0; d < 6; ++d)
+    {
+      Index3 next = at;
+      next[d / 2] += d % 2 == 0 ? -1 : 1;
+      if ((cut & (1 << d)) == 0 && this->model_->grid().contains(next[0], next[1], next[2]))
+      {
+        f(d, next);
+      }
+    }
+  }
   bool carved(int i, int j, int k) const { return (this->cutBits(i, j, k) & carvedBit) != 0; }
   /// Bricks that elements were removed from.
   const std::set<int>& carvedBricks() const { return this->carvedBricks_; }

@@ -1,13 +1,13 @@
 #pragma once
 
-#include <algorithm>
+#include "ElementRule.h"
+
 #include <string>
 
 namespace chainmail
 {
 
-/// What strain costs: the energy of a link is weight() * pull()^2, per axis, within the limits of links. element.clh
-/// has the same rule for the device.
+/// What strain costs: the energy of a link is weight() * pull()^2, per axis, within the limits of links.
 struct Elasticity
 {
   /// 1 - elastic recovery, [0, 1]: strain of a link up to this share of its limit costs nothing.
@@ -20,15 +20,10 @@ struct Elasticity
     return std::string(this->slack > 0.0f ? " -DPLASTIC" : "") + (this->limited ? "" : " -DUNLIMITED");
   }
 
-  static double weight(double limit) { return 1.0 / (limit + 1e-6); }
+  static double weight(double limit) { return rule::wide::linkWeight(limit); }
 
   /// From where u(i) is to the nearest place at which a link to u(j) costs nothing.
-  double pull(double ui, double uj, double limit) const
-  {
-    const double free = this->slack * limit;
-    const double stretch = uj - ui;
-    return stretch - std::min(std::max(stretch, -free), free);
-  }
+  double pull(double ui, double uj, double limit) const { return rule::wide::linkPull(ui, uj, limit, this->slack); }
 };
 
 }

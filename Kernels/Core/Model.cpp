@@ -1,5 +1,6 @@
 #include "Model.h"
 
+#include "ElementRule.h"
 #include "Error.h"
 
 #include <cmath>
@@ -268,9 +269,9 @@ void Model::row(int i, int j, int k, int count, float* out) const
     {
       held = held || (this->anchors_.rigid && c[a] == 0.0f);
     }
-    for (int a = 0; held && a < this->axes_; ++a)
+    for (int a = 0; a < this->axes_; ++a)
     {
-      c[a] = -std::fabs(c[a]);
+      c[a] = rule::asHeld(c[a], held);
     }
   }
 }

@@ -86,7 +86,7 @@ public:
       return -std::numeric_limits<float>::infinity();
     }
     const float c = 2 * this->rigid_ >= this->count_ ? 0.0f : this->ofRows();
-    return this->held_ ? -c : c;
+    return rule::asHeld(c, this->held_);
   }
 
 private:
@@ -108,7 +108,7 @@ private:
         const float next = this->constraint_[place | 1 << a];
         if ((place & 1 << a) == 0 && c != none && next != none)
         {
-          const float row = 0.5f * (c + next) + least;
+          const float row = rule::linkLimit(c, next) + least;
           shortest = std::min(shortest, row);
           shares += 1.0f / row;
           ++rows;
@@ -186,17 +186,7 @@ void coarsenCuts(const Bricks& finer, Bricks& coarser)
     }
   }
 
-  const int axes = finer.model().axes();
-  std::vector<float> c(axes);
-  const auto isElement = [&](const Index3& at)
-  {
-    if (!fine.contains(at[0], at[1], at[2]))
-    {
-      return false;
-    }
-    finer.row(at[0], at[1], at[2], 1, c.data());
-    return !std::isinf(c[0]);
-  };
+  const auto isElement = [&](const Index3& at) { return fine.contains(at[0], at[1], at[2]) && finer.isElement(at); };
   const auto anyLink = [&](const Index3& coarse, int axis, int offset)
   {
     for (int n = 0; n < 4; ++n)
@@ -358,11 +348,8 @@ private:
       const Index3 at = grid.indexOf(voxels[n]);
       addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
       this->bricks_.row(at[0], at[1], at[2], 1, values.data() + n * axes);
-      for (int a = 0; held && a < axes; ++a)
-      {
-        values[n * axes + a] = -std::fabs(values[n * axes + a]);
-      }
     }
+    std::transform(values.begin(), values.end(), values.begin(), [held](float c) { return rule::asHeld(c, held); });
     this->bricks_.setConstraints(addresses, values);
   }
 

@@ -1,5 +1,7 @@
 #include "ModelReduction.h"
 
+#include "Components.h"
+#include "ElementRule.h"
 #include "Error.h"
 
 #include <algorithm>
@@ -62,7 +64,7 @@ struct Mean
       return -std::numeric_limits<float>::infinity();
     }
     const float c = this->rigid ? 0.0f : static_cast<float>(this->sum / this->count);
-    return this->anchored ? -c : c;
+    return rule::asHeld(c, this->anchored);
   }
 };
 
@@ -206,20 +208,18 @@ std::size_t ModelReduction::ownerOf(std::size_t voxel) const
   return other == this->owners_.end() ? this->parentOf(voxel) : other->second;
 }
 
-bool ModelReduction::isElement(const Index3& voxel) const
+/// The elements of the whole grid that one is linked to: calls f(element).
+template <typename F> void ModelReduction::forLinks(std::size_t voxel, const F& f) const
 {
-  float c[3];
-  this->whole_.row(voxel[0], voxel[1], voxel[2], 1, c);
-  return !std::isinf(c[0]);
-}
-
-/// Whether an element of the whole grid has a link in a direction, and where to.
-bool ModelReduction::linked(const Index3& voxel, int direction, Index3& neighbour) const
-{
-  neighbour = voxel;
-  neighbour[direction / 2] += direction % 2 == 0 ? -1 : 1;
-  return this->whole_.model().grid().contains(neighbour[0], neighbour[1], neighbour[2]) &&
-         (this->whole_.cutBits(voxel[0], voxel[1], voxel[2]) >> direction & 1) == 0 && this->isElement(neighbour);
+  const Grid& whole = this->whole_.model().grid();
+  this->whole_.forNeighbours(whole.indexOf(voxel),
+    [&](int, const Index3& next)
+    {
+      if (this->whole_.isElement(next))
+      {
+        f(whole.at(next[0], next[1], next[2]));
+      }
+    });
 }
 
 std::vector<std::size_t> ModelReduction::voxelsOf(std::size_t element) const
@@ -240,7 +240,7 @@ std::vector<std::size_t> ModelReduction::voxelsOf(std::size_t element) const
     {
       for (int i = first[0]; i < end[0]; ++i)
       {
-        if (this->isElement({ i, j, k }))
+        if (this->whole_.isElement({ i, j, k }))
         {
           voxels.push_back(whole.at(i, j, k));
         }
@@ -253,9 +253,9 @@ std::vector<std::size_t> ModelReduction::voxelsOf(std::size_t element) const
 /// The parts of an element's voxels that links within it hold together, in the order of their first voxels.
 std::vector<ModelReduction::Cell> ModelReduction::pieces(std::size_t element) const
 {
-  const Grid& whole = this->whole_.model().grid();
   const Cell voxels = this->voxelsOf(element);
   std::vector<char> found(voxels.size(), 0);
+  std::vector<std::size_t> front;
   std::vector<Cell> pieces;
   for (std::size_t seed = 0; seed < voxels.size(); ++seed)
   {
@@ -264,26 +264,26 @@ std::vector<ModelReduction::Cell> ModelReduction::pieces(std::size_t element) co
       continue;
     }
     found[seed] = 1;
-    pieces.push_back({ voxels[seed] });
-    for (std::size_t n = 0; n < pieces.back().size(); ++n)
-    {
-      const Index3 at = whole.indexOf(pieces.back()[n]);
-      Index3 next;
-      for (int d = 0; d < 6; ++d)
+    pieces.emplace_back();
+    visitComponent(voxels[seed], front,
+      [&](std::size_t voxel, const auto& add)
       {
-        if (!this->linked(at, d, next) || this->parentOf(whole.at(next[0], next[1], next[2])) != element)
-        {
-          continue;
-        }
-        const auto place = std::lower_bound(voxels.begin(), voxels.end(), whole.at(next[0], next[1], next[2]));
-        char& known = found[place - voxels.begin()];
-        if (!known)
-        {
-          known = 1;
-          pieces.back().push_back(*place);
-        }
-      }
-    }
+        pieces.back().push_back(voxel);
+        this->forLinks(voxel,
+          [&](std::size_t next)
+          {
+            if (this->parentOf(next) != element)
+            {
+              return;
+            }
+            char& known = found[std::lower_bound(voxels.begin(), voxels.end(), next) - voxels.begin()];
+            if (!known)
+            {
+              known = 1;
+              add(next);
+            }
+          });
+      });
   }
   return pieces;
 }
@@ -292,7 +292,6 @@ std::vector<ModelReduction::Cell> ModelReduction::pieces(std::size_t element) co
 /// that hangs on loose ones alone waits for them; one that hangs on nothing stays with its own element.
 void ModelReduction::join(std::vector<Cell> loose, const std::unordered_map<std::size_t, std::size_t>& before)
 {
-  const Grid& whole = this->whole_.model().grid();
   std::set<std::size_t> open;
   for (const Cell& piece : loose)
   {
@@ -309,18 +308,14 @@ void ModelReduction::join(std::vector<Cell> loose, const std::unordered_map<std:
       std::map<std::size_t, int> links;
       for (const std::size_t voxel : piece)
       {
-        Index3 next;
-        for (int d = 0; d < 6; ++d)
-        {
-          if (this->linked(whole.indexOf(voxel), d, next))
+        this->forLinks(voxel,
+          [&](std::size_t to)
           {
-            const std::size_t to = whole.at(next[0], next[1], next[2]);
             if (this->parentOf(to) != parent && open.count(to) == 0)
             {
               ++links[this->ownerOf(to)];
             }
-          }
-        }
+          });
       }
       if (links.empty())
       {
@@ -411,14 +406,11 @@ std::vector<std::size_t> ModelReduction::follow()
   {
     for (const std::size_t voxel : this->voxelsOf(element))
     {
-      const Index3 at = whole.indexOf(voxel);
       const std::size_t from = this->ownerOf(voxel);
-      Index3 next;
-      for (int d = 0; d < 6; ++d)
-      {
-        if (this->linked(at, d, next))
+      this->forLinks(voxel,
+        [&](std::size_t next)
         {
-          const std::size_t to = this->ownerOf(whole.at(next[0], next[1], next[2]));
+          const std::size_t to = this->ownerOf(next);
           const Index3 low = grid.indexOf(std::min(from, to));
           const Index3 high = grid.indexOf(std::max(from, to));
           for (int a = 0; a < 3; ++a)
@@ -428,11 +420,9 @@ std::vector<std::size_t> ModelReduction::follow()
               present.insert({ std::min(from, to), a });
             }
           }
-        }
-      }
+        });
     }
   }
-  float c[3];
   for (const std::size_t element : changed)
   {
     const Index3 at = grid.indexOf(element);
@@ -444,9 +434,8 @@ std::vector<std::size_t> ModelReduction::follow()
       {
         continue;
       }
-      this->bricks_.row(next[0], next[1], next[2], 1, c);
       const std::size_t low = d % 2 == 0 ? grid.at(next[0], next[1], next[2]) : element;
-      if (!std::isinf(c[0]) && present.count({ low, d / 2 }) == 0)
+      if (this->bricks_.isElement(next) && present.count({ low, d / 2 }) == 0)
       {
         this->bricks_.removeLink(at[0], at[1], at[2], d);
       }

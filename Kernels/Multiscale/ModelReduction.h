@@ -88,8 +88,7 @@ private:
   }
   std::size_t parentOf(std::size_t voxel) const;
   std::size_t ownerOf(std::size_t voxel) const;
-  bool isElement(const Index3& voxel) const;
-  bool linked(const Index3& voxel, int direction, Index3& neighbour) const;
+  template <typename F> void forLinks(std::size_t voxel, const F& f) const;
   std::vector<Cell> pieces(std::size_t element) const;
   void join(std::vector<Cell> loose, const std::unordered_map<std::size_t, std::size_t>& before);
   void separate();

@@ -1,5 +1,6 @@
 #include "Handles.h"
 
+#include "ElementRule.h"
 #include "Error.h"
 #include "Measurement.h"
 
@@ -79,11 +80,11 @@ public:
   double farthest() const { return std::sqrt(std::max(this->reach2_, this->radius2_)); }
 
   /// An element at a place in voxels.
-  void offer(std::size_t voxel, double x, double y, double z)
+  void offer(std::size_t voxel, const Vector3& place)
   {
-    const double dx = x * this->spacing_[0] - this->probe_.position[0];
-    const double dy = y * this->spacing_[1] - this->probe_.position[1];
-    const double dz = z * this->spacing_[2] - this->probe_.position[2];
+    const double dx = place[0] * this->spacing_[0] - this->probe_.position[0];
+    const double dy = place[1] * this->spacing_[1] - this->probe_.position[1];
+    const double dz = place[2] * this->spacing_[2] - this->probe_.position[2];
     const double distance2 = dx * dx + dy * dy + dz * dz;
     if (this->probe_.radius > 0.0 && distance2 <= this->radius2_)
     {
@@ -161,7 +162,6 @@ std::vector<std::vector<std::size_t>> elementsAround(
   const std::vector<BrickFigures> figures =
     bricks.touchedSlots().empty() ? std::vector<BrickFigures>() : measureBricks(bricks);
   const Index3 size = bricks.size();
-  const std::size_t count = bricks.elementsPerBrick();
   std::vector<float> u;
   for (std::size_t n = 0; n < figures.size(); ++n)
   {
@@ -204,9 +204,7 @@ std::vector<std::vector<std::size_t>> elementsAround(
           {
             if (!std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]))
             {
-              const std::uint32_t at = bricks.local(i, j, k);
-              grasp.offer(grid.at(i, j, k), static_cast<double>(i) + u[at], static_cast<double>(j) + u[count + at],
-                static_cast<double>(k) + u[2 * count + at]);
+              grasp.offer(grid.at(i, j, k), bricks.place(i, j, k, u));
             }
           }
         }
@@ -236,7 +234,7 @@ std::vector<std::vector<std::size_t>> elementsAround(
           if (!std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]) &&
               (displaced.empty() || displaced.count(bricks.brickAt(i, j, k)) == 0))
           {
-            grasp.offer(grid.at(i, j, k), i, j, k);
+            grasp.offer(grid.at(i, j, k), { double(i), double(j), double(k) });
           }
         }
       }
@@ -317,7 +315,7 @@ void Handles::mark(const std::vector<Pointer>& handles)
     addresses.insert(addresses.end(), handle->addresses.begin(), handle->addresses.end());
     for (const float c : handle->constraints)
     {
-      constraints.push_back(handle->held ? -std::fabs(c) : c);
+      constraints.push_back(rule::asHeld(c, handle->held));
     }
   }
   this->bricks_.setConstraints(addresses, constraints);

@@ -1,5 +1,7 @@
 #include "HeldBy.h"
 
+#include "ElementRule.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -119,23 +121,17 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
       return Grip{ entry.voxel, !entry.soft };
     }
     const float own = brick.constraint[local];
-    const std::uint8_t cut = bricks.cutBits(at[0], at[1], at[2]);
-    for (int d = 0; d < 6; ++d)
-    {
-      Index3 next = at;
-      next[d / 2] += d % 2 == 0 ? -1 : 1;
-      if ((cut & (1 << d)) != 0 || !grid.contains(next[0], next[1], next[2]))
+    bricks.forNeighbours(at,
+      [&](int, const Index3& next)
       {
-        continue;
-      }
-      const float other =
-        tissue.at(bricks.brickAt(next[0], next[1], next[2])).constraint[bricks.local(next[0], next[1], next[2])];
-      if (!std::isinf(other))
-      {
-        const double limit = 0.5 * (std::fabs(own) + std::fabs(other));
-        offer(next, entry.key + limit, entry.soft || limit > 0.0);
-      }
-    }
+        const float other =
+          tissue.at(bricks.brickAt(next[0], next[1], next[2])).constraint[bricks.local(next[0], next[1], next[2])];
+        if (!std::isinf(other))
+        {
+          const double limit = rule::linkLimit(own, other);
+          offer(next, entry.key + limit, entry.soft || limit > 0.0);
+        }
+      });
   }
   return std::nullopt;
 }

@@ -68,8 +68,7 @@ kernel void arriveNext(global const int* list, int iteration, uint pitch, global
         for (int a = firstAxis; comes && a <= lastAxis; ++a)
         {
           const float u = displacement[a * pitch + s.self];
-          // Boxes of neighbours that are there at the same time meet, but for rounding.
-          const float next = lower[a] > upper[a] ? 0.5f * (lower[a] + upper[a]) : min(max(u, lower[a]), upper[a]);
+          const float next = shiftedPlace(u, lower[a], upper[a]);
           nextDisplacement[a * pitch + s.self] = next;
           shifts = shifts || next != u;
         }

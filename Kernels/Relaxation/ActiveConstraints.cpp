@@ -1,9 +1,10 @@
 #include "ActiveConstraints.h"
 
+#include "Components.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 namespace chainmail
 {
@@ -33,42 +34,11 @@ template <typename F> void forLinks(const Patch& patch, const std::vector<float>
     {
       if (m != Patch::none && !std::isinf(c[n]) && !std::isinf(c[m]))
       {
-        f(n, m, 0.5f * (std::fabs(c[n]) + std::fabs(c[m])));
+        f(n, m, rule::linkLimit(c[n], c[m]));
       }
     }
   }
 }
-
-/// Disjoint sets; the root is the lowest member, so that no order of joining changes it.
-class Sets
-{
-public:
-  explicit Sets(std::size_t count)
-    : parent_(count)
-  {
-    std::iota(this->parent_.begin(), this->parent_.end(), 0u);
-  }
-
-  std::uint32_t root(std::size_t n)
-  {
-    std::uint32_t at = static_cast<std::uint32_t>(n);
-    while (this->parent_[at] != at)
-    {
-      this->parent_[at] = this->parent_[this->parent_[at]];
-      at = this->parent_[at];
-    }
-    return at;
-  }
-  void join(std::size_t n, std::size_t m)
-  {
-    const std::uint32_t a = this->root(n);
-    const std::uint32_t b = this->root(m);
-    this->parent_[std::max(a, b)] = std::min(a, b);
-  }
-
-private:
-  std::vector<std::uint32_t> parent_;
-};
 
 /// Elements whose link to the next one along an axis of the grid is at its limit.
 std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
@@ -209,7 +179,7 @@ float moveAxis(
   const std::size_t count = patch.size();
 
   // Units: rigid clusters and single elements, with what pulls at each.
-  Sets units(count);
+  DisjointSets units(count);
   forLinks(patch, c,
     [&](std::size_t n, std::size_t m, float limit)
     {
@@ -242,7 +212,7 @@ float moveAxis(
     });
 
   // Groups: units joined by links that block.
-  Sets groups = units;
+  DisjointSets groups = units;
   bool any = false;
   forLinks(patch, c,
     [&](std::size_t n, std::size_t m, float limit)

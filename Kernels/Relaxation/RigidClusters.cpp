@@ -1,5 +1,7 @@
 #include "RigidClusters.h"
 
+#include "Components.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,8 +13,6 @@ namespace
 
 /// Links that one work-item sums up. Fixed, so that no layout changes a sum.
 constexpr int chunkLength = 16;
-
-constexpr int steps[6][3] = { { -1, 0, 0 }, { 1, 0, 0 }, { 0, -1, 0 }, { 0, 1, 0 }, { 0, 0, -1 }, { 0, 0, 1 } };
 
 }
 
@@ -45,24 +45,20 @@ int RigidClusters::label(const Bricks& bricks, int axis, std::vector<int>& out)
       continue;
     }
     out[seed] = count;
-    front.push_back(seed);
-    while (!front.empty())
-    {
-      const Index3 at = grid.indexOf(front.back());
-      front.pop_back();
-      const std::uint8_t cut = bricks.cutBits(at[0], at[1], at[2]);
-      for (int d = 0; d < 6; ++d)
+    visitComponent(seed, front,
+      [&](std::size_t voxel, const auto& add)
       {
-        const int i = at[0] + steps[d][0];
-        const int j = at[1] + steps[d][1];
-        const int k = at[2] + steps[d][2];
-        if ((cut & (1 << d)) == 0 && grid.contains(i, j, k) && out[grid.at(i, j, k)] == unlabelled)
-        {
-          out[grid.at(i, j, k)] = count;
-          front.push_back(grid.at(i, j, k));
-        }
-      }
-    }
+        bricks.forNeighbours(grid.indexOf(voxel),
+          [&](int, const Index3& next)
+          {
+            int& label = out[grid.at(next[0], next[1], next[2])];
+            if (label == unlabelled)
+            {
+              label = count;
+              add(grid.at(next[0], next[1], next[2]));
+            }
+          });
+      });
     ++count;
   }
   return count;
@@ -237,22 +233,15 @@ void RigidClusters::activate(const std::vector<int>& bricks)
     {
       const Index3 at = grid.indexOf(this->voxels_[n]);
       this->memberList_.push_back({ { this->bricks_.address(at[0], at[1], at[2]), static_cast<cl_uint>(position) } });
-      const std::uint8_t cut = this->bricks_.cutBits(at[0], at[1], at[2]);
-      for (int d = 0; d < 6; ++d)
-      {
-        const int i = at[0] + steps[d][0];
-        const int j = at[1] + steps[d][1];
-        const int k = at[2] + steps[d][2];
-        if ((cut & (1 << d)) != 0 || !grid.contains(i, j, k))
+      this->bricks_.forNeighbours(at,
+        [&](int, const Index3& next)
         {
-          continue;
-        }
-        this->bricks_.row(i, j, k, 1, c.data());
-        if (c[axis] != 0.0f && !std::isinf(c[axis]))
-        {
-          this->linkList_.push_back(this->bricks_.address(i, j, k));
-        }
-      }
+          this->bricks_.row(next[0], next[1], next[2], 1, c.data());
+          if (c[axis] != 0.0f && !std::isinf(c[axis]))
+          {
+            this->linkList_.push_back(this->bricks_.address(next[0], next[1], next[2]));
+          }
+        });
     }
     const cl_int firstChunk = static_cast<cl_int>(this->chunkList_.size());
     for (std::size_t link = firstLink; link < this->linkList_.size(); link += chunkLength)

@@ -310,7 +310,6 @@ void displaced(const Bricks& bricks, const Solid& solid, const Index3& first, co
 {
   const Grid& grid = bricks.model().grid();
   const std::size_t axes = bricks.model().axes();
-  const std::size_t perAxis = bricks.elementsPerBrick();
   const int count = last[0] - first[0] + 1;
   std::vector<float> row(axes * count);
   for (int k = first[2]; k <= last[2]; ++k)
@@ -320,9 +319,7 @@ void displaced(const Bricks& bricks, const Solid& solid, const Index3& first, co
       bricks.row(first[0], j, k, count, row.data());
       for (int i = 0; i < count; ++i)
       {
-        const std::uint32_t local = bricks.local(first[0] + i, j, k);
-        const Vector3 place{ double(first[0] + i) + u[local], double(j) + u[perAxis + local],
-          double(k) + u[2 * perAxis + local] };
+        const Vector3 place = bricks.place(first[0] + i, j, k, u);
         if (!std::isinf(row[axes * i]) && solid.contains(place))
         {
           found.push_back(grid.at(first[0] + i, j, k));

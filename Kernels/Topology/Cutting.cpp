@@ -93,20 +93,15 @@ public:
 
   Vector3 at(int i, int j, int k) const
   {
-    Vector3 place{ double(i), double(j), double(k) };
     if (!this->moved_.empty())
     {
       const auto moved = this->moved_.find(this->bricks_.brickAt(i, j, k));
       if (moved != this->moved_.end())
       {
-        const std::size_t count = this->bricks_.elementsPerBrick();
-        for (int a = 0; a < 3; ++a)
-        {
-          place[a] += moved->second[a * count + this->bricks_.local(i, j, k)];
-        }
+        return this->bricks_.place(i, j, k, moved->second);
       }
     }
-    return place;
+    return { double(i), double(j), double(k) };
   }
 
   /// How far the ends of a brick's links may be from their rest places: the brick and those that follow it.
@@ -149,13 +144,6 @@ private:
   std::unordered_map<int, std::vector<float>> moved_;
   std::unordered_map<int, Bounds> bounds_;
 };
-
-bool isElement(const Bricks& bricks, int i, int j, int k)
-{
-  float c[3];
-  bricks.row(i, j, k, 1, c);
-  return !std::isinf(c[0]);
-}
 
 /// Elements whose links to the next ones may cross something within [low, high], given how far they may have moved.
 struct Range
@@ -251,8 +239,7 @@ std::size_t cutLinks(Bricks& bricks, const Surface& surface)
                   {
                     continue;
                   }
-                  if (triangle.crosses(fixed(p), fixed(q)) && isElement(bricks, i, j, k) &&
-                      isElement(bricks, next[0], next[1], next[2]))
+                  if (triangle.crosses(fixed(p), fixed(q)) && bricks.isElement({ i, j, k }) && bricks.isElement(next))
                   {
                     removed += bricks.removeLink(i, j, k, 2 * a + 1);
                   }
