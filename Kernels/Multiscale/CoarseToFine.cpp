@@ -530,14 +530,4 @@ void CoarseToFine::goBack(float share)
     this->before_.buffer, this->bricks_.displacement);
 }
 
-std::size_t CoarseToFine::deviceBytes() const
-{
-  std::size_t bytes = 0;
-  for (const std::unique_ptr<Level>& level : this->levels_)
-  {
-    bytes += level->bricks().deviceBytes();
-  }
-  return bytes;
-}
-
 }

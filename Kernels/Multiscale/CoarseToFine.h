@@ -39,8 +39,6 @@ public:
   /// After a cut or a carve.
   void forget();
 
-  std::size_t deviceBytes() const;
-
 private:
   class Level;
 

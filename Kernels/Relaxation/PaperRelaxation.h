@@ -1,6 +1,7 @@
 #pragma once
 
-#include "Relaxation.h"
+#include "Relaxer.h"
+#include "SweepSchedule.h"
 
 namespace chainmail
 {
@@ -16,7 +17,7 @@ namespace chainmail
 ///   (Statistics::maxLinkExcess tells by how much);
 /// - elements of two colours change places for ever: a checkerboard never decays where nothing is held;
 /// - rigid elements are held where they are by each other: a bone hardly follows, and bends.
-class PaperRelaxation
+class PaperRelaxation : public Relaxer
 {
 public:
   explicit PaperRelaxation(Bricks& bricks)
@@ -25,16 +26,16 @@ public:
   {
   }
 
-  ~PaperRelaxation() { this->release(); }
+  ~PaperRelaxation() override { this->bricks_.drop(this->next_); }
 
-  RelaxResult run(const Elasticity& elasticity, const WavesUnderWay* waves, int iterations, double tolerance,
-    const std::function<void(int)>& checkpoint);
+  RelaxResult run(const RelaxationTask& task) override;
+  bool keepsLimits() const override { return false; }
 
   /// Gives back the memory of the second copy of the state.
-  void release() { this->bricks_.drop(this->next_); }
+  void release() override { this->bricks_.drop(this->next_); }
 
 private:
-  void relaxAll(int iteration, bool back, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
+  void relaxAll(const RelaxationTask& task, int iteration, bool back, float still);
 
   Bricks& bricks_;
   SweepSchedule schedule_;

@@ -1,6 +1,7 @@
 #include "Relaxation.h"
 
 #include "ActiveConstraints.h"
+#include "StillResidual.h"
 
 #include <algorithm>
 
@@ -48,11 +49,6 @@ float omegaOf(Reach reach, int sweep)
   return static_cast<float>(reach == Reach::Far ? farOmega(sweep) : nearOmega(sweep));
 }
 
-}
-
-float stillResidual(double tolerance)
-{
-  return static_cast<float>(tolerance / 64.0);
 }
 
 void Relaxation::relaxColour(

@@ -17,9 +17,6 @@ enum class Reach
   Near ///< mend what is rough: coarser grids have done the rest
 };
 
-/// Residuals up to this are left alone at a tolerance, so that a deformation ends somewhere, far from the handle.
-float stillResidual(double tolerance);
-
 /// Three-colour projected over-relaxation (relax.cl, clusters.cl): red elements, black elements, rigid clusters.
 ///
 /// Only active bricks are visited. The state must be feasible: then it stays so and the energy does not rise. Where it
