@@ -3,6 +3,7 @@
 #include "Carving.h"
 #include "Cutting.h"
 #include "Error.h"
+#include "Grasp.h"
 #include "HeldBy.h"
 #include "Measurement.h"
 #include "ModelReduction.h"

@@ -32,11 +32,6 @@ struct Handle
   std::vector<float> displacedBy(const std::array<float, 3>& to) const;
 };
 
-/// What probes with these numbers grab at the places where the elements are now: for each those within its radius, or
-/// the nearest one, ascending. Throws ProbeError where there are none.
-std::vector<std::vector<std::size_t>> elementsAround(
-  Bricks& bricks, const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
-
 /// The handles of all probes, in the order of the probes.
 class Handles
 {

@@ -199,11 +199,11 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
     context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
     const auto common = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
       this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat)));
-    context.launch(context.kernel("resample.cl", defines, "claim"), sources.size(), items,
+    context.launch(context.kernel("claim.cl", defines, "claim"), sources.size(), items,
       this->list_.holding(context, sources), common,
       int4({ firstBrick[0] * size[0], firstBrick[1] * size[1], firstBrick[2] * size[2] }), int4(brickCounts),
       this->places_.holding(context, places), claims);
-    context.launch(context.kernel("resample.cl", defines, "locate"), count, items, common,
+    context.launch(context.kernel("locate.cl", defines, "locate"), count, items, common,
       this->firsts_.holding(context, firsts), claims, offsetBuffer);
 
     offsets.resize(3 * voxels);

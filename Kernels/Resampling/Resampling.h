@@ -8,7 +8,7 @@
 namespace chainmail
 {
 
-/// Finds where the material of output voxels comes from (resample.cl), box by box.
+/// Finds where the material of output voxels comes from (resample.clh), box by box.
 class Resampling
 {
 public:
