@@ -56,32 +56,78 @@ cl_int4 int4(const Index3& v)
   return { { v[0], v[1], v[2], 0 } };
 }
 
-}
-
-void Resampling::run(const Index3& padding, const std::function<void(double)>& checkpoint,
-  const std::function<void(const ResampledBox&)>& visit)
+/// The bricks of the output: its voxels run from `low` to `high`.
+struct Frame
 {
-  const Grid& grid = this->bricks_.model().grid();
-  const Index3 size = this->bricks_.size();
+  Index3 low;
+  Index3 high;
+  Index3 firstBrick; ///< of the output, in bricks of the grid; may be negative
+  Grid bricks;       ///< of the output, a voxel each
 
-  // The bricks of the output.
-  const Index3 low{ -padding[0], -padding[1], -padding[2] };
-  const Index3 high{ grid.size[0] - 1 + padding[0], grid.size[1] - 1 + padding[1], grid.size[2] - 1 + padding[2] };
-  Index3 firstBrick;
-  Index3 brickCounts;
+  Frame(const Grid& grid, const Index3& padding, const Index3& size)
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      this->low[a] = -padding[a];
+      this->high[a] = grid.size[a] - 1 + padding[a];
+      this->firstBrick[a] = floorDiv(this->low[a], size[a]);
+      this->bricks.size[a] = floorDiv(this->high[a], size[a]) - this->firstBrick[a] + 1;
+    }
+  }
+
+  /// The place of the brick that begins at a voxel.
+  std::size_t at(const Index3& origin, const Index3& size) const
+  {
+    return this->bricks.at(floorDiv(origin[0], size[0]) - this->firstBrick[0],
+      floorDiv(origin[1], size[1]) - this->firstBrick[1], floorDiv(origin[2], size[2]) - this->firstBrick[2]);
+  }
+};
+
+/// Marks the bricks of a box within limits. Clamped before the conversion: a displacement may be far larger than any
+/// image.
+void mark(std::vector<char>& marks, const Frame& frame, const Index3& size, const Vector3& from, const Vector3& to,
+  const Index3& least, const Index3& most)
+{
+  Index3 begin;
+  Index3 end;
   for (int a = 0; a < 3; ++a)
   {
-    firstBrick[a] = floorDiv(low[a], size[a]);
-    brickCounts[a] = floorDiv(high[a], size[a]) - firstBrick[a] + 1;
+    if (from[a] > most[a] || to[a] < least[a])
+    {
+      return;
+    }
+    begin[a] = floorDiv(static_cast<int>(std::max<double>(from[a], least[a])), size[a]) - frame.firstBrick[a];
+    end[a] = floorDiv(static_cast<int>(std::min<double>(to[a], most[a])), size[a]) - frame.firstBrick[a];
   }
-  const Grid output{ brickCounts, {} };
+  for (int k = begin[2]; k <= end[2]; ++k)
+  {
+    for (int j = begin[1]; j <= end[1]; ++j)
+    {
+      for (int i = begin[0]; i <= end[0]; ++i)
+      {
+        marks[frame.bricks.at(i, j, k)] = 1;
+      }
+    }
+  }
+}
 
-  // A carved element leaves its voxel. A displaced element moves the cells around it and, through the border that
-  // follows tissue, those one further: two voxels. Their bricks are the sources; the bricks that they may arrive at or
-  // leave are reached.
-  std::vector<char> isSource(output.voxels(), 0);
-  std::vector<char> isReached(output.voxels(), 0);
-  const std::vector<BrickFigures> figures = measureBricks(this->bricks_);
+/// What there is to do.
+struct Work
+{
+  std::vector<int> sources;    ///< bricks whose tissue is somewhere else
+  std::vector<Index3> origins; ///< of the bricks of the output that such tissue may arrive at or leave
+  std::vector<int> tissue;     ///< those of them that are bricks of the grid
+};
+
+/// A carved element leaves its voxel. A displaced element moves the cells around it and, through the border that
+/// follows tissue, those one further: two voxels. Their bricks are the sources.
+Work findWork(Bricks& bricks, const Frame& frame)
+{
+  const Grid& grid = bricks.model().grid();
+  const Index3 size = bricks.size();
+  std::vector<char> isSource(frame.bricks.voxels(), 0);
+  std::vector<char> isReached(frame.bricks.voxels(), 0);
+  const std::vector<BrickFigures> figures = measureBricks(bricks);
   for (std::size_t n = 0; n < figures.size(); ++n)
   {
     const BrickFigures& brick = figures[n];
@@ -89,7 +135,7 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
     {
       continue;
     }
-    const Index3 origin = this->bricks_.origin(this->bricks_.brick(static_cast<int>(n) + 1));
+    const Index3 origin = bricks.origin(bricks.brick(static_cast<int>(n) + 1));
     Vector3 first;
     Vector3 last;
     for (int a = 0; a < 3; ++a)
@@ -97,79 +143,60 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
       first[a] = origin[a] - 2 + (a == 0 ? 0.0 : brick.firstRow[a - 1]);
       last[a] = origin[a] + 2 + (a == 0 ? size[0] - 1.0 : brick.lastRow[a - 1]);
     }
-    // Marks the bricks of a box within limits. Clamped before the conversion: a displacement may be far larger than any
-    // image.
-    const auto mark =
-      [&](std::vector<char>& marks, const Vector3& from, const Vector3& to, const Index3& least, const Index3& most)
-    {
-      Index3 begin;
-      Index3 end;
-      for (int a = 0; a < 3; ++a)
-      {
-        if (from[a] > most[a] || to[a] < least[a])
-        {
-          return;
-        }
-        begin[a] = floorDiv(static_cast<int>(std::max<double>(from[a], least[a])), size[a]) - firstBrick[a];
-        end[a] = floorDiv(static_cast<int>(std::min<double>(to[a], most[a])), size[a]) - firstBrick[a];
-      }
-      for (int k = begin[2]; k <= end[2]; ++k)
-      {
-        for (int j = begin[1]; j <= end[1]; ++j)
-        {
-          for (int i = begin[0]; i <= end[0]; ++i)
-          {
-            marks[output.at(i, j, k)] = 1;
-          }
-        }
-      }
-    };
-    mark(isSource, first, last, { 0, 0, 0 }, { grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 });
+    mark(isSource, frame, size, first, last, { 0, 0, 0 }, { grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 });
     for (int a = 0; a < 3; ++a)
     {
       first[a] += std::floor(brick.low[a]);
       last[a] += std::ceil(brick.high[a]);
     }
-    mark(isReached, first, last, low, high);
+    mark(isReached, frame, size, first, last, frame.low, frame.high);
   }
-
-  for (const int brick : this->bricks_.carvedBricks())
+  for (const int brick : bricks.links().carvedBricks())
   {
-    const Index3 origin = this->bricks_.origin(brick);
-    const std::size_t at = output.at(
-      origin[0] / size[0] - firstBrick[0], origin[1] / size[1] - firstBrick[1], origin[2] / size[2] - firstBrick[2]);
+    const std::size_t at = frame.at(bricks.origin(brick), size);
     isSource[at] = 1;
     isReached[at] = 1;
   }
 
-  std::vector<int> sources;
-  std::vector<Index3> origins;
-  std::vector<int> tissue;
-  for (std::size_t n = 0; n < output.voxels(); ++n)
+  Work work;
+  for (std::size_t n = 0; n < frame.bricks.voxels(); ++n)
   {
-    const Index3 at = output.indexOf(n);
+    const Index3 at = frame.bricks.indexOf(n);
     Index3 origin;
     for (int a = 0; a < 3; ++a)
     {
-      origin[a] = (at[a] + firstBrick[a]) * size[a];
+      origin[a] = (at[a] + frame.firstBrick[a]) * size[a];
     }
     const bool inside = grid.contains(origin[0], origin[1], origin[2]);
-    const int brick = inside ? this->bricks_.brickAt(origin[0], origin[1], origin[2]) : 0;
+    const int brick = inside ? bricks.brickAt(origin[0], origin[1], origin[2]) : 0;
     if (isSource[n])
     {
-      sources.push_back(brick);
+      work.sources.push_back(brick);
     }
     if (isReached[n])
     {
-      origins.push_back(origin);
+      work.origins.push_back(origin);
       if (inside)
       {
-        tissue.push_back(brick);
+        work.tissue.push_back(brick);
       }
     }
   }
+  return work;
+}
+
+}
+
+void Resampling::run(const Index3& padding, const std::function<void(double)>& checkpoint,
+  const std::function<void(const ResampledBox&)>& visit)
+{
+  const Grid& grid = this->bricks_.model().grid();
+  const Index3 size = this->bricks_.size();
+  const Frame frame(grid, padding, size);
+  const Work work = findWork(this->bricks_, frame);
+  const std::vector<Index3>& origins = work.origins;
   // The kernels must know the tissue that is at rest where other tissue arrives.
-  this->bricks_.require(tissue);
+  this->bricks_.require(work.tissue);
 
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(true);
@@ -183,14 +210,12 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   {
     checkpoint(static_cast<double>(begin) / origins.size());
     const std::size_t count = std::min(perBatch, origins.size() - begin);
-    std::vector<int> places(output.voxels(), -1);
+    std::vector<int> places(frame.bricks.voxels(), -1);
     std::vector<cl_int4> firsts;
     for (std::size_t n = 0; n < count; ++n)
     {
-      const Index3& origin = origins[begin + n];
-      places[output.at(floorDiv(origin[0], size[0]) - firstBrick[0], floorDiv(origin[1], size[1]) - firstBrick[1],
-        floorDiv(origin[2], size[2]) - firstBrick[2])] = static_cast<int>(n);
-      firsts.push_back(int4(origin));
+      places[frame.at(origins[begin + n], size)] = static_cast<int>(n);
+      firsts.push_back(int4(origins[begin + n]));
     }
 
     const std::size_t voxels = count * perBrick;
@@ -199,10 +224,10 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
     context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
     const auto common = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
       this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat)));
-    context.launch(context.kernel("claim.cl", defines, "claim"), sources.size(), items,
-      this->list_.holding(context, sources), common,
-      int4({ firstBrick[0] * size[0], firstBrick[1] * size[1], firstBrick[2] * size[2] }), int4(brickCounts),
-      this->places_.holding(context, places), claims);
+    context.launch(context.kernel("claim.cl", defines, "claim"), work.sources.size(), items,
+      this->list_.holding(context, work.sources), common,
+      int4({ frame.firstBrick[0] * size[0], frame.firstBrick[1] * size[1], frame.firstBrick[2] * size[2] }),
+      int4(frame.bricks.size), this->places_.holding(context, places), claims);
     context.launch(context.kernel("locate.cl", defines, "locate"), count, items, common,
       this->firsts_.holding(context, firsts), claims, offsetBuffer);
 
@@ -210,7 +235,7 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
     context.read(offsetBuffer, offsets);
     for (std::size_t n = 0; n < count; ++n)
     {
-      visit(clipped(origins[begin + n], size, low, high, offsets.data() + 3 * perBrick * n, copy));
+      visit(clipped(origins[begin + n], size, frame.low, frame.high, offsets.data() + 3 * perBrick * n, copy));
     }
   }
 }
