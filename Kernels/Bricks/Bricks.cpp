@@ -8,30 +8,6 @@
 namespace chainmail
 {
 
-namespace
-{
-
-bool isPowerOfTwo(int n)
-{
-  return n > 0 && (n & (n - 1)) == 0;
-}
-
-void checkBrickSize(const Index3& size)
-{
-  const bool x = isPowerOfTwo(size[0]) && size[0] >= 4 && size[0] <= 64;
-  const bool y = isPowerOfTwo(size[1]) && size[1] >= 2 && size[1] <= 32;
-  const bool z = isPowerOfTwo(size[2]) && size[2] >= 2 && size[2] <= 32;
-  if (!x || !y || !z)
-  {
-    throw InputError(
-      "The block size " + std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]) +
-      " cannot be used: every number must be a power of two, the first from 4 to 64, the others from 2 to 32; or all 0 "
-      "for the best one.");
-  }
-}
-
-}
-
 Index3 defaultBrickSize(const DeviceInfo& device)
 {
   // CPUs: two 8-wide vectors a row and colour, bricks that fit the second-level cache. GPUs: two elements of a colour
@@ -39,26 +15,23 @@ Index3 defaultBrickSize(const DeviceInfo& device)
   return device.gpu ? Index3{ 16, 8, 8 } : Index3{ 32, 8, 8 };
 }
 
-Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize)
-  : context_(std::move(context))
-  , model_(std::move(model))
-  , size_(brickSize)
+namespace
 {
-  if (this->size_ == Index3{ 0, 0, 0 })
-  {
-    this->size_ = defaultBrickSize(this->context_->info());
-  }
-  checkBrickSize(this->size_);
-  this->elements_ = this->size_[0] * this->size_[1] * this->size_[2];
-  for (int a = 0; a < 3; ++a)
-  {
-    this->counts_[a] = (this->model_->grid().size[a] + this->size_[a] - 1) / this->size_[a];
-  }
-  this->strideY_ = this->counts_[0] + 2;
-  this->strideZ_ = this->strideY_ * (this->counts_[1] + 2);
-  const std::size_t bricks = static_cast<std::size_t>(this->strideZ_) * (this->counts_[2] + 2);
-  this->table_.assign(bricks, 0);
-  this->status_.assign(bricks, Status::Air);
+
+Index3 sizeOr(const Index3& wanted, const DeviceInfo& device)
+{
+  return wanted == Index3{ 0, 0, 0 } ? defaultBrickSize(device) : wanted;
+}
+
+}
+
+Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize)
+  : BrickTable(model->grid(), sizeOr(brickSize, context->info()))
+  , context_(std::move(context))
+  , model_(std::move(model))
+  , links_(*this)
+{
+  this->status_.assign(this->table_.size(), Status::Air);
   for (int k = 0; k < this->counts_[2]; ++k)
   {
     for (int j = 0; j < this->counts_[1]; ++j)
@@ -72,7 +45,6 @@ Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> mo
   this->tableBuffer_ = this->context_->upload(this->table_, "the brick table");
 
   // Slot 0: air, at rest.
-  this->place_.assign(1, 0);
   this->touched_.assign(1, 0);
   this->grow(1);
   const std::vector<float> air(this->elements_, -std::numeric_limits<float>::infinity());
@@ -104,48 +76,6 @@ std::string Bricks::defines(bool vectors) const
          " -DAXES=" + std::to_string(this->model_->axes()) + (this->anyCut() ? " -DCUTS" : "");
 }
 
-Index3 Bricks::origin(int brick) const
-{
-  return { (brick % this->strideY_ - 1) * this->size_[0],
-    (brick % this->strideZ_ / this->strideY_ - 1) * this->size_[1], (brick / this->strideZ_ - 1) * this->size_[2] };
-}
-
-std::uint32_t Bricks::local(int i, int j, int k) const
-{
-  const int x = i & (this->size_[0] - 1);
-  const int y = j & (this->size_[1] - 1);
-  const int z = k & (this->size_[2] - 1);
-  const int colour = (x + y + z) & 1;
-  return static_cast<std::uint32_t>(
-    colour * (this->elements_ / 2) + (z * this->size_[1] + y) * (this->size_[0] / 2) + (x >> 1));
-}
-
-std::uint32_t Bricks::address(int i, int j, int k) const
-{
-  return static_cast<std::uint32_t>(this->slot(this->brickAt(i, j, k))) * this->elements_ + this->local(i, j, k);
-}
-
-std::vector<Bricks::Row> Bricks::rows(int brick) const
-{
-  const Grid& grid = this->model_->grid();
-  const Index3 first = this->origin(brick);
-  Index3 end;
-  for (int a = 0; a < 3; ++a)
-  {
-    end[a] = std::min(first[a] + this->size_[a], grid.size[a]);
-  }
-  std::vector<Row> rows;
-  for (int k = first[2]; k < end[2]; ++k)
-  {
-    for (int j = first[1]; j < end[1]; ++j)
-    {
-      rows.push_back({ grid.at(first[0], j, k), end[0] - first[0],
-        { this->local(first[0], j, k), this->local(first[0] + 1, j, k) } });
-    }
-  }
-  return rows;
-}
-
 bool Bricks::fill(int brick, std::vector<float>& out) const
 {
   const Grid& grid = this->model_->grid();
@@ -153,7 +83,7 @@ bool Bricks::fill(int brick, std::vector<float>& out) const
   std::fill(out.begin(), out.end(), -std::numeric_limits<float>::infinity());
   std::vector<float> constraints(static_cast<std::size_t>(this->size_[0]) * axes);
   // A brick that was carved empty keeps its memory: mend() may fill it again.
-  bool tissue = this->carvedBricks_.count(brick) > 0;
+  bool tissue = this->links_.carvedBricks().count(brick) > 0;
   for (const Row& row : this->rows(brick))
   {
     const Index3 first = grid.indexOf(row.voxel);
@@ -255,8 +185,8 @@ void Bricks::allocate(const std::vector<int>& bricks)
       this->place_.push_back(brick);
       this->touched_.push_back(0);
       this->status_[brick] = Status::Allocated;
-      const auto bits = this->cuts_.find(brick);
-      if (bits != this->cuts_.end() && this->cut())
+      const auto bits = this->links_.all().find(brick);
+      if (bits != this->links_.all().end() && this->cut())
       {
         this->context_->write(this->cut, this->table_[brick] * count, bits->second);
       }
@@ -462,45 +392,14 @@ void Bricks::readSlot(int slot, std::vector<float>& out)
   readRuns(*this->context_, this->displacement, 3, this->pitch(), slot, this->elements_, out);
 }
 
-std::uint8_t Bricks::cutBits(int i, int j, int k) const
-{
-  if (this->cuts_.empty())
-  {
-    return 0;
-  }
-  const auto bits = this->cuts_.find(this->brickAt(i, j, k));
-  return bits == this->cuts_.end() ? 0 : bits->second[this->local(i, j, k)];
-}
-
-bool Bricks::removeLink(int i, int j, int k, int direction)
-{
-  const auto mark = [this](int x, int y, int z, int d)
-  {
-    std::vector<std::uint8_t>& bits = this->cuts_[this->brickAt(x, y, z)];
-    bits.resize(this->elements_, 0);
-    std::uint8_t& byte = bits[this->local(x, y, z)];
-    const bool added = (byte & (1 << d)) == 0;
-    byte = static_cast<std::uint8_t>(byte | (1 << d));
-    return added;
-  };
-  Index3 other{ i, j, k };
-  other[direction / 2] += direction % 2 == 0 ? -1 : 1;
-  mark(other[0], other[1], other[2], opposite(direction));
-  return mark(i, j, k, direction);
-}
-
 void Bricks::removeElements(const std::vector<std::size_t>& voxels)
 {
   std::vector<std::uint32_t> addresses;
   for (const std::size_t voxel : voxels)
   {
     const Index3 at = this->model_->grid().indexOf(voxel);
-    const int brick = this->brickAt(at[0], at[1], at[2]);
-    std::vector<std::uint8_t>& bits = this->cuts_[brick];
-    bits.resize(this->elements_, 0);
-    bits[this->local(at[0], at[1], at[2])] |= carvedBit;
-    this->carvedBricks_.insert(brick);
-    if (this->slot(brick) > 0)
+    this->links_.removeElement(at[0], at[1], at[2]);
+    if (this->slot(this->brickAt(at[0], at[1], at[2])) > 0)
     {
       addresses.push_back(this->address(at[0], at[1], at[2]));
     }
@@ -514,29 +413,7 @@ void Bricks::removeElements(const std::vector<std::size_t>& voxels)
 void Bricks::row(int i, int j, int k, int count, float* out) const
 {
   this->model_->row(i, j, k, count, out);
-  if (this->carvedBricks_.empty())
-  {
-    return;
-  }
-  const int axes = this->model_->axes();
-  for (int x = i; x < i + count;)
-  {
-    const int end = std::min(i + count, (x / this->size_[0] + 1) * this->size_[0]);
-    const int brick = this->brickAt(x, j, k);
-    if (this->carvedBricks_.count(brick) > 0)
-    {
-      const std::vector<std::uint8_t>& bits = this->cuts_.at(brick);
-      for (int n = x; n < end; ++n)
-      {
-        if ((bits[this->local(n, j, k)] & carvedBit) != 0)
-        {
-          float* c = out + static_cast<std::size_t>(n - i) * axes;
-          std::fill(c, c + axes, -std::numeric_limits<float>::infinity());
-        }
-      }
-    }
-    x = end;
-  }
+  this->links_.takeOut(i, j, k, count, this->model_->axes(), out);
 }
 
 bool Bricks::isElement(const Index3& at) const
@@ -548,10 +425,9 @@ bool Bricks::isElement(const Index3& at) const
 
 void Bricks::mend()
 {
-  this->cuts_.clear();
   this->cut = cl::Buffer();
-  const std::set<int> carved = std::move(this->carvedBricks_);
-  this->carvedBricks_.clear();
+  const std::set<int> carved = this->links_.carvedBricks();
+  this->links_.clear();
   const std::size_t axes = this->model_->axes();
   const std::size_t count = this->elements_;
   std::vector<float> constraints(axes * count);
@@ -579,7 +455,7 @@ void Bricks::uploadCuts()
   {
     this->cut = this->context_->allocate(this->pitch(), "the cuts");
   }
-  for (const auto& [brick, bits] : this->cuts_)
+  for (const auto& [brick, bits] : this->links_.all())
   {
     if (this->slot(brick) > 0)
     {

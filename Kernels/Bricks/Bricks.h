@@ -1,14 +1,13 @@
 #pragma once
 
+#include "BrickTable.h"
 #include "Context.h"
+#include "Links.h"
 #include "Model.h"
 #include "Threads.h"
 
 #include <cstdint>
-#include <set>
 #include <tuple>
-#include <unordered_map>
-#include <utility>
 #include <vector>
 
 namespace chainmail
@@ -25,58 +24,20 @@ struct Field
 
 /// The state of the elements on the device, kept in bricks that get their memory when they are first needed.
 /// brick.clh describes the layout and what an address is.
-class Bricks
+class Bricks : public BrickTable
 {
 public:
   Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize);
-
-  /// Neighbour directions: 0 x-, 1 x+, 2 y-, 3 y+, 4 z-, 5 z+.
-  static constexpr int opposite(int direction) { return direction ^ 1; }
+  Bricks(const Bricks&) = delete;
+  Bricks& operator=(const Bricks&) = delete;
 
   const Model& model() const { return *this->model_; }
   Context& context() const { return *this->context_; }
   const std::shared_ptr<Context>& sharedContext() const { return this->context_; }
-  Index3 size() const { return this->size_; }
-  int elementsPerBrick() const { return this->elements_; }
   /// -D options that every kernel of brick.clh needs; `vectors`: as wide as the device likes, else one by one.
   std::string defines(bool vectors) const;
   /// Work-items for one colour of a brick.
   std::size_t workItems(bool vectors) const;
-
-  // --- Which brick is where
-  // -------------------------------------------------------------------------------------------
-
-  /// Bricks are named by their place in the table that is padded by one brick on every side.
-  int brickAt(int i, int j, int k) const
-  {
-    return (i / this->size_[0] + 1) + this->strideY_ * (j / this->size_[1] + 1) +
-           this->strideZ_ * (k / this->size_[2] + 1);
-  }
-  Index3 origin(int brick) const;
-  int beside(int brick, int x, int y, int z) const { return brick + x + y * this->strideY_ + z * this->strideZ_; }
-  int neighbour(int brick, int direction) const
-  {
-    const int strides[3] = { 1, this->strideY_, this->strideZ_ };
-    return brick + (direction % 2 == 0 ? -1 : 1) * strides[direction / 2];
-  }
-  /// 0 where the brick has no memory, be it for lack of tissue or of need.
-  int slot(int brick) const { return this->table_[brick]; }
-  int brick(int slot) const { return this->place_[slot]; }
-  /// Slots are 1 .. slots() - 1.
-  int slots() const { return static_cast<int>(this->place_.size()); }
-
-  std::uint32_t address(int i, int j, int k) const;
-  std::uint32_t local(int i, int j, int k) const;
-
-  /// Elements of a brick that lie beside each other along x, in the grid.
-  struct Row
-  {
-    std::size_t voxel; ///< Grid::at of the first
-    int count;
-    std::uint32_t firsts[2]; ///< `local` of the first two
-    std::uint32_t local(int n) const { return this->firsts[n & 1] + static_cast<std::uint32_t>(n >> 1); }
-  };
-  std::vector<Row> rows(int brick) const;
 
   // --- Memory
   // ---------------------------------------------------------------------------------------------------------
@@ -156,14 +117,11 @@ public:
   // --- What cuts and carves removed
   // -----------------------------------------------------------------------------------
 
-  /// What was removed, by brick: one byte an element in the order of `local`. Bits 0 to 5: its link in that direction;
-  /// `carvedBit`: the element itself.
-  using CutBits = std::unordered_map<int, std::vector<std::uint8_t>>;
-  static constexpr std::uint8_t carvedBit = 64;
-  const CutBits& cuts() const { return this->cuts_; }
-  std::uint8_t cutBits(int i, int j, int k) const;
-  /// Removes the link from (i, j, k) in one direction, seen from both ends. Both must lie in the grid.
-  bool removeLink(int i, int j, int k, int direction);
+  const Links& links() const { return this->links_; }
+  bool anyCut() const { return this->links_.anyCut(); }
+  std::uint8_t cutBits(int i, int j, int k) const { return this->links_.cutBits(i, j, k); }
+  /// Links::remove().
+  bool removeLink(int i, int j, int k, int direction) { return this->links_.remove(i, j, k, direction); }
   /// Makes these elements (Grid::at) air from now on, for row() and for the device, where they rest.
   void removeElements(const std::vector<std::size_t>& voxels);
   /// Model::row() of the tissue as it is now: removed elements are air.
@@ -183,14 +141,10 @@ public:
       }
     }
   }
-  bool carved(int i, int j, int k) const { return (this->cutBits(i, j, k) & carvedBit) != 0; }
-  /// Bricks that elements were removed from.
-  const std::set<int>& carvedBricks() const { return this->carvedBricks_; }
   /// All links and elements back. Nothing may be held by then.
   void mend();
   /// Brings the removed links to the device.
   void uploadCuts();
-  bool anyCut() const { return !this->cuts_.empty(); }
 
   std::size_t deviceBytes() const;
 
@@ -200,7 +154,7 @@ public:
   cl::Buffer displacement; ///< float [axis][address]
   cl::Buffer before;       ///< float [axis][address], the state before the wave
   cl::Buffer constraint;   ///< float [axis][address], signed
-  cl::Buffer cut;          ///< uchar [address], as CutBits, only where anyCut()
+  cl::Buffer cut;          ///< uchar [address], as Links has it, only where anyCut()
   /// `cut`, or any buffer for kernels that were built without cuts and do not look at it.
   const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }
   cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_ + skew; }
@@ -255,22 +209,14 @@ private:
 
   std::shared_ptr<Context> context_;
   std::shared_ptr<const Model> model_;
-  Index3 size_;
-  Index3 counts_;
-  int elements_;
-  int strideY_;
-  int strideZ_;
   /// Elements between the runs of a field. Without, the axes of an element would be a power of two apart and compete
   /// for the same lines of a CPU's cache.
   static constexpr int skew = 272;
 
   int capacity_ = 0;
-  std::vector<int> table_;
-  std::vector<int> place_;
   std::vector<Status> status_;
   std::vector<char> touched_;
-  CutBits cuts_;
-  std::set<int> carvedBricks_;
+  Links links_;
   std::vector<Field*> fields_; ///< those that keep() was called for
   cl::Buffer tableBuffer_;
   cl::Buffer placeBuffer_;

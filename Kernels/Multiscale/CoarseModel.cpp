@@ -137,7 +137,7 @@ void coarsenCuts(const Bricks& finer, Bricks& coarser)
 {
   const Grid& fine = finer.model().grid();
   std::set<std::pair<std::size_t, int>> candidates; // voxel of the coarser grid, axis
-  for (const auto& [brick, bits] : finer.cuts())
+  for (const auto& [brick, bits] : finer.links().all())
   {
     const Index3 origin = finer.origin(brick);
     for (int k = origin[2]; k < std::min(origin[2] + finer.size()[2], fine.size[2]); ++k)

@@ -347,7 +347,7 @@ std::vector<std::size_t> ModelReduction::follow()
   const Grid& grid = this->bricks_.model().grid();
   const Index3 size = this->whole_.size();
   std::set<std::size_t> changed; // elements with voxels that a cut or carve touched
-  for (const auto& [brick, bits] : this->whole_.cuts())
+  for (const auto& [brick, bits] : this->whole_.links().all())
   {
     const Index3 origin = this->whole_.origin(brick);
     for (int k = origin[2]; k < std::min(origin[2] + size[2], whole.size[2]); ++k)
@@ -373,7 +373,7 @@ std::vector<std::size_t> ModelReduction::follow()
   {
     std::vector<Cell> parts = this->pieces(element);
     const Index3 at = grid.indexOf(element);
-    if (parts.empty() && !this->bricks_.carved(at[0], at[1], at[2]))
+    if (parts.empty() && !this->bricks_.links().carved(at[0], at[1], at[2]))
     {
       gone.push_back(element);
     }

@@ -95,8 +95,8 @@ template <typename T> void ArrivalTimes::read(const Field& field, T* out) const
     [&](int slot, const Bricks::SlotValues<cl_int>& values)
     {
       const int brick = this->bricks_.brick(slot);
-      const auto cut = this->bricks_.cuts().find(brick);
-      const std::uint8_t* cutBits = cut == this->bricks_.cuts().end() ? nullptr : cut->second.data();
+      const auto cut = this->bricks_.links().all().find(brick);
+      const std::uint8_t* cutBits = cut == this->bricks_.links().all().end() ? nullptr : cut->second.data();
       for (const Bricks::Row& row : this->bricks_.rows(brick))
       {
         for (int i = 0; i < row.count; ++i)
@@ -104,7 +104,7 @@ template <typename T> void ArrivalTimes::read(const Field& field, T* out) const
           const std::uint32_t local = row.local(i);
           for (std::size_t a = 0; a < axes; ++a)
           {
-            if (values(a, local) != 0 && !(cutBits && (cutBits[local] & Bricks::carvedBit) != 0))
+            if (values(a, local) != 0 && !(cutBits && (cutBits[local] & Links::carvedBit) != 0))
             {
               const cl_int bits = values(axes + a, local);
               std::memcpy(out + axes * (row.voxel + i) + a, &bits, sizeof(bits));
