@@ -94,34 +94,43 @@ void clampRange(
     static_cast<int>(std::max(std::min(std::floor((position + farthest) / spacing - low), end - 1.0), begin - 1.0));
 }
 
-}
-
-std::string nameOf(const Probe& probe, std::size_t number)
+/// The elements of a box: calls f(i, j, k).
+template <typename F> void forElements(const Bricks& bricks, const Index3& first, const Index3& last, const F& f)
 {
-  return "Probe " + std::to_string(number) + " at " + text(probe.position) + " mm along the image's axes";
-}
-
-std::vector<std::vector<std::size_t>> elementsAround(
-  Bricks& bricks, const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
-{
-  if (probes.empty())
+  if (first[0] > last[0])
   {
-    return {};
+    return;
+  }
+  const int axes = bricks.model().axes();
+  const int count = last[0] - first[0] + 1;
+  std::vector<float> row(static_cast<std::size_t>(count) * axes);
+  for (int k = first[2]; k <= last[2]; ++k)
+  {
+    for (int j = first[1]; j <= last[1]; ++j)
+    {
+      bricks.row(first[0], j, k, count, row.data());
+      for (int n = 0; n < count; ++n)
+      {
+        if (!std::isinf(row[static_cast<std::size_t>(n) * axes]))
+        {
+          f(first[0] + n, j, k);
+        }
+      }
+    }
+  }
+}
+
+/// Offers tissue that has moved, brick by brick. Returns the bricks that hold some.
+std::unordered_set<int> offerDisplaced(Bricks& bricks, std::vector<Grasp>& grasps)
+{
+  std::unordered_set<int> displaced;
+  if (bricks.touchedSlots().empty())
+  {
+    return displaced;
   }
   const Grid& grid = bricks.model().grid();
-  const int axes = bricks.model().axes();
-  std::vector<Grasp> grasps;
-  for (const Probe& probe : probes)
-  {
-    grasps.emplace_back(probe, grid);
-  }
-  std::vector<float> row;
-
-  // Tissue that has moved, brick by brick.
-  std::unordered_set<int> displaced;
-  const std::vector<BrickFigures> figures =
-    bricks.touchedSlots().empty() ? std::vector<BrickFigures>() : measureBricks(bricks);
   const Index3 size = bricks.size();
+  const std::vector<BrickFigures> figures = measureBricks(bricks);
   std::vector<float> u;
   for (std::size_t n = 0; n < figures.size(); ++n)
   {
@@ -130,9 +139,8 @@ std::vector<std::vector<std::size_t>> elementsAround(
       continue;
     }
     const int slot = static_cast<int>(n) + 1;
-    const int brick = bricks.brick(slot);
-    displaced.insert(brick);
-    const Index3 origin = bricks.origin(brick);
+    displaced.insert(bricks.brick(slot));
+    const Index3 origin = bricks.origin(bricks.brick(slot));
     bool read = false;
     for (Grasp& grasp : grasps)
     {
@@ -154,51 +162,58 @@ std::vector<std::vector<std::size_t>> elementsAround(
         bricks.readSlot(slot, u);
         read = true;
       }
-      row.resize(static_cast<std::size_t>(last[0] - first[0] + 1) * axes);
-      for (int k = first[2]; k <= last[2]; ++k)
-      {
-        for (int j = first[1]; j <= last[1]; ++j)
-        {
-          bricks.row(first[0], j, k, last[0] - first[0] + 1, row.data());
-          for (int i = first[0]; i <= last[0]; ++i)
-          {
-            if (!std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]))
-            {
-              grasp.offer(grid.at(i, j, k), bricks.place(i, j, k, u));
-            }
-          }
-        }
-      }
+      forElements(
+        bricks, first, last, [&](int i, int j, int k) { grasp.offer(grid.at(i, j, k), bricks.place(i, j, k, u)); });
     }
   }
+  return displaced;
+}
 
-  // Tissue at rest.
+/// Offers tissue at rest: that of all other bricks.
+void offerAtRest(const Bricks& bricks, const std::unordered_set<int>& displaced, Grasp& grasp)
+{
+  const Grid& grid = bricks.model().grid();
+  Index3 first;
+  Index3 last;
+  for (int a = 0; a < 3; ++a)
+  {
+    clampRange(
+      grasp.probe().position[a], grasp.farthest(), grid.spacing[a], 0.0, 0.0, 0, grid.size[a], first[a], last[a]);
+  }
+  forElements(bricks, first, last,
+    [&](int i, int j, int k)
+    {
+      if (displaced.empty() || displaced.count(bricks.brickAt(i, j, k)) == 0)
+      {
+        grasp.offer(grid.at(i, j, k), { double(i), double(j), double(k) });
+      }
+    });
+}
+
+}
+
+std::string nameOf(const Probe& probe, std::size_t number)
+{
+  return "Probe " + std::to_string(number) + " at " + text(probe.position) + " mm along the image's axes";
+}
+
+std::vector<std::vector<std::size_t>> elementsAround(
+  Bricks& bricks, const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
+{
+  if (probes.empty())
+  {
+    return {};
+  }
+  std::vector<Grasp> grasps;
+  for (const Probe& probe : probes)
+  {
+    grasps.emplace_back(probe, bricks.model().grid());
+  }
+  const std::unordered_set<int> displaced = offerDisplaced(bricks, grasps);
   std::vector<std::vector<std::size_t>> grabbed;
   for (Grasp& grasp : grasps)
   {
-    Index3 first;
-    Index3 last;
-    for (int a = 0; a < 3; ++a)
-    {
-      clampRange(
-        grasp.probe().position[a], grasp.farthest(), grid.spacing[a], 0.0, 0.0, 0, grid.size[a], first[a], last[a]);
-    }
-    for (int k = first[2]; k <= last[2]; ++k)
-    {
-      for (int j = first[1]; j <= last[1] && first[0] <= last[0]; ++j)
-      {
-        row.resize(static_cast<std::size_t>(last[0] - first[0] + 1) * axes);
-        bricks.row(first[0], j, k, last[0] - first[0] + 1, row.data());
-        for (int i = first[0]; i <= last[0]; ++i)
-        {
-          if (!std::isinf(row[static_cast<std::size_t>(i - first[0]) * axes]) &&
-              (displaced.empty() || displaced.count(bricks.brickAt(i, j, k)) == 0))
-          {
-            grasp.offer(grid.at(i, j, k), { double(i), double(j), double(k) });
-          }
-        }
-      }
-    }
+    offerAtRest(bricks, displaced, grasp);
     const std::size_t number = numbers[grabbed.size()];
     grabbed.push_back(grasp.grabbed());
     if (grabbed.back().empty())

@@ -172,14 +172,10 @@ struct Pull
   bool held = false;
 };
 
-/// Moves the groups of one axis; returns the largest move.
-float moveAxis(
-  const Patch& patch, const std::vector<float>& c, std::vector<float>& u, const Elasticity& elasticity, float still)
+/// Units: rigid clusters and single elements.
+DisjointSets unitsOf(const Patch& patch, const std::vector<float>& c)
 {
-  const std::size_t count = patch.size();
-
-  // Units: rigid clusters and single elements, with what pulls at each.
-  DisjointSets units(count);
+  DisjointSets units(patch.size());
   forLinks(patch, c,
     [&](std::size_t n, std::size_t m, float limit)
     {
@@ -188,6 +184,14 @@ float moveAxis(
         units.join(n, m);
       }
     });
+  return units;
+}
+
+/// What pulls at each unit, at its root.
+std::vector<Pull> pullsAt(const Patch& patch, const std::vector<float>& c, const std::vector<float>& u,
+  const Elasticity& elasticity, DisjointSets& units)
+{
+  const std::size_t count = patch.size();
   std::vector<Pull> pulls(count);
   for (std::size_t n = 0; n < count; ++n)
   {
@@ -210,9 +214,13 @@ float moveAxis(
         pulls[units.root(m)].force -= force;
       }
     });
+  return pulls;
+}
 
-  // Groups: units joined by links that block.
-  DisjointSets groups = units;
+/// Joins units to groups by the links that block. Whether there are any.
+bool joinBlocked(const Patch& patch, const std::vector<float>& c, const std::vector<float>& u,
+  const std::vector<Pull>& pulls, DisjointSets& units, DisjointSets& groups)
+{
   bool any = false;
   forLinks(patch, c,
     [&](std::size_t n, std::size_t m, float limit)
@@ -235,14 +243,28 @@ float moveAxis(
         any = true;
       }
     });
-  if (!any)
-  {
-    return 0.0f;
-  }
+  return any;
+}
 
-  // Members and outgoing links of each group of several units, in the order of voxels.
+/// Several units that move as one.
+struct Group
+{
+  struct Outgoing
+  {
+    std::uint32_t inner;
+    std::uint32_t outer;
+    float limit;
+  };
+  std::vector<std::uint32_t> members;
+  std::vector<Outgoing> outgoing; ///< links
+};
+
+/// With their members and links in the order of voxels.
+std::vector<Group> groupsOf(const Patch& patch, const std::vector<float>& c, DisjointSets& units, DisjointSets& groups)
+{
+  const std::size_t count = patch.size();
   std::vector<int> idOf(count, -1);
-  std::vector<std::vector<std::uint32_t>> members;
+  std::vector<Group> found;
   for (std::size_t n = 0; n < count; ++n)
   {
     if (std::isinf(c[n]) || units.root(n) == groups.root(n))
@@ -252,8 +274,8 @@ float moveAxis(
     int& id = idOf[groups.root(n)];
     if (id < 0)
     {
-      id = static_cast<int>(members.size());
-      members.emplace_back();
+      id = static_cast<int>(found.size());
+      found.emplace_back();
     }
   }
   for (std::size_t n = 0; n < count; ++n)
@@ -261,16 +283,9 @@ float moveAxis(
     const int id = idOf[groups.root(n)];
     if (id >= 0 && !std::isinf(c[n]))
     {
-      members[id].push_back(static_cast<std::uint32_t>(n));
+      found[id].members.push_back(static_cast<std::uint32_t>(n));
     }
   }
-  struct Outgoing
-  {
-    std::uint32_t inner;
-    std::uint32_t outer;
-    float limit;
-  };
-  std::vector<std::vector<Outgoing>> outgoing(members.size());
   forLinks(patch, c,
     [&](std::size_t n, std::size_t m, float limit)
     {
@@ -278,41 +293,60 @@ float moveAxis(
       const std::uint32_t b = groups.root(m);
       if (a != b && idOf[a] >= 0)
       {
-        outgoing[idOf[a]].push_back({ static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(m), limit });
+        found[idOf[a]].outgoing.push_back({ static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(m), limit });
       }
       if (a != b && idOf[b] >= 0)
       {
-        outgoing[idOf[b]].push_back({ static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(n), limit });
+        found[idOf[b]].outgoing.push_back({ static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(n), limit });
       }
     });
+  return found;
+}
 
-  float largest = 0.0f;
-  for (std::size_t id = 0; id < members.size(); ++id)
+/// Returns how far it went.
+float moveGroup(const Group& group, std::vector<float>& u, const Elasticity& elasticity, float still)
+{
+  double weight = 0.0;
+  double force = 0.0;
+  float lower = -std::numeric_limits<float>::infinity();
+  float upper = std::numeric_limits<float>::infinity();
+  for (const Group::Outgoing& link : group.outgoing)
   {
-    double weight = 0.0;
-    double force = 0.0;
-    float lower = -std::numeric_limits<float>::infinity();
-    float upper = std::numeric_limits<float>::infinity();
-    for (const Outgoing& link : outgoing[id])
-    {
-      const double w = Elasticity::weight(link.limit);
-      weight += w;
-      force += w * elasticity.pull(u[link.inner], u[link.outer], link.limit);
-      lower = std::max(lower, u[link.outer] - link.limit - u[link.inner]);
-      upper = std::min(upper, u[link.outer] + link.limit - u[link.inner]);
-    }
-    const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
-    const float way = std::min(std::max(wanted, lower), upper);
-    // Against the wish of the group it never goes: where rounding has closed its box it stays.
-    if (!(lower <= upper) || !(std::fabs(way) > still) || way * wanted <= 0.0f)
-    {
-      continue;
-    }
-    for (const std::uint32_t n : members[id])
-    {
-      u[n] += way;
-    }
-    largest = std::max(largest, std::fabs(way));
+    const double w = Elasticity::weight(link.limit);
+    weight += w;
+    force += w * elasticity.pull(u[link.inner], u[link.outer], link.limit);
+    lower = std::max(lower, u[link.outer] - link.limit - u[link.inner]);
+    upper = std::min(upper, u[link.outer] + link.limit - u[link.inner]);
+  }
+  const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
+  const float way = std::min(std::max(wanted, lower), upper);
+  // Against the wish of the group it never goes: where rounding has closed its box it stays.
+  if (!(lower <= upper) || !(std::fabs(way) > still) || way * wanted <= 0.0f)
+  {
+    return 0.0f;
+  }
+  for (const std::uint32_t n : group.members)
+  {
+    u[n] += way;
+  }
+  return std::fabs(way);
+}
+
+/// Moves the groups of one axis; returns the largest move.
+float moveAxis(
+  const Patch& patch, const std::vector<float>& c, std::vector<float>& u, const Elasticity& elasticity, float still)
+{
+  DisjointSets units = unitsOf(patch, c);
+  const std::vector<Pull> pulls = pullsAt(patch, c, u, elasticity, units);
+  DisjointSets groups = units;
+  if (!joinBlocked(patch, c, u, pulls, units, groups))
+  {
+    return 0.0f;
+  }
+  float largest = 0.0f;
+  for (const Group& group : groupsOf(patch, c, units, groups))
+  {
+    largest = std::max(largest, moveGroup(group, u, elasticity, still));
   }
   return largest;
 }
