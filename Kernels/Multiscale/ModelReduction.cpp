@@ -341,12 +341,12 @@ void ModelReduction::join(std::vector<Cell> loose, const std::unordered_map<std:
   }
 }
 
-std::vector<std::size_t> ModelReduction::follow()
+/// Elements with voxels that a cut or carve touched.
+std::set<std::size_t> ModelReduction::touched() const
 {
   const Grid& whole = this->whole_.model().grid();
-  const Grid& grid = this->bricks_.model().grid();
   const Index3 size = this->whole_.size();
-  std::set<std::size_t> changed; // elements with voxels that a cut or carve touched
+  std::set<std::size_t> changed;
   for (const auto& [brick, bits] : this->whole_.links().all())
   {
     const Index3 origin = this->whole_.origin(brick);
@@ -364,7 +364,13 @@ std::vector<std::size_t> ModelReduction::follow()
       }
     }
   }
+  return changed;
+}
 
+/// Finds anew which voxels follow another element than their own. Returns the elements that are gone.
+std::vector<std::size_t> ModelReduction::findOwners(const std::set<std::size_t>& changed)
+{
+  const Grid& grid = this->bricks_.model().grid();
   const std::unordered_map<std::size_t, std::size_t> before = std::move(this->owners_);
   this->owners_.clear();
   std::vector<Cell> loose;
@@ -399,8 +405,13 @@ std::vector<std::size_t> ModelReduction::follow()
     }
   }
   this->join(std::move(loose), before);
+  return gone;
+}
 
-  // Links that a link of voxels is left of.
+/// Removes the links of elements that no link of voxels is left of.
+void ModelReduction::removeLinks(const std::set<std::size_t>& changed)
+{
+  const Grid& grid = this->bricks_.model().grid();
   std::set<std::pair<std::size_t, int>> present;
   for (const std::size_t element : changed)
   {
@@ -441,6 +452,13 @@ std::vector<std::size_t> ModelReduction::follow()
       }
     }
   }
+}
+
+std::vector<std::size_t> ModelReduction::follow()
+{
+  const std::set<std::size_t> changed = this->touched();
+  const std::vector<std::size_t> gone = this->findOwners(changed);
+  this->removeLinks(changed);
   this->bricks_.removeElements(gone); // and brings the links to the device
   this->moved();
   return gone;
@@ -473,13 +491,9 @@ std::vector<std::size_t> ModelReduction::elementsOf(const std::vector<std::size_
 
 // --- Displacements ---------------------------------------------------------------------------------------------------
 
-void ModelReduction::expand()
+/// Bricks of voxels that an element which is away from rest displaces.
+std::set<int> ModelReduction::displacedBricks()
 {
-  if (this->current_)
-  {
-    return;
-  }
-  this->whole_.clearDisplacements();
   const Grid& whole = this->whole_.model().grid();
   const Grid& grid = this->bricks_.model().grid();
   const Index3 size = this->bricks_.size();
@@ -530,6 +544,19 @@ void ModelReduction::expand()
       }
     }
   }
+  return needed;
+}
+
+void ModelReduction::expand()
+{
+  if (this->current_)
+  {
+    return;
+  }
+  this->whole_.clearDisplacements();
+  const Grid& whole = this->whole_.model().grid();
+  const Grid& grid = this->bricks_.model().grid();
+  std::set<int> needed = this->displacedBricks();
   this->current_ = true;
   if (needed.empty())
   {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <set>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -92,6 +93,10 @@ private:
   std::vector<Cell> pieces(std::size_t element) const;
   void join(std::vector<Cell> loose, const std::unordered_map<std::size_t, std::size_t>& before);
   void separate();
+  std::set<std::size_t> touched() const;
+  std::vector<std::size_t> findOwners(const std::set<std::size_t>& changed);
+  void removeLinks(const std::set<std::size_t>& changed);
+  std::set<int> displacedBricks();
   std::shared_ptr<const Model> reducedModel();
 
   Bricks& whole_;
