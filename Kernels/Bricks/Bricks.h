@@ -161,7 +161,7 @@ public:
 
   // What kernels take together, in this order.
 
-  /// `pitch, table, place, strideY, strideZ` of brick.clh.
+  /// LAYOUT_ARGUMENTS of brick.clh.
   auto layout() const
   {
     return std::tuple<cl_uint, const cl::Buffer&, const cl::Buffer&, cl_int, cl_int>(

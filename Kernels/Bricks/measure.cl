@@ -11,9 +11,8 @@
 
 #define FIGURES 15
 
-kernel void measure(global const int* list, float slack, uint pitch, global const int* table, global const int* place,
-  int strideY, int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
-  local float* partial, global float* result)
+kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, local float* partial, global float* result)
 {
   const int lid = get_local_id(0);
   const uint slot = list[get_group_id(0)];

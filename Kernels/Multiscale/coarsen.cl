@@ -8,10 +8,9 @@
 #include "element.clh"
 
 // Elements of the coarser grid to the mean of those they stand for; held ones to that of the held ones.
-kernel void coarsen(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
-  int strideZ, uint finerPitch, global const int* finerTable, global const int* finerPlace, int finerStrideY,
-  int finerStrideZ, global const float* finerDisplacement, global const float* finerConstraint,
-  global float* displacement)
+kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, global const int* finerTable,
+  global const int* finerPlace, int finerStrideY, int finerStrideZ, global const float* finerDisplacement,
+  global const float* finerConstraint, global float* displacement)
 {
   const uint slot = list[get_group_id(0)];
   const int3 brick = brickAt(place[slot], strideY, strideZ);
@@ -225,9 +224,9 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
 // Takes the elements of the finer grid that are not held where the coarser one is: interpolated between the up to eight
 // coarser elements around, those that no cut divides from the one it belongs to (shareOut). For rigid ones the rigid of these
 // alone count, axis by axis: so bone comes out where the coarser bone is.
-kernel void refine(global const int* list, uint finerPitch, global const int* finerTable, global const int* finerPlace,
-  int finerStrideY, int finerStrideZ, uint pitch, global const int* table, global const int* place, int strideY,
-  int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
+kernel void refine(global const int* list, uint finerPitch, global const int* finerTable,
+  global const int* finerPlace, int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS,
+  global const float* displacement, global const float* constraint, global const uchar* cut,
   global const float* finerConstraint, global float* finerDisplacement)
 {
   local float layers[3 * LAYER];

@@ -38,9 +38,8 @@ RULE mask markOf(const int odd, const Site* s, uint pitch, global const float* d
   return select((mask)(0), (mask)(HELD), held) | select((mask)(0), (mask)(STRAINED), strained);
 }
 
-kernel void mark(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
-  int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
-  global int* marks)
+kernel void mark(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global int* marks)
 {
   const uint slot = list[get_group_id(0)];
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
@@ -74,8 +73,8 @@ RULE int joinAt(
 }
 
 // From link to link.
-kernel void join(FIXED_POINT_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
-  int strideZ, global const float* constraint, global const uchar* cut, global int* marks)
+kernel void join(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut,
+  global int* marks)
 {
   FIXED_POINT_BEGIN
 #define JOIN(odd) joinAt(odd, &s, constraint, cut, marks)

@@ -44,9 +44,8 @@ RULE int arriveAt(const Site* s, uint pitch, global const float* displacement, g
   return touched;
 }
 
-kernel void arrive(FIXED_POINT_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
-  int strideZ, global const float* displacement, global const float* before, global const float* constraint,
-  global const uchar* cut, global float* arrival)
+kernel void arrive(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
 {
   FIXED_POINT_BEGIN
   FIXED_POINT(arriveAt(&s, pitch, displacement, before, constraint, cut, arrival))

@@ -88,9 +88,8 @@ RULE int anyHeld(const Site* s, uint pitch, global const float* constraint)
   return SOME(held);
 }
 
-kernel void propagate(FIXED_POINT_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
-  int strideZ, global float* displacement, global const float* before, global const float* constraint,
-  global const uchar* cut)
+kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement, global const float* before,
+  global const float* constraint, global const uchar* cut)
 {
   FIXED_POINT_BEGIN
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };

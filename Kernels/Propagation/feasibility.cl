@@ -44,9 +44,8 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, global const float
 }
 
 // found: not 0 for bricks with such elements.
-kernel void violated(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
-  int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
-  global int* found)
+kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global int* found)
 {
   const uint slot = list[get_group_id(0)];
   int any = 0;
@@ -95,8 +94,8 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, global const float* c
   return touched;
 }
 
-kernel void bound(FIXED_POINT_ARGUMENTS, uint pitch, global const int* table, global const int* place, int strideY,
-  int strideZ, global const float* constraint, global const uchar* cut, global float* lower, global float* upper)
+kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut,
+  global float* lower, global float* upper)
 {
   FIXED_POINT_BEGIN
 #define BOUND(odd) boundAt(odd, &s, pitch, constraint, cut, lower, upper)

@@ -15,10 +15,9 @@
 #include "brick.clh"
 #include "element.clh"
 
-kernel void arriveNext(global const int* list, int iteration, uint pitch, global const int* table,
-  global const int* place, int strideY, int strideZ, global const float* displacement, global const float* constraint,
-  global const uchar* cut, global const float* time, global const int* front, global const int* stamp,
-  global float* nextDisplacement, global float* nextTime, global int* nextFront)
+kernel void arriveNext(global const int* list, int iteration, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global const float* time, global const int* front,
+  global const int* stamp, global float* nextDisplacement, global float* nextTime, global int* nextFront)
 {
   const uint slot = list[get_group_id(0)];
   for (int colour = 0; colour < 2; ++colour)
@@ -80,10 +79,9 @@ kernel void arriveNext(global const int* list, int iteration, uint pitch, global
 }
 
 // result[group]: faces that shifted elements touch (movedFaces).
-kernel void shift(global const int* list, int iteration, uint pitch, global const int* table, global const int* place,
-  int strideY, int strideZ, global const float* nextDisplacement, global const float* nextTime,
-  global const int* nextFront, global float* displacement, global float* time, global int* front, global int* stamp,
-  global int* result)
+kernel void shift(global const int* list, int iteration, LAYOUT_ARGUMENTS, global const float* nextDisplacement,
+  global const float* nextTime, global const int* nextFront, global float* displacement, global float* time,
+  global int* front, global int* stamp, global int* result)
 {
   local int faces;
   if (get_local_id(0) == 0)

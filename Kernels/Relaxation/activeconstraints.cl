@@ -10,9 +10,8 @@
 #include "brick.clh"
 #include "element.clh"
 
-kernel void activeConstraints(global const int* list, uint pitch, global const int* table, global const int* place, int strideY,
-  int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut,
-  global uchar* result)
+kernel void activeConstraints(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global uchar* result)
 {
   const uint slot = list[get_group_id(0)];
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))

@@ -12,9 +12,9 @@
 #include "element.clh"
 #include "wavefronts.clh"
 
-kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, uint pitch, global const int* table,
-  global const int* place, int strideY, int strideZ, global const float* displacement, global float* after,
-  global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
+kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT_ARGUMENTS,
+  global const float* displacement, global float* after, global const float* constraint,
+  global const uchar* cut WAVES_ARGUMENTS)
 {
   local Turn mine;
   const uint slot = get_group_id(0) + 1;

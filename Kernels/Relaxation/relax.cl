@@ -68,9 +68,8 @@ RULE float relaxPiece(const int odd, const Site* s, float omega, float still, fl
   return largest;
 }
 
-kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float slack, uint pitch,
-  global const int* table, global const int* place, int strideY, int strideZ, global float* displacement,
-  global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
+kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float slack, LAYOUT_ARGUMENTS,
+  global float* displacement, global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
 {
   local Turn mine;
   const uint slot = get_group_id(0) + 1;
