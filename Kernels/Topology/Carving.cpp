@@ -329,24 +329,11 @@ void displaced(const Bricks& bricks, const Solid& solid, const Index3& first, co
   }
 }
 
-}
-
-ClosedSurface::ClosedSurface(const Surface& surface, const Grid& grid)
-  : points(fixedPoints(surface, grid, "carve"))
-  , triangles(surface.triangles)
+/// How far elements are from the image, at most.
+void reach(const Grid& grid, const std::vector<BrickFigures>& figures, Vector3& first, Vector3& last)
 {
-  checkClosed(surface, this->points);
-}
-
-std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surface)
-{
-  const Grid& grid = bricks.model().grid();
-  const Index3 size = bricks.size();
-  // Where elements are now: at rest, unless their brick says how far from it.
-  const std::vector<BrickFigures> figures = measureBricks(bricks);
-  const auto isDisplaced = [&](int slot) { return slot > 0 && figures[slot - 1].displaced > 0.0f; };
-  Vector3 first{};
-  Vector3 last{ grid.size[0] - 1.0, grid.size[1] - 1.0, grid.size[2] - 1.0 };
+  first = {};
+  last = { grid.size[0] - 1.0, grid.size[1] - 1.0, grid.size[2] - 1.0 };
   for (const BrickFigures& brick : figures)
   {
     for (int a = 0; a < 3; ++a)
@@ -361,24 +348,32 @@ std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surf
     first[a] = std::max(first[a], -1e8);
     last[a] = std::min(last[a], 1e8);
   }
-  const Solid solid(surface, fixed(first), fixed(last));
-  if (solid.empty())
-  {
-    return {};
-  }
+}
 
-  std::vector<std::size_t> found;
+/// The last voxel of the brick that begins at one.
+Index3 lastOf(const Bricks& bricks, const Index3& origin)
+{
+  const Index3 size = bricks.size();
+  const Grid& grid = bricks.model().grid();
+  return { std::min(origin[0] + size[0], grid.size[0]) - 1, std::min(origin[1] + size[1], grid.size[1]) - 1,
+    std::min(origin[2] + size[2], grid.size[2]) - 1 };
+}
+
+bool isDisplaced(const std::vector<BrickFigures>& figures, int slot)
+{
+  return slot > 0 && figures[slot - 1].displaced > 0.0f;
+}
+
+/// Adds the elements of all displaced bricks that are inside.
+void allDisplaced(
+  Bricks& bricks, const Solid& solid, const std::vector<BrickFigures>& figures, std::vector<std::size_t>& found)
+{
   std::vector<float> values;
-  const auto lastOf = [&](const Index3& origin)
-  {
-    return Index3{ std::min(origin[0] + size[0], grid.size[0]) - 1, std::min(origin[1] + size[1], grid.size[1]) - 1,
-      std::min(origin[2] + size[2], grid.size[2]) - 1 };
-  };
   for (int slot = 1; slot < bricks.slots(); ++slot)
   {
     const Index3 origin = bricks.origin(bricks.brick(slot));
-    const Index3 end = lastOf(origin);
-    bool apart = !isDisplaced(slot);
+    const Index3 end = lastOf(bricks, origin);
+    bool apart = !isDisplaced(figures, slot);
     for (int a = 0; a < 3; ++a)
     {
       const BrickFigures& brick = figures[slot - 1];
@@ -392,29 +387,34 @@ std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surf
       displaced(bricks, solid, origin, end, values, found);
     }
   }
+}
 
+/// Adds those of all other bricks.
+void allAtRest(
+  const Bricks& bricks, const Solid& solid, const std::vector<BrickFigures>& figures, std::vector<std::size_t>& found)
+{
+  const Index3 size = bricks.size();
   std::array<std::pair<int, int>, 3> range;
-  bool none = false;
   for (int a = 0; a < 3; ++a)
   {
-    range[a] = wholeVoxels(solid.low()[a], solid.high()[a], 0, grid.size[a] - 1);
+    range[a] = wholeVoxels(solid.low()[a], solid.high()[a], 0, bricks.model().grid().size[a] - 1);
     if (range[a].first > range[a].second)
     {
-      none = true;
+      return;
     }
   }
-  for (int k = range[2].first / size[2]; !none && k * size[2] <= range[2].second; ++k)
+  for (int k = range[2].first / size[2]; k * size[2] <= range[2].second; ++k)
   {
     for (int j = range[1].first / size[1]; j * size[1] <= range[1].second; ++j)
     {
       for (int i = range[0].first / size[0]; i * size[0] <= range[0].second; ++i)
       {
         Index3 from{ i * size[0], j * size[1], k * size[2] };
-        if (isDisplaced(bricks.slot(bricks.brickAt(from[0], from[1], from[2]))))
+        if (isDisplaced(figures, bricks.slot(bricks.brickAt(from[0], from[1], from[2]))))
         {
           continue;
         }
-        Index3 to = lastOf(from);
+        Index3 to = lastOf(bricks, from);
         for (int a = 0; a < 3; ++a)
         {
           from[a] = std::max(from[a], range[a].first);
@@ -424,6 +424,32 @@ std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surf
       }
     }
   }
+}
+
+}
+
+ClosedSurface::ClosedSurface(const Surface& surface, const Grid& grid)
+  : points(fixedPoints(surface, grid, "carve"))
+  , triangles(surface.triangles)
+{
+  checkClosed(surface, this->points);
+}
+
+std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surface)
+{
+  // Where elements are now: at rest, unless their brick says how far from it.
+  const std::vector<BrickFigures> figures = measureBricks(bricks);
+  Vector3 first{};
+  Vector3 last{};
+  reach(bricks.model().grid(), figures, first, last);
+  const Solid solid(surface, fixed(first), fixed(last));
+  if (solid.empty())
+  {
+    return {};
+  }
+  std::vector<std::size_t> found;
+  allDisplaced(bricks, solid, figures, found);
+  allAtRest(bricks, solid, figures, found);
   std::sort(found.begin(), found.end());
   bricks.removeElements(found);
   return found;
