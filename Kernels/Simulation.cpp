@@ -1,21 +1,21 @@
 #include "Simulation.h"
 
 #include "Carving.h"
-#include "CoarseToFine.h"
 #include "Cutting.h"
 #include "Error.h"
+#include "Grasp.h"
 #include "HeldBy.h"
 #include "Measurement.h"
 #include "ModelReduction.h"
+#include "MultiscaleRelaxation.h"
 #include "PaperRelaxation.h"
-#include "Relaxation.h"
+#include "Readout.h"
 #include "Resampling.h"
 #include "Waves.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <unordered_map>
 
 namespace chainmail
 {
@@ -29,11 +29,11 @@ public:
     , voxels_(this->context_, this->model_, settings.brickSize)
     , reduction_(settings.modelReduction == 1 ? nullptr : new ModelReduction(this->voxels_, settings.modelReduction))
     , bricks_(this->reduction_ ? this->reduction_->bricks() : this->voxels_)
-    , holds_(this->bricks_, [this](const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
+    , readout_(this->voxels_, this->bricks_, this->reduction_.get())
+    , handles_(this->bricks_, [this](const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
         { return this->grab(probes, numbers); })
-    , waves_(this->bricks_, this->holds_)
-    , relaxation_(this->bricks_)
-    , coarseToFine_(this->bricks_, this->holds_)
+    , waves_(this->bricks_, this->handles_)
+    , relaxation_(this->bricks_, this->handles_)
     , paperRelaxation_(this->bricks_)
     , resampling_(this->voxels_)
   {
@@ -51,13 +51,8 @@ public:
   std::vector<ProbeResult> probes();
   HeldBy heldBy(std::size_t probe);
   Statistics measure();
-  void displacements(float* out, bool zeroed);
-  void propagationTimes(float* out);
-  void wavefronts(int* out, bool zeroed);
-  void clusters(int* out);
-  void elements(std::uint8_t* out);
-  void links(std::uint8_t* out);
   void resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit);
+  Bricks& voxels();
 
   std::shared_ptr<const Model> model_;
   std::shared_ptr<Context> context_;
@@ -65,17 +60,18 @@ public:
   Bricks voxels_;                             ///< one element each
   std::unique_ptr<ModelReduction> reduction_; ///< null: none
   Bricks& bricks_;                            ///< of the elements that deform: the voxels, or those of the reduction
-  Holds holds_;
+  Readout readout_;
+  Handles handles_;
   Waves waves_;
-  bool startsCoarse_ = false;
+  MultiscaleRelaxation relaxation_;
 
 private:
   void checkpoint(double share);
-  Bricks& voxels();
   void moved();
   std::vector<std::vector<std::size_t>> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
-  void addForces(std::vector<ProbeResult>& results);
   RigidClusters& rigidClusters();
+  Relaxer& relaxer();
+  void tissueChanged();
 
   /// Runs a public call that checkpoints may stop.
   template <typename Body> auto stoppable(Body&& body) -> decltype(body())
@@ -91,16 +87,12 @@ private:
     }
   }
 
-  Relaxation relaxation_;
-  CoarseToFine coarseToFine_;
   PaperRelaxation paperRelaxation_;
   RelaxationMethod relaxationMethod_ = RelaxationMethod::Projected;
   Elasticity elasticity_;
   bool beyondLimits_ = false; ///< links may be, since the published method relaxed
   Resampling resampling_;
   std::optional<RigidClusters> clusters_;
-  int sweep_ = 0;            ///< since the last wave, cut or carve
-  Reach reach_ = Reach::Far; ///< of these sweeps
 };
 
 void Simulation::Impl::checkpoint(double share)
@@ -153,21 +145,21 @@ void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticReco
     return;
   }
   this->elasticity_.slack = slack;
-  this->relaxationMethod_ = method;
-  if (method != RelaxationMethod::Paper)
+  if (method != this->relaxationMethod_)
   {
-    this->paperRelaxation_.release();
+    this->relaxer().release();
+    this->relaxationMethod_ = method;
   }
-  this->sweep_ = 0;
+  this->relaxer().restart();
 }
 
 void Simulation::Impl::reset()
 {
   this->waves_.clear();
-  this->holds_.clear();
+  this->handles_.clear();
   this->bricks_.clearDisplacements();
   this->moved();
-  this->sweep_ = 0;
+  this->relaxer().restart();
   this->beyondLimits_ = false;
 }
 
@@ -182,8 +174,7 @@ void Simulation::Impl::mend()
   {
     this->bricks_.mend();
   }
-  this->clusters_.reset();
-  this->coarseToFine_.forget();
+  this->tissueChanged();
 }
 
 std::size_t Simulation::Impl::cut(const Surface& surface)
@@ -197,9 +188,7 @@ std::size_t Simulation::Impl::cut(const Surface& surface)
     {
       this->reduction_->follow();
     }
-    this->clusters_.reset();
-    this->coarseToFine_.forget();
-    this->sweep_ = 0;
+    this->tissueChanged();
   }
   return removed;
 }
@@ -211,10 +200,8 @@ std::size_t Simulation::Impl::carve(const Surface& surface)
   const std::vector<std::size_t> removed = carveElements(this->voxels(), closed);
   if (!removed.empty())
   {
-    this->holds_.forget(this->reduction_ ? this->reduction_->follow() : removed);
-    this->clusters_.reset();
-    this->coarseToFine_.forget();
-    this->sweep_ = 0;
+    this->handles_.forget(this->reduction_ ? this->reduction_->follow() : removed);
+    this->tissueChanged();
   }
   return removed.size();
 }
@@ -227,7 +214,7 @@ void Simulation::Impl::setPropagation(PropagationMethod method, ConflictPolicy p
 
 void Simulation::Impl::hold(const std::vector<Probe>& probes)
 {
-  this->waves_.add(this->holds_.take(probes));
+  this->waves_.add(this->handles_.take(probes));
 }
 
 PropagateResult Simulation::Impl::propagate(int iterations)
@@ -240,7 +227,7 @@ PropagateResult Simulation::Impl::propagate(int iterations)
   {
     return PropagateResult();
   }
-  this->sweep_ = 0;
+  this->relaxer().restart();
   this->moved();
   return this->stoppable(
     [&]
@@ -258,46 +245,49 @@ PropagateResult Simulation::Impl::propagate(int iterations)
 
 std::vector<ProbeResult> Simulation::Impl::probes()
 {
-  std::vector<ProbeResult> results = this->holds_.reached();
-  this->addForces(results);
+  std::vector<ProbeResult> results = this->handles_.reached();
+  if (!results.empty())
+  {
+    this->readout_.addForces(results, this->handles_, this->rigidClusters(), this->elasticity_);
+  }
   return results;
 }
 
 HeldBy Simulation::Impl::heldBy(std::size_t probe)
 {
-  const std::vector<Holds::Pointer>& hands = this->holds_.all();
-  if (probe >= hands.size())
+  const std::vector<Handles::Pointer>& handles = this->handles_.all();
+  if (probe >= handles.size())
   {
     throw InputError("There is no probe " + std::to_string(probe) + " to ask about.");
   }
   HeldBy heldBy;
-  const Hold& hand = *hands[probe];
-  if (hand.probe.anchor || hand.voxels.empty() || this->waves_.underWay())
+  const Handle& handle = *handles[probe];
+  if (handle.probe.anchor || handle.voxels.empty() || this->waves_.underWay())
   {
     return heldBy;
   }
-  const Vector3 reached = this->holds_.reached()[probe].reached;
+  const Vector3 reached = this->handles_.reached()[probe].reached;
   Vector3 lack;
   for (int a = 0; a < 3; ++a)
   {
-    lack[a] = hand.probe.displacement[a] - reached[a];
+    lack[a] = handle.probe.displacement[a] - reached[a];
   }
   const auto most =
     std::max_element(lack.begin(), lack.end(), [](double a, double b) { return std::fabs(a) < std::fabs(b); });
   const int axis = static_cast<int>(most - lack.begin());
-  if (std::fabs(*most) <= 1e-5 * (std::fabs(hand.probe.displacement[axis]) + this->model_->grid().spacing[axis]))
+  if (std::fabs(*most) <= 1e-5 * (std::fabs(handle.probe.displacement[axis]) + this->model_->grid().spacing[axis]))
   {
     return heldBy; // rounding
   }
-  const std::optional<Grip> grip = findGrip(this->bricks_, hands, hand, axis, *most > 0.0 ? 1.0 : -1.0);
+  const std::optional<Grip> grip = findGrip(this->bricks_, handles, handle, axis, *most > 0.0 ? 1.0 : -1.0);
   if (!grip)
   {
     return heldBy;
   }
   heldBy.bone = grip->rigidly;
-  for (std::size_t n = 0; n < hands.size(); ++n)
+  for (std::size_t n = 0; n < handles.size(); ++n)
   {
-    if (std::binary_search(hands[n]->voxels.begin(), hands[n]->voxels.end(), grip->voxel))
+    if (std::binary_search(handles[n]->voxels.begin(), handles[n]->voxels.end(), grip->voxel))
     {
       heldBy.what = HeldBy::What::Probe;
       heldBy.probe = n;
@@ -320,104 +310,6 @@ HeldBy Simulation::Impl::heldBy(std::size_t probe)
   return heldBy;
 }
 
-/// Gradients of the energy where the voxels of a hand, with the bone they are part of, move together.
-void Simulation::Impl::addForces(std::vector<ProbeResult>& results)
-{
-  constexpr std::size_t linksPerTransfer = std::size_t(1) << 20;
-  const Grid& grid = this->bricks_.model().grid();
-  const int axes = this->model_->axes();
-  const double linksPerLink = this->reduction_ ? this->reduction_->linksPerLink() : 1.0;
-  for (int component = 0; component < axes; ++component)
-  {
-    const auto constraintOf = [&](const Index3& at)
-    {
-      float c[3];
-      this->bricks_.row(at[0], at[1], at[2], 1, c);
-      return std::fabs(c[component]);
-    };
-    // The links that lead out of hands.
-    std::vector<std::size_t> hands;
-    std::vector<std::uint32_t> inner;
-    std::vector<std::uint32_t> outer;
-    std::vector<float> limits;
-    const auto addLinks = [&]
-    {
-      const std::vector<float> ui = this->bricks_.displacements(inner);
-      const std::vector<float> uj = this->bricks_.displacements(outer);
-      for (std::size_t m = 0; m < limits.size(); ++m)
-      {
-        for (int a = 0; a < 3; ++a)
-        {
-          if (axes == 1 || a == component)
-          {
-            // d/du of weight * pull^2 in physical units; spacings cancel.
-            const double pull = this->elasticity_.pull(ui[3 * m + a], uj[3 * m + a], limits[m]);
-            results[hands[m]].force[a] -= 2.0 * linksPerLink * Elasticity::weight(limits[m]) * pull;
-          }
-        }
-      }
-      hands.clear();
-      inner.clear();
-      outer.clear();
-      limits.clear();
-    };
-    std::unordered_map<int, std::size_t> onlyThisBone; // the first hand that holds no other tissue
-    std::vector<std::pair<std::size_t, std::size_t>> alike;
-    for (std::size_t hand = 0; hand < results.size(); ++hand)
-    {
-      const std::vector<std::size_t>& held = this->holds_.all()[hand]->voxels;
-      const int bone = held.empty() ? -1 : this->rigidClusters().clusterOf(held.front(), component);
-      if (bone >= 0 && std::all_of(held.begin(), held.end(),
-                         [&](std::size_t voxel) { return this->clusters_->clusterOf(voxel, component) == bone; }))
-      {
-        const auto [first, isFirst] = onlyThisBone.emplace(bone, hand);
-        if (!isFirst)
-        {
-          alike.emplace_back(first->second, hand);
-          continue;
-        }
-      }
-      const std::vector<std::size_t> voxels = this->rigidClusters().withClusters(held, component);
-      for (const std::size_t voxel : voxels)
-      {
-        const Index3 at = grid.indexOf(voxel);
-        const std::uint8_t cut = this->bricks_.cutBits(at[0], at[1], at[2]);
-        for (int d = 0; d < 6; ++d)
-        {
-          Index3 next = at;
-          next[d / 2] += d % 2 == 0 ? -1 : 1;
-          if ((cut & (1 << d)) != 0 || !grid.contains(next[0], next[1], next[2]) ||
-              std::binary_search(voxels.begin(), voxels.end(), grid.at(next[0], next[1], next[2])))
-          {
-            continue;
-          }
-          const float limit = 0.5f * (constraintOf(at) + constraintOf(next));
-          if (!std::isinf(limit))
-          {
-            // An element without memory has not moved; slot 0 says so.
-            hands.push_back(hand);
-            inner.push_back(this->bricks_.address(at[0], at[1], at[2]));
-            outer.push_back(this->bricks_.address(next[0], next[1], next[2]));
-            limits.push_back(limit);
-          }
-        }
-      }
-      if (limits.size() > linksPerTransfer)
-      {
-        addLinks();
-      }
-    }
-    addLinks();
-    for (const auto& [first, same] : alike)
-    {
-      for (int a = 0; a < 3; ++a)
-      {
-        results[same].force[a] = axes == 1 || a == component ? results[first].force[a] : results[same].force[a];
-      }
-    }
-  }
-}
-
 RigidClusters& Simulation::Impl::rigidClusters()
 {
   if (!this->clusters_)
@@ -425,6 +317,26 @@ RigidClusters& Simulation::Impl::rigidClusters()
     this->clusters_.emplace(this->bricks_);
   }
   return *this->clusters_;
+}
+
+/// The one that is asked for.
+Relaxer& Simulation::Impl::relaxer()
+{
+  switch (this->relaxationMethod_)
+  {
+  case RelaxationMethod::Paper:
+    return this->paperRelaxation_;
+  default:
+    return this->relaxation_;
+  }
+}
+
+/// Links or elements are gone, or are back again.
+void Simulation::Impl::tissueChanged()
+{
+  this->clusters_.reset();
+  this->relaxation_.tissueChanged();
+  this->paperRelaxation_.tissueChanged();
 }
 
 RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
@@ -451,49 +363,18 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
         }
         this->waves_.relaxed();
       }
-      const auto checkpoint = [&](int done) { this->checkpoint(static_cast<double>(done) / iterations); };
-      if (this->relaxationMethod_ == RelaxationMethod::Paper)
+      Relaxer& relaxer = this->relaxer();
+      if (!relaxer.keepsLimits())
       {
         this->beyondLimits_ = true;
-        return this->paperRelaxation_.run(this->elasticity_, waves, iterations, tolerance, checkpoint);
       }
-      if (this->beyondLimits_ && !waves)
+      else if (this->beyondLimits_ && !waves)
       {
-        this->waves_.repair([&] { this->checkpoint(0.0); });
+        this->waves_.makeFeasible([&] { this->checkpoint(0.0); });
         this->beyondLimits_ = false;
       }
-      bool coarse = false;
-      if (this->sweep_ == 0)
-      {
-        coarse =
-          this->startsCoarse_ && !waves &&
-          this->coarseToFine_.run(this->rigidClusters(), this->elasticity_, tolerance, [&] { this->checkpoint(0.0); });
-        this->reach_ = coarse ? Reach::Near : Reach::Far;
-      }
-      RelaxResult result;
-      const auto sweep = [&](int most)
-      {
-        const RelaxResult before = result;
-        this->rigidClusters().begin(this->holds_.voxels());
-        result = this->relaxation_.run(*this->clusters_, this->elasticity_, waves, this->reach_, this->sweep_, most,
-          tolerance, [&](int done) { checkpoint(before.iterations + done); });
-        this->sweep_ += result.iterations;
-        result.iterations += before.iterations;
-        result.coarseStep = before.coarseStep;
-      };
-      if (coarse)
-      {
-        sweep(std::min(iterations, CoarseToFine::sweepsToJudge));
-        result.coarseStep = this->coarseToFine_.judge(this->elasticity_);
-        this->reach_ = result.coarseStep > 0.0 ? Reach::Near : Reach::Far;
-        result.converged = result.converged && result.coarseStep == 1.0;
-      }
-      if (result.iterations < iterations && !result.converged)
-      {
-        sweep(iterations - result.iterations);
-      }
-      result.converged = result.converged && !waves;
-      return result;
+      return relaxer.run({ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_, waves,
+        iterations, tolerance, [&](int done) { this->checkpoint(static_cast<double>(done) / iterations); } });
     });
 }
 
@@ -518,132 +399,6 @@ Statistics Simulation::Impl::measure()
     statistics.deviceBytes += this->voxels_.deviceBytes();
   }
   return statistics;
-}
-
-void Simulation::Impl::displacements(float* out, bool zeroed)
-{
-  const Grid& grid = this->model_->grid();
-  Bricks& bricks = this->voxels();
-  if (!zeroed)
-  {
-    std::fill(out, out + 3 * grid.voxels(), 0.0f);
-  }
-  bricks.readSlots<float>({ { bricks.displacement, 3 } }, bricks.touchedSlots(),
-    [&](int slot, const Bricks::SlotValues<float>& u)
-    {
-      for (const Bricks::Row& row : bricks.rows(bricks.brick(slot)))
-      {
-        for (int i = 0; i < row.count; ++i)
-        {
-          for (std::size_t a = 0; a < 3; ++a)
-          {
-            out[3 * (row.voxel + i) + a] = static_cast<float>(u(a, row.local(i)) * grid.spacing[a]);
-          }
-        }
-      }
-    });
-}
-
-void Simulation::Impl::propagationTimes(float* out)
-{
-  if (!this->reduction_)
-  {
-    this->waves_.arrivals().readTimes(out);
-    return;
-  }
-  std::vector<float> times(this->bricks_.model().grid().voxels() * this->model_->axes());
-  this->waves_.arrivals().readTimes(times.data());
-  for (float& time : times)
-  {
-    time *= time < 0.0f ? 1.0f : static_cast<float>(this->reduction_->voxelsPerElement());
-  }
-  this->reduction_->spread(times, -1.0f, out);
-}
-
-void Simulation::Impl::wavefronts(int* out, bool zeroed)
-{
-  if (!this->reduction_)
-  {
-    this->waves_.arrivals().readFronts(out, zeroed);
-    return;
-  }
-  std::vector<int> fronts(this->bricks_.model().grid().voxels() * this->model_->axes());
-  this->waves_.arrivals().readFronts(fronts.data(), true);
-  this->reduction_->spread(fronts, 0, out);
-}
-
-void Simulation::Impl::clusters(int* out)
-{
-  const int axes = this->model_->axes();
-  std::vector<int> labels;
-  for (int a = 0; a < axes; ++a)
-  {
-    RigidClusters::label(this->voxels_, a, labels);
-    for (std::size_t n = 0; n < labels.size(); ++n)
-    {
-      out[n * axes + a] = labels[n];
-    }
-  }
-}
-
-void Simulation::Impl::elements(std::uint8_t* out)
-{
-  const Grid& grid = this->model_->grid();
-  const std::size_t axes = static_cast<std::size_t>(this->model_->axes());
-  std::vector<float> row(grid.size[0] * axes);
-  for (int k = 0; k < grid.size[2]; ++k)
-  {
-    for (int j = 0; j < grid.size[1]; ++j)
-    {
-      this->voxels_.row(0, j, k, grid.size[0], row.data());
-      for (int i = 0; i < grid.size[0]; ++i)
-      {
-        out[grid.at(i, j, k)] = std::isinf(row[i * axes]) ? 0 : 1;
-      }
-    }
-  }
-}
-
-void Simulation::Impl::links(std::uint8_t* out)
-{
-  const Grid& grid = this->model_->grid();
-  const int axes = this->model_->axes();
-  std::vector<float> row(static_cast<std::size_t>(grid.size[0]) * axes);
-  for (int k = 0; k < grid.size[2]; ++k)
-  {
-    for (int j = 0; j < grid.size[1]; ++j)
-    {
-      this->voxels_.row(0, j, k, grid.size[0], row.data());
-      for (int i = 0; i < grid.size[0]; ++i)
-      {
-        out[grid.at(i, j, k)] = std::isinf(row[static_cast<std::size_t>(i) * axes]) ? 0 : 64;
-      }
-    }
-  }
-  for (int k = 0; k < grid.size[2]; ++k)
-  {
-    for (int j = 0; j < grid.size[1]; ++j)
-    {
-      for (int i = 0; i < grid.size[0]; ++i)
-      {
-        std::uint8_t& bits = out[grid.at(i, j, k)];
-        const std::uint8_t cut = bits == 0 ? 0 : this->voxels_.cutBits(i, j, k);
-        for (int a = 0; bits != 0 && a < 3; ++a)
-        {
-          const Index3 next{ i + (a == 0), j + (a == 1), k + (a == 2) };
-          if (next[a] < grid.size[a] && out[grid.at(next[0], next[1], next[2])] != 0 && (cut & (2 << (2 * a))) == 0)
-          {
-            bits = static_cast<std::uint8_t>(bits | (2 << (2 * a)));
-            out[grid.at(next[0], next[1], next[2])] |= static_cast<std::uint8_t>(1 << (2 * a));
-          }
-        }
-      }
-    }
-  }
-  for (std::size_t n = 0; n < grid.voxels(); ++n)
-  {
-    out[n] &= 63;
-  }
 }
 
 void Simulation::Impl::resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit)
@@ -711,7 +466,7 @@ void Simulation::setRelaxation(RelaxationMethod method, double elasticRecovery)
 
 void Simulation::setCoarseToFine(bool wanted)
 {
-  this->impl_->startsCoarse_ = wanted;
+  this->impl_->relaxation_.startCoarse(wanted);
 }
 
 void Simulation::reset()
@@ -751,7 +506,7 @@ std::vector<ProbeResult> Simulation::pull(const std::vector<Probe>& probes)
     {
       this->impl_->hold(probes);
       this->impl_->propagate(0);
-      return this->impl_->holds_.reached();
+      return this->impl_->handles_.reached();
     });
 }
 
@@ -777,32 +532,37 @@ Statistics Simulation::measure() const
 
 void Simulation::displacements(float* out, bool zeroed) const
 {
-  translated([&] { this->impl_->displacements(out, zeroed); });
+  translated(
+    [&]
+    {
+      this->impl_->voxels();
+      this->impl_->readout_.displacements(out, zeroed);
+    });
 }
 
 void Simulation::propagationTimes(float* out) const
 {
-  translated([&] { this->impl_->propagationTimes(out); });
+  translated([&] { this->impl_->readout_.propagationTimes(this->impl_->waves_.arrivals(), out); });
 }
 
 void Simulation::wavefronts(int* out, bool zeroed) const
 {
-  translated([&] { this->impl_->wavefronts(out, zeroed); });
+  translated([&] { this->impl_->readout_.wavefronts(this->impl_->waves_.arrivals(), out, zeroed); });
 }
 
 void Simulation::clusters(int* out) const
 {
-  this->impl_->clusters(out);
+  this->impl_->readout_.clusters(out);
 }
 
 void Simulation::elements(std::uint8_t* out) const
 {
-  this->impl_->elements(out);
+  this->impl_->readout_.elements(out);
 }
 
 void Simulation::links(std::uint8_t* out) const
 {
-  this->impl_->links(out);
+  this->impl_->readout_.links(out);
 }
 
 void Simulation::resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit) const

@@ -1,6 +1,6 @@
-# Fails when a file of FOLDER includes a header of VTK.
+# Fails when a file of FOLDER, or of a folder in it, includes a header of VTK.
 
-file(GLOB files "${FOLDER}/*.h" "${FOLDER}/*.cpp" "${FOLDER}/*.cxx" "${FOLDER}/*.cl" "${FOLDER}/*.clh")
+file(GLOB_RECURSE files "${FOLDER}/*.h" "${FOLDER}/*.cpp" "${FOLDER}/*.cxx" "${FOLDER}/*.cl" "${FOLDER}/*.clh")
 if (NOT files)
   message(FATAL_ERROR "${FOLDER} has no sources")
 endif ()

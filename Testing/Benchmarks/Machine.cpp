@@ -1,6 +1,6 @@
 #include "Machine.h"
 
-#include "OpenCL.h"
+#include "Context.h"
 
 #include <algorithm>
 #include <chrono>

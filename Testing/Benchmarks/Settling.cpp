@@ -97,7 +97,7 @@ std::vector<double> denseSweep(Session& session, const Block& block)
     simulation.reset();
     simulation.pull(lattice(n, 0.99));
     simulation.relax(n / 4, 0.0);     // what is far from a hand has to hear of it first
-    simulation.pull(lattice(n, 1.0)); // sweeps count from here: tight groups have no turn among so few
+    simulation.pull(lattice(n, 1.0)); // sweeps count from here: blocked groups have no turn among so few
   };
   double largestMove = 0.0;
   task.run = [&] { largestMove = simulation.relax(sweeps, 0.0).largestMove; };

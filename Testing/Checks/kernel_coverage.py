@@ -101,7 +101,7 @@ def main():
     write = "--write" in sys.argv
     data, folder, path = [word for word in sys.argv[1:] if word != "--write"]
     kernels = {os.path.basename(file): open(file, encoding="utf-8").read().splitlines()
-               for file in glob.glob(os.path.join(folder, "*.cl")) + glob.glob(os.path.join(folder, "*.clh"))}
+               for end in ("cl", "clh") for file in glob.glob(os.path.join(folder, "**", "*." + end), recursive=True)}
     lines, branches, programs = gather(data, kernels)
     if not lines:
         sys.exit("There are no data in " + data)

@@ -17,8 +17,9 @@ export HOST_OPENCL_FLAGS="-O1 -fsanitize=undefined -fno-sanitize-recover=all"
 rm -f "$build/kernels"
 HOST_OPENCL_TRACE=$build/kernels "$program" >"$build/undefined.out" 2>&1 ||
   { echo "FAILED: undefined behaviour"; tail -n 40 "$build/undefined.out"; exit 1; }
-missing=$(comm -23 <(sed -n 's/^kernel void \([A-Za-z0-9_]*\).*/\1/p' "$source"/Kernels/*.cl | sort -u) \
-  <(sort -u "$build/kernels"))
+all=$(sed -n 's/^kernel void \([A-Za-z0-9_]*\).*/\1/p' "$source"/Kernels/*/*.cl | sort -u)
+[ -n "$all" ] || { echo "FAILED: no kernels were found"; exit 1; }
+missing=$(comm -23 <(echo "$all") <(sort -u "$build/kernels"))
 [ -z "$missing" ] || { echo "FAILED: the scenes do not use these kernels:" $missing; exit 1; }
 
 # What the process still points to when it ends is no leak: the libraries of kernels stay open.

@@ -299,7 +299,7 @@ TEST(Metamorphic, RelaxationMovesExactlyUnderTranslationAndScaling)
     scene.grid.spacing = { 0.5, 1.0, 2.0 }; // so that places in the larger grid are exact
     const std::vector<Probe> probes = compatibleProbes(scene, 3, 2.0, 921);
     const Surface blade = wavyBlade(scene, 0.5);
-    for (const int sweeps : { 7, 120 }) // 120: past the turns of tight groups
+    for (const int sweeps : { 7, 120 }) // 120: past the turns of blocked groups
     {
       const std::vector<float> expected = relaxed(scene, nullptr, probes, blade, sweeps, 1e-5);
       for (Motion& motion : together({ translations(), scalings() }))

@@ -101,7 +101,7 @@ TEST(Plastic, EnergyNeverRisesAndEverySweepIsFeasible)
       {
         simulation.pull({ pullBy(scene, shares) });
         double before = oracle::energy(block, state(simulation));
-        // Single sweeps, then longer calls, in which omega rises and tight groups get their turns.
+        // Single sweeps, then longer calls, in which omega rises and blocked groups get their turns.
         for (int call = 0; call < 40; ++call)
         {
           simulation.relax(call < 30 ? 1 : 20, 0.0);

@@ -107,7 +107,7 @@ public:
       this->kernel_.setArg(argument++, this->restLength_);
       this->kernel_.setArg(argument++, this->place_[0]);
       this->kernel_.setArg(argument++, this->place_[1]);
-      this->context_->runGroups(this->kernel_, (this->count_ + group - 1) / group, group);
+      this->context_->launch(this->kernel_, (this->count_ + group - 1) / group, group);
       std::swap(this->place_[0], this->place_[1]);
     }
     this->context_->queue().finish();

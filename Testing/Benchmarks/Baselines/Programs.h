@@ -1,6 +1,6 @@
 #pragma once
 
-#include "OpenCL.h"
+#include "Context.h"
 
 #include <string>
 

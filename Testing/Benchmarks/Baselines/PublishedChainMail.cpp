@@ -241,7 +241,7 @@ private:
       this->context_->write(this->list_, 0, active);
       kernel.setArg(0, this->list_);
       const int items = std::min(groupItems, this->block_[0] * this->block_[1] * this->block_[2]);
-      this->context_->runGroups(kernel, active.size(), items);
+      this->context_->launch(kernel, active.size(), items);
     }
     else
     {

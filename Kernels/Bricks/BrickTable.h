@@ -1,0 +1,68 @@
+#pragma once
+
+#include "Model.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace chainmail
+{
+
+/// Which brick is where in the grid, which slot of the pool it has, and which element has which place in it. brick.clh
+/// describes the layout and what an address is.
+class BrickTable
+{
+public:
+  /// Throws InputError where bricks cannot be of that size.
+  BrickTable(const Grid& grid, const Index3& brickSize);
+
+  /// Neighbour directions: 0 x-, 1 x+, 2 y-, 3 y+, 4 z-, 5 z+.
+  static constexpr int opposite(int direction) { return direction ^ 1; }
+
+  Index3 size() const { return this->size_; }
+  int elementsPerBrick() const { return this->elements_; }
+
+  /// Bricks are named by their place in the table that is padded by one brick on every side.
+  int brickAt(int i, int j, int k) const
+  {
+    return (i / this->size_[0] + 1) + this->strideY_ * (j / this->size_[1] + 1) +
+           this->strideZ_ * (k / this->size_[2] + 1);
+  }
+  Index3 origin(int brick) const;
+  int beside(int brick, int x, int y, int z) const { return brick + x + y * this->strideY_ + z * this->strideZ_; }
+  int neighbour(int brick, int direction) const
+  {
+    const int strides[3] = { 1, this->strideY_, this->strideZ_ };
+    return brick + (direction % 2 == 0 ? -1 : 1) * strides[direction / 2];
+  }
+  /// 0 where the brick has no memory, be it for lack of tissue or of need.
+  int slot(int brick) const { return this->table_[brick]; }
+  int brick(int slot) const { return this->place_[slot]; }
+  /// Slots are 1 .. slots() - 1.
+  int slots() const { return static_cast<int>(this->place_.size()); }
+
+  std::uint32_t address(int i, int j, int k) const;
+  std::uint32_t local(int i, int j, int k) const;
+
+  /// Elements of a brick that lie beside each other along x, in the grid.
+  struct Row
+  {
+    std::size_t voxel; ///< Grid::at of the first
+    int count;
+    std::uint32_t firsts[2]; ///< `local` of the first two
+    std::uint32_t local(int n) const { return this->firsts[n & 1] + static_cast<std::uint32_t>(n >> 1); }
+  };
+  std::vector<Row> rows(int brick) const;
+
+protected:
+  Grid grid_;
+  Index3 size_;
+  Index3 counts_;
+  int elements_;
+  int strideY_;
+  int strideZ_;
+  std::vector<int> table_; ///< slot of each brick
+  std::vector<int> place_; ///< brick of each slot; slot 0 stands for all that has none
+};
+
+}

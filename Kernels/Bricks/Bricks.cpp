@@ -1,0 +1,479 @@
+#include "Bricks.h"
+
+#include "Error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace chainmail
+{
+
+Index3 defaultBrickSize(const DeviceInfo& device)
+{
+  // CPUs: two 8-wide vectors a row and colour, bricks that fit the second-level cache. GPUs: two elements of a colour
+  // for each of 256 work-items.
+  return device.gpu ? Index3{ 16, 8, 8 } : Index3{ 32, 8, 8 };
+}
+
+namespace
+{
+
+Index3 sizeOr(const Index3& wanted, const DeviceInfo& device)
+{
+  return wanted == Index3{ 0, 0, 0 } ? defaultBrickSize(device) : wanted;
+}
+
+}
+
+Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize)
+  : BrickTable(model->grid(), sizeOr(brickSize, context->info()))
+  , context_(std::move(context))
+  , model_(std::move(model))
+  , links_(*this)
+{
+  this->status_.assign(this->table_.size(), Status::Air);
+  for (int k = 0; k < this->counts_[2]; ++k)
+  {
+    for (int j = 0; j < this->counts_[1]; ++j)
+    {
+      for (int i = 0; i < this->counts_[0]; ++i)
+      {
+        this->status_[(i + 1) + this->strideY_ * (j + 1) + this->strideZ_ * (k + 1)] = Status::Unknown;
+      }
+    }
+  }
+  this->tableBuffer_ = this->context_->upload(this->table_, "the brick table");
+
+  // Slot 0: air, at rest.
+  this->touched_.assign(1, 0);
+  this->grow(1);
+  const std::vector<float> air(this->elements_, -std::numeric_limits<float>::infinity());
+  for (int a = 0; a < this->model_->axes(); ++a)
+  {
+    this->context_->write(this->constraint, sizeof(float) * a * this->pitch(), air);
+  }
+}
+
+int Bricks::width(bool vectors) const
+{
+  return vectors && !this->context_->info().gpu ? std::min(8, this->size_[0] / 2) : 1;
+}
+
+std::size_t Bricks::workItems(bool vectors) const
+{
+  if (vectors && !this->context_->info().gpu)
+  {
+    return 1; // wide enough by its vectors; alone, an item has all registers and needs no atomics or barriers
+  }
+  // Local memory of measure.cl and the limit of every device that matters: 256.
+  return std::min(256, this->elements_ / 2 / this->width(vectors));
+}
+
+std::string Bricks::defines(bool vectors) const
+{
+  return "-DBX=" + std::to_string(this->size_[0]) + " -DBY=" + std::to_string(this->size_[1]) +
+         " -DBZ=" + std::to_string(this->size_[2]) + " -DWIDTH=" + std::to_string(this->width(vectors)) +
+         " -DAXES=" + std::to_string(this->model_->axes()) + (this->anyCut() ? " -DCUTS" : "");
+}
+
+bool Bricks::fill(int brick, std::vector<float>& out) const
+{
+  const Grid& grid = this->model_->grid();
+  const int axes = this->model_->axes();
+  std::fill(out.begin(), out.end(), -std::numeric_limits<float>::infinity());
+  std::vector<float> constraints(static_cast<std::size_t>(this->size_[0]) * axes);
+  // A brick that was carved empty keeps its memory: mend() may fill it again.
+  bool tissue = this->links_.carvedBricks().count(brick) > 0;
+  for (const Row& row : this->rows(brick))
+  {
+    const Index3 first = grid.indexOf(row.voxel);
+    this->row(first[0], first[1], first[2], row.count, constraints.data());
+    for (int i = 0; i < row.count; ++i)
+    {
+      for (int a = 0; a < axes; ++a)
+      {
+        out[static_cast<std::size_t>(a) * this->elements_ + row.local(i)] = constraints[i * axes + a];
+      }
+      tissue = tissue || !std::isinf(constraints[i * axes]);
+    }
+  }
+  return tissue;
+}
+
+void Bricks::grow(int slots)
+{
+  if (slots <= this->capacity_)
+  {
+    return;
+  }
+  // Doubling keeps the copies rare; large pools grow by less so that the last step does not ask for twice the need.
+  const int before = this->capacity_;
+  const int bricks = this->counts_[0] * this->counts_[1] * this->counts_[2] + 1;
+  const int wanted = std::min(std::max({ slots, before + std::min(before, 2048), 64 }), std::max(bricks, slots));
+  const std::size_t oldPitch = this->pitch();
+  const std::size_t pitch = static_cast<std::size_t>(wanted) * this->elements_ + skew;
+  const int axes = this->model_->axes();
+  if (pitch * 3 > std::numeric_limits<std::uint32_t>::max())
+  {
+    throw MemoryError(
+      "The deformation reaches more tissue than one device can address (1.4 billion elements). Crop the "
+      "scan or resample it to fewer voxels.");
+  }
+  const auto enlarged = [&](const cl::Buffer& old, std::size_t runs, std::size_t bytes, const char* purpose)
+  {
+    cl::Buffer buffer = this->context_->allocate(runs * pitch * bytes, purpose);
+    for (std::size_t run = 0; before > 0 && run < runs; ++run)
+    {
+      this->context_->queue().enqueueCopyBuffer(
+        old, buffer, run * oldPitch * bytes, run * pitch * bytes, (oldPitch - skew) * bytes);
+    }
+    this->context_->queue().finish();
+    return buffer;
+  };
+  cl::Buffer u = enlarged(this->displacement, 3, sizeof(float), "the displacement of the tissue reached");
+  cl::Buffer u0 = enlarged(this->before, 3, sizeof(float), "the displacement before a wave");
+  cl::Buffer c = enlarged(this->constraint, axes, sizeof(float), "the constraints of the tissue reached");
+  cl::Buffer cuts;
+  if (this->anyCut())
+  {
+    cuts = enlarged(this->cut, this->cut() ? 1 : 0, 1, "the cuts");
+    if (!this->cut())
+    {
+      cuts = this->context_->allocate(pitch, "the cuts");
+    }
+  }
+  std::vector<cl::Buffer> optional;
+  for (const Field* field : this->fields_)
+  {
+    optional.push_back(enlarged(field->buffer, field->runs, field->bytes, field->purpose));
+  }
+  std::vector<int> place = this->place_;
+  place.resize(wanted, 0);
+  this->placeBuffer_ = this->context_->upload(place, "the brick list");
+  this->displacement = u;
+  this->before = u0;
+  this->constraint = c;
+  this->cut = cuts;
+  for (std::size_t n = 0; n < optional.size(); ++n)
+  {
+    this->fields_[n]->buffer = optional[n];
+  }
+  this->capacity_ = wanted;
+}
+
+void Bricks::allocate(const std::vector<int>& bricks)
+{
+  // New slots follow each other, so many bricks go up in one piece.
+  constexpr std::size_t batch = 256;
+  const std::size_t axes = this->model_->axes();
+  const std::size_t count = this->elements_;
+  std::vector<int> found;
+  std::vector<float> constraints(axes * count);
+  std::vector<std::vector<float>> staging(axes);
+  const auto flush = [&]
+  {
+    const std::size_t first = this->slots();
+    this->grow(static_cast<int>(first + found.size()));
+    for (std::size_t a = 0; a < axes; ++a)
+    {
+      this->context_->write(this->constraint, sizeof(float) * (a * this->pitch() + first * count), staging[a]);
+      staging[a].clear();
+    }
+    for (const int brick : found)
+    {
+      this->table_[brick] = this->slots();
+      this->place_.push_back(brick);
+      this->touched_.push_back(0);
+      this->status_[brick] = Status::Allocated;
+      const auto bits = this->links_.all().find(brick);
+      if (bits != this->links_.all().end() && this->cut())
+      {
+        this->context_->write(this->cut, this->table_[brick] * count, bits->second);
+      }
+    }
+    found.clear();
+  };
+  for (const int brick : bricks)
+  {
+    if (!this->fill(brick, constraints))
+    {
+      this->status_[brick] = Status::Air;
+      continue;
+    }
+    found.push_back(brick);
+    for (std::size_t a = 0; a < axes; ++a)
+    {
+      staging[a].insert(staging[a].end(), constraints.begin() + a * count, constraints.begin() + (a + 1) * count);
+    }
+    if (found.size() == batch)
+    {
+      flush();
+    }
+  }
+  flush();
+}
+
+void Bricks::require(const std::vector<int>& bricks)
+{
+  std::vector<int> wanted;
+  for (const int brick : bricks)
+  {
+    if (this->ready(brick))
+    {
+      continue;
+    }
+    for (int z = -1; z <= 1; ++z)
+    {
+      for (int y = -1; y <= 1; ++y)
+      {
+        for (int x = -1; x <= 1; ++x)
+        {
+          const int near = this->beside(brick, x, y, z);
+          if (this->status_[near] == Status::Unknown)
+          {
+            wanted.push_back(near);
+          }
+        }
+      }
+    }
+  }
+  if (wanted.empty() && bricks.empty())
+  {
+    return;
+  }
+  const int before = this->slots();
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  this->allocate(wanted);
+  for (const int brick : bricks)
+  {
+    if (this->status_[brick] == Status::Allocated)
+    {
+      this->status_[brick] = Status::Ready;
+    }
+  }
+  if (this->slots() > before)
+  {
+    this->context_->write(this->tableBuffer_, 0, this->table_);
+    this->context_->write(this->placeBuffer_, 0, this->place_);
+  }
+}
+
+void Bricks::keep(Field& field)
+{
+  if (!field.buffer())
+  {
+    field.buffer = this->context_->allocate(field.runs * this->pitch() * field.bytes, field.purpose);
+    this->fields_.push_back(&field);
+  }
+}
+
+void Bricks::drop(Field& field)
+{
+  field.buffer = cl::Buffer();
+  this->fields_.erase(std::remove(this->fields_.begin(), this->fields_.end(), &field), this->fields_.end());
+}
+
+void Bricks::clearDisplacements()
+{
+  this->context_->queue().enqueueFillBuffer(this->displacement, cl_float(0), 0, sizeof(float) * 3 * this->pitch());
+  this->context_->queue().finish();
+  std::fill(this->touched_.begin(), this->touched_.end(), 0);
+}
+
+std::vector<int> Bricks::touchedSlots() const
+{
+  std::vector<int> slots;
+  for (int slot = 1; slot < this->slots(); ++slot)
+  {
+    if (this->touched_[slot] != 0)
+    {
+      slots.push_back(slot);
+    }
+  }
+  return slots;
+}
+
+std::vector<int> Bricks::slotsAround(const std::vector<int>& slots) const
+{
+  std::vector<char> isAround(this->slots(), 0);
+  for (const int slot : slots)
+  {
+    isAround[slot] = 1;
+    for (int direction = 0; direction < 6; ++direction)
+    {
+      isAround[this->slot(this->neighbour(this->brick(slot), direction))] = 1;
+    }
+  }
+  std::vector<int> around;
+  for (int slot = 1; slot < this->slots(); ++slot)
+  {
+    if (isAround[slot] != 0)
+    {
+      around.push_back(slot);
+    }
+  }
+  return around;
+}
+
+void Bricks::saveBefore()
+{
+  this->context_->queue().enqueueCopyBuffer(this->displacement, this->before, 0, 0, sizeof(float) * 3 * this->pitch());
+}
+
+void Bricks::restoreBefore()
+{
+  this->context_->queue().enqueueCopyBuffer(this->before, this->displacement, 0, 0, sizeof(float) * 3 * this->pitch());
+}
+
+void Bricks::scatter(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses,
+  const cl::Buffer& values)
+{
+  Context& context = *this->context_;
+  context.launchOver(context.kernel("scatter.cl", "", "scatter"), addresses.size(), field, this->pitch(),
+    static_cast<cl_int>(components), this->addresses_.holding(context, addresses), values);
+  context.queue().finish();
+}
+
+void Bricks::setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+{
+  this->set(this->displacement, 3, addresses, values);
+}
+
+void Bricks::setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+{
+  this->set(this->constraint, this->model_->axes(), addresses, values);
+}
+
+std::vector<float> Bricks::get(
+  const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses)
+{
+  Context& context = *this->context_;
+  std::vector<float> values(components * addresses.size());
+  if (!addresses.empty())
+  {
+    const cl::Buffer& out = this->values_.sized(context, sizeof(float) * values.size());
+    context.launchOver(context.kernel("scatter.cl", "", "gather"), addresses.size(), field, this->pitch(),
+      static_cast<cl_int>(components), this->addresses_.holding(context, addresses), out);
+    context.read(out, values);
+  }
+  return values;
+}
+
+std::vector<float> Bricks::displacements(const std::vector<std::uint32_t>& addresses)
+{
+  return this->get(this->displacement, 3, addresses);
+}
+
+std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& addresses)
+{
+  return this->get(this->constraint, this->model_->axes(), addresses);
+}
+
+namespace
+{
+
+/// Copies one slot of each axis of a field.
+void readRuns(Context& context, const cl::Buffer& field, std::size_t axes, std::size_t pitch, std::size_t slot,
+  std::size_t count, std::vector<float>& out)
+{
+  out.resize(axes * count);
+  for (std::size_t a = 0; a < axes; ++a)
+  {
+    context.queue().enqueueReadBuffer(
+      field, CL_TRUE, sizeof(float) * (a * pitch + slot * count), sizeof(float) * count, out.data() + a * count);
+  }
+}
+
+}
+
+void Bricks::readSlot(int slot, std::vector<float>& out)
+{
+  readRuns(*this->context_, this->displacement, 3, this->pitch(), slot, this->elements_, out);
+}
+
+void Bricks::removeElements(const std::vector<std::size_t>& voxels)
+{
+  std::vector<std::uint32_t> addresses;
+  for (const std::size_t voxel : voxels)
+  {
+    const Index3 at = this->model_->grid().indexOf(voxel);
+    this->links_.removeElement(at[0], at[1], at[2]);
+    if (this->slot(this->brickAt(at[0], at[1], at[2])) > 0)
+    {
+      addresses.push_back(this->address(at[0], at[1], at[2]));
+    }
+  }
+  this->uploadCuts();
+  const std::size_t axes = this->model_->axes();
+  this->setConstraints(addresses, std::vector<float>(axes * addresses.size(), -std::numeric_limits<float>::infinity()));
+  this->setDisplacements(addresses, std::vector<float>(3 * addresses.size(), 0.0f));
+}
+
+void Bricks::row(int i, int j, int k, int count, float* out) const
+{
+  this->model_->row(i, j, k, count, out);
+  this->links_.takeOut(i, j, k, count, this->model_->axes(), out);
+}
+
+bool Bricks::isElement(const Index3& at) const
+{
+  float c[3];
+  this->row(at[0], at[1], at[2], 1, c);
+  return !std::isinf(c[0]);
+}
+
+void Bricks::mend()
+{
+  this->cut = cl::Buffer();
+  const std::set<int> carved = this->links_.carvedBricks();
+  this->links_.clear();
+  const std::size_t axes = this->model_->axes();
+  const std::size_t count = this->elements_;
+  std::vector<float> constraints(axes * count);
+  for (const int brick : carved)
+  {
+    if (this->slot(brick) > 0)
+    {
+      this->fill(brick, constraints);
+      for (std::size_t a = 0; a < axes; ++a)
+      {
+        const std::vector<float> run(constraints.begin() + a * count, constraints.begin() + (a + 1) * count);
+        this->context_->write(this->constraint, sizeof(float) * (a * this->pitch() + this->slot(brick) * count), run);
+      }
+    }
+  }
+}
+
+void Bricks::uploadCuts()
+{
+  if (!this->anyCut())
+  {
+    return;
+  }
+  if (!this->cut())
+  {
+    this->cut = this->context_->allocate(this->pitch(), "the cuts");
+  }
+  for (const auto& [brick, bits] : this->links_.all())
+  {
+    if (this->slot(brick) > 0)
+    {
+      this->context_->write(this->cut, static_cast<std::size_t>(this->slot(brick)) * this->elements_, bits);
+    }
+  }
+}
+
+std::size_t Bricks::deviceBytes() const
+{
+  std::size_t perElement =
+    sizeof(float) * (3 + 3 + static_cast<std::size_t>(this->model_->axes())) + (this->anyCut() ? 1 : 0);
+  for (const Field* field : this->fields_)
+  {
+    perElement += field->runs * field->bytes;
+  }
+  return perElement * this->pitch() + sizeof(int) * (this->table_.size() + this->capacity_) + this->addresses_.bytes() +
+         this->values_.bytes();
+}
+
+}

@@ -1,0 +1,273 @@
+#pragma once
+
+#include "BrickTable.h"
+#include "Context.h"
+#include "Links.h"
+#include "Model.h"
+#include "Threads.h"
+
+#include <cstdint>
+#include <tuple>
+#include <vector>
+
+namespace chainmail
+{
+
+/// Values of every element, `runs` of them [run][address]. Optional fields are given memory by Bricks::keep().
+struct Field
+{
+  std::size_t runs;
+  std::size_t bytes; ///< of one value
+  const char* purpose;
+  cl::Buffer buffer{};
+};
+
+/// The state of the elements on the device, kept in bricks that get their memory when they are first needed.
+/// brick.clh describes the layout and what an address is.
+class Bricks : public BrickTable
+{
+public:
+  Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize);
+  Bricks(const Bricks&) = delete;
+  Bricks& operator=(const Bricks&) = delete;
+
+  const Model& model() const { return *this->model_; }
+  Context& context() const { return *this->context_; }
+  const std::shared_ptr<Context>& sharedContext() const { return this->context_; }
+  /// -D options that every kernel of brick.clh needs; `vectors`: as wide as the device likes, else one by one.
+  std::string defines(bool vectors) const;
+  /// Work-items for one colour of a brick.
+  std::size_t workItems(bool vectors) const;
+
+  // --- Memory
+  // ---------------------------------------------------------------------------------------------------------
+
+  /// Gives memory to these bricks and to the 26 around each, so that kernels may update them.
+  void require(const std::vector<int>& bricks);
+  bool ready(int brick) const { return this->status_[brick] == Status::Ready || this->status_[brick] == Status::Air; }
+
+  /// Gives a field memory for all slots, now and when more are needed, filled with zeros; or takes it away. The field
+  /// must outlive the bricks or be dropped.
+  void keep(Field& field);
+  void drop(Field& field);
+
+  /// All displacements to zero.
+  void clearDisplacements();
+
+  /// Slots in which an element may be away from its rest place, ascending.
+  std::vector<int> touchedSlots() const;
+  /// These and those that share a face with one of them, ascending.
+  std::vector<int> slotsAround(const std::vector<int>& slots) const;
+  void touch(int slot) { this->touched_[slot] = 1; }
+
+  /// Remembers the displacements as the state before a wave, or goes back to it.
+  void saveBefore();
+  void restoreBefore();
+
+  /// Sets single elements: displacement on every axis, or signed constraint on `axes()` axes, interleaved.
+  void setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
+  void setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
+  /// Displacements of single elements, 3 interleaved values each.
+  std::vector<float> displacements(const std::vector<std::uint32_t>& addresses);
+  /// Signed constraints of single elements, `axes()` interleaved values each.
+  std::vector<float> constraints(const std::vector<std::uint32_t>& addresses);
+  /// All displacements of one slot, 3 runs of elementsPerBrick() values in the order of addresses.
+  void readSlot(int slot, std::vector<float>& out);
+  /// Where an element is now [voxels]; `u`: what readSlot() says of its slot.
+  Vector3 place(int i, int j, int k, const std::vector<float>& u) const
+  {
+    const std::size_t at = this->local(i, j, k);
+    const std::size_t count = static_cast<std::size_t>(this->elements_);
+    return { static_cast<double>(i) + u[at], static_cast<double>(j) + u[count + at],
+      static_cast<double>(k) + u[2 * count + at] };
+  }
+
+  /// Sets values of a field, `runs` interleaved ones an element.
+  template <typename T>
+  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<T>& values)
+  {
+    this->set(field.buffer, field.runs, addresses, values);
+  }
+
+  /// What readSlots() found in a slot: the value of a place (`local`) in a run; runs are counted through all fields.
+  template <typename T> class SlotValues
+  {
+  public:
+    SlotValues(const T* first, std::size_t pitch)
+      : first_(first)
+      , pitch_(pitch)
+    {
+    }
+    T operator()(std::size_t run, std::uint32_t local) const { return this->first_[run * this->pitch_ + local]; }
+
+  private:
+    const T* first_;
+    std::size_t pitch_;
+  };
+  struct Runs
+  {
+    const cl::Buffer& buffer;
+    std::size_t count;
+  };
+  /// Reads fields of 4-byte values in these slots (ascending), many at once, as each transfer takes its time. Calls
+  /// visit(slot, SlotValues<T>) for each, from several threads.
+  template <typename T, typename Visit>
+  void readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const;
+
+  // --- What cuts and carves removed
+  // -----------------------------------------------------------------------------------
+
+  const Links& links() const { return this->links_; }
+  bool anyCut() const { return this->links_.anyCut(); }
+  std::uint8_t cutBits(int i, int j, int k) const { return this->links_.cutBits(i, j, k); }
+  /// Links::remove().
+  bool removeLink(int i, int j, int k, int direction) { return this->links_.remove(i, j, k, direction); }
+  /// Makes these elements (Grid::at) air from now on, for row() and for the device, where they rest.
+  void removeElements(const std::vector<std::size_t>& voxels);
+  /// Model::row() of the tissue as it is now: removed elements are air.
+  void row(int i, int j, int k, int count, float* out) const;
+  bool isElement(const Index3& at) const;
+  /// What is beside a voxel, in the grid and behind no cut: calls f(direction, neighbour).
+  template <typename F> void forNeighbours(const Index3& at, const F& f) const
+  {
+    const std::uint8_t cut = this->cutBits(at[0], at[1], at[2]);
+    for (int d = 0; d < 6; ++d)
+    {
+      Index3 next = at;
+      next[d / 2] += d % 2 == 0 ? -1 : 1;
+      if ((cut & (1 << d)) == 0 && this->model_->grid().contains(next[0], next[1], next[2]))
+      {
+        f(d, next);
+      }
+    }
+  }
+  /// All links and elements back. Nothing may be held by then.
+  void mend();
+  /// Brings the removed links to the device.
+  void uploadCuts();
+
+  std::size_t deviceBytes() const;
+
+  // --- What kernels read
+  // ----------------------------------------------------------------------------------------------
+
+  cl::Buffer displacement; ///< float [axis][address]
+  cl::Buffer before;       ///< float [axis][address], the state before the wave
+  cl::Buffer constraint;   ///< float [axis][address], signed
+  cl::Buffer cut;          ///< uchar [address], as Links has it, only where anyCut()
+  /// `cut`, or any buffer for kernels that were built without cuts and do not look at it.
+  const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }
+  cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_ + skew; }
+
+  // What kernels take together, in this order.
+
+  /// LAYOUT_ARGUMENTS of brick.clh.
+  auto layout() const
+  {
+    return std::tuple<cl_uint, const cl::Buffer&, const cl::Buffer&, cl_int, cl_int>(
+      this->pitch(), this->tableBuffer_, this->placeBuffer_, this->strideY_, this->strideZ_);
+  }
+  /// `table, strideY, strideZ`.
+  auto table() const
+  {
+    return std::tuple<const cl::Buffer&, cl_int, cl_int>(this->tableBuffer_, this->strideY_, this->strideZ_);
+  }
+  /// `constraint, cut`.
+  auto tissue() const
+  {
+    return std::tuple<const cl::Buffer&, const cl::Buffer&>(this->constraint, this->cutsOrNothing());
+  }
+  /// `displacement, constraint, cut`.
+  auto state() const { return std::tuple_cat(std::tuple<const cl::Buffer&>(this->displacement), this->tissue()); }
+
+private:
+  enum class Status : std::uint8_t
+  {
+    Unknown,
+    Air,       ///< holds no element
+    Allocated, ///< has memory
+    Ready      ///< and so have all around it
+  };
+
+  void allocate(const std::vector<int>& bricks);
+  void grow(int slots);
+  int width(bool vectors) const;
+  bool fill(int brick, std::vector<float>& out) const;
+  template <typename T>
+  void set(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses,
+    const std::vector<T>& values)
+  {
+    static_assert(sizeof(T) == sizeof(cl_uint), "scatter.cl moves 4 bytes");
+    if (!addresses.empty())
+    {
+      this->scatter(field, components, addresses, this->values_.holding(*this->context_, values));
+    }
+  }
+  void scatter(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses,
+    const cl::Buffer& values);
+  std::vector<float> get(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses);
+
+  std::shared_ptr<Context> context_;
+  std::shared_ptr<const Model> model_;
+  /// Elements between the runs of a field. Without, the axes of an element would be a power of two apart and compete
+  /// for the same lines of a CPU's cache.
+  static constexpr int skew = 272;
+
+  int capacity_ = 0;
+  std::vector<Status> status_;
+  std::vector<char> touched_;
+  Links links_;
+  std::vector<Field*> fields_; ///< those that keep() was called for
+  cl::Buffer tableBuffer_;
+  cl::Buffer placeBuffer_;
+  mutable Scratch addresses_{ "a list of elements" };
+  mutable Scratch values_{ "a list of elements" };
+};
+
+template <typename T, typename Visit>
+void Bricks::readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const
+{
+  // Slots between two that are wanted are read, too, where that is less work than a transfer of its own.
+  constexpr std::size_t valuesPerTransfer = std::size_t(1) << 20;
+  constexpr std::size_t valuesBetween = std::size_t(1) << 16;
+  const std::size_t elements = static_cast<std::size_t>(this->elements_);
+  std::vector<T> values;
+  for (std::size_t begin = 0, end = 0; begin < slots.size(); begin = end)
+  {
+    end = begin + 1;
+    while (end < slots.size() && elements * (slots[end] - slots[begin]) < valuesPerTransfer &&
+           elements * (slots[end] - slots[end - 1]) <= valuesBetween)
+    {
+      ++end;
+    }
+    const std::size_t first = elements * slots[begin];
+    const std::size_t pitch = elements * (slots[end - 1] - slots[begin] + 1);
+    std::size_t runs = 0;
+    for (const Runs& field : fields)
+    {
+      runs += field.count;
+    }
+    values.resize(runs * pitch);
+    T* out = values.data();
+    for (const Runs& field : fields)
+    {
+      for (std::size_t run = 0; run < field.count; ++run, out += pitch)
+      {
+        this->context_->queue().enqueueReadBuffer(
+          field.buffer, CL_FALSE, sizeof(T) * (run * this->pitch() + first), sizeof(T) * pitch, out);
+      }
+    }
+    this->context_->queue().finish();
+    inParallel(end - begin,
+      [&](std::size_t n)
+      {
+        const int slot = slots[begin + n];
+        visit(slot, SlotValues<T>(values.data() + elements * (slot - slots[begin]), pitch));
+      });
+  }
+}
+
+/// Best brick for a device.
+Index3 defaultBrickSize(const DeviceInfo& device);
+
+}

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "BrickTable.h"
+
+#include <cstdint>
+#include <set>
+#include <unordered_map>
+#include <vector>
+
+namespace chainmail
+{
+
+/// The links and elements that cuts and carves removed.
+class Links
+{
+public:
+  /// `table` must outlive it, at its place.
+  explicit Links(const BrickTable& table)
+    : table_(table)
+  {
+  }
+
+  /// What was removed, by brick: one byte an element in the order of `local`. Bits 0 to 5: its link in that direction;
+  /// `carvedBit`: the element itself.
+  using CutBits = std::unordered_map<int, std::vector<std::uint8_t>>;
+  static constexpr std::uint8_t carvedBit = 64;
+
+  const CutBits& all() const { return this->cuts_; }
+  bool anyCut() const { return !this->cuts_.empty(); }
+  std::uint8_t cutBits(int i, int j, int k) const;
+  bool carved(int i, int j, int k) const { return (this->cutBits(i, j, k) & carvedBit) != 0; }
+  /// Bricks that elements were removed from.
+  const std::set<int>& carvedBricks() const { return this->carvedBricks_; }
+
+  /// Removes the link from (i, j, k) in one direction, seen from both ends. Both must lie in the grid. Whether it was
+  /// there.
+  bool remove(int i, int j, int k, int direction);
+  void removeElement(int i, int j, int k);
+  /// All back.
+  void clear();
+
+  /// Makes air of the carved ones among `count` constraints (Model::row()) from (i, j, k) on.
+  void takeOut(int i, int j, int k, int count, int axes, float* constraints) const;
+
+private:
+  const BrickTable& table_;
+  CutBits cuts_;
+  std::set<int> carvedBricks_;
+};
+
+}

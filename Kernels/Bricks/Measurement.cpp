@@ -1,0 +1,32 @@
+#include "Measurement.h"
+
+namespace chainmail
+{
+
+std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasticity)
+{
+  static_assert(sizeof(BrickFigures) == 15 * sizeof(float), "measure.cl writes 15 floats a brick");
+  std::vector<BrickFigures> figures(bricks.slots() - 1);
+  // Elsewhere nothing is strained; behind a face there may be a link that is.
+  const std::vector<int> list = bricks.slotsAround(bricks.touchedSlots());
+  if (list.empty())
+  {
+    return figures;
+  }
+  Context& context = bricks.context();
+  const cl::Buffer listBuffer = context.upload(list, "the list of bricks");
+  const cl::Buffer result = context.allocate(sizeof(BrickFigures) * list.size(), "the figures of the state");
+  const std::size_t items = bricks.workItems(true);
+  context.launch(context.kernel("measure.cl", bricks.defines(true) + elasticity.defines(), "measure"), list.size(),
+    items, listBuffer, elasticity.slack, bricks.layout(), bricks.state(), cl::Local(sizeof(BrickFigures) * items),
+    result);
+  std::vector<BrickFigures> measured(list.size());
+  context.read(result, measured);
+  for (std::size_t n = 0; n < list.size(); ++n)
+  {
+    figures[list[n] - 1] = measured[n];
+  }
+  return figures;
+}
+
+}

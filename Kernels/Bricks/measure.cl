@@ -1,0 +1,88 @@
+// Figures of the state, one row a brick.
+//
+// result[group * 15]: energy per axis (links leaving the brick count half), largest violation of a link, number of
+// displaced elements, smallest displacement per axis and first row (y, z) with a displaced element, largest
+// displacement per axis and last such row. 0 is always among the displacements.
+//
+// The host guarantees: brick.clh's promise for every brick with a displaced element.
+
+#include "brick.clh"
+#include "element.clh"
+
+#define FIGURES 15
+
+kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, local float* partial, global float* result)
+{
+  const int lid = get_local_id(0);
+  const uint slot = list[get_group_id(0)];
+  real energy[3], low[3], high[3];
+  real excess = (real)(0.0f), count = (real)(0.0f);
+  float firstRow[2] = { INFINITY, INFINITY }, lastRow[2] = { -INFINITY, -INFINITY };
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    energy[axis] = low[axis] = high[axis] = (real)(0.0f);
+  }
+  for (int colour = 0; colour < 2; ++colour)
+  {
+    for (int work = lid; work < VECTORS; work += get_local_size(0))
+    {
+      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+      mask displaced = (mask)(0);
+      real c, limit[6], weight[6];
+      UNROLL
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        if (axis < AXES)
+        {
+          c = LOAD(constraint + axis * pitch + s.self);
+          loadConstraints(constraint + axis * pitch, cut, &s, limit);
+          UNROLL
+          for (int d = 0; d < 6; ++d)
+          {
+            limit[d] = linkLimit(c, limit[d]);
+            weight[d] = linkWeight(limit[d]);
+          }
+        }
+        const real u = LOAD(displacement + axis * pitch + s.self);
+        UNROLL
+        for (int d = 0; d < 6; ++d)
+        {
+          const real other = neighbour(displacement + axis * pitch, &s, d, s.odd);
+          const real pull = linkPull(u, other, limit[d], slack);
+          energy[axis] += weight[d] * pull * pull;
+          excess = max(excess, fabs(other - u) - limit[d]);
+        }
+        displaced |= u != 0.0f;
+        low[axis] = min(low[axis], u);
+        high[axis] = max(high[axis], u);
+      }
+      if (SOME(displaced))
+      {
+        firstRow[0] = min(firstRow[0], (float)s.j);
+        firstRow[1] = min(firstRow[1], (float)s.k);
+        lastRow[0] = max(lastRow[0], (float)s.j);
+        lastRow[1] = max(lastRow[1], (float)s.k);
+      }
+      count += select((real)(0.0f), (real)(1.0f), displaced);
+    }
+  }
+  const float figures[FIGURES] = { 0.5f * sumOf(energy[0]), 0.5f * sumOf(energy[1]), 0.5f * sumOf(energy[2]),
+    largestOf(excess), sumOf(count), smallestOf(low[0]), smallestOf(low[1]), smallestOf(low[2]), firstRow[0],
+    firstRow[1], largestOf(high[0]), largestOf(high[1]), largestOf(high[2]), lastRow[0], lastRow[1] };
+  for (int f = 0; f < FIGURES; ++f)
+  {
+    partial[lid * FIGURES + f] = figures[f];
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int f = lid; f < FIGURES; f += get_local_size(0))
+  {
+    float whole = partial[f];
+    for (int n = 1; n < (int)get_local_size(0); ++n)
+    {
+      const float part = partial[n * FIGURES + f];
+      whole = f == 3 || f >= 10 ? max(whole, part) : f >= 5 ? min(whole, part) : whole + part;
+    }
+    result[get_group_id(0) * FIGURES + f] = whole;
+  }
+}

@@ -1,0 +1,88 @@
+#pragma once
+
+// The rule of one element (element.clh) as the host has it, in float and in double.
+
+#include <cmath>
+
+#define RULE inline
+#define AS_MASK(v) (std::signbit(v) ? -1 : 0)
+#define PLASTIC // where slack is 0 it makes no difference
+
+namespace chainmail::rule
+{
+
+/// As on the device, to the bit.
+namespace single
+{
+
+using real = float;
+using mask = int;
+
+inline real fabs(real v)
+{
+  return std::fabs(v);
+}
+inline real min(real a, real b)
+{
+  return b < a ? b : a;
+}
+inline real max(real a, real b)
+{
+  return a < b ? b : a;
+}
+inline real select(real a, real b, mask c)
+{
+  return c != 0 ? b : a;
+}
+
+#include "element.clh"
+#undef REAL
+
+}
+
+/// For sums that need more digits.
+namespace wide
+{
+
+using real = double;
+using mask = int;
+
+inline real fabs(real v)
+{
+  return std::fabs(v);
+}
+inline real min(real a, real b)
+{
+  return b < a ? b : a;
+}
+inline real max(real a, real b)
+{
+  return a < b ? b : a;
+}
+inline real select(real a, real b, mask c)
+{
+  return c != 0 ? b : a;
+}
+
+#define REAL(number) number
+#define WIDE
+#include "element.clh"
+#undef WIDE
+#undef REAL
+
+}
+
+using single::linkLimit;
+
+/// The constraint of an element, be it held or not.
+inline float asHeld(float c, bool held)
+{
+  return held ? -std::fabs(c) : c;
+}
+
+}
+
+#undef WEIGHT_EPSILON
+#undef PLASTIC
+#undef AS_MASK
+#undef RULE

@@ -1,0 +1,292 @@
+#include "Model.h"
+
+#include "ElementRule.h"
+#include "Error.h"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <type_traits>
+
+namespace chainmail
+{
+
+namespace
+{
+
+constexpr float air = -std::numeric_limits<float>::infinity();
+
+std::string toString(const Index3& size)
+{
+  return std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]);
+}
+
+/// Calls `f` with a pointer of the array's own type.
+template <typename F> auto dispatch(const ArrayView& view, F&& f)
+{
+  switch (view.type)
+  {
+  case ArrayView::Type::Int8:
+    return f(static_cast<const std::int8_t*>(view.data));
+  case ArrayView::Type::UInt8:
+    return f(static_cast<const std::uint8_t*>(view.data));
+  case ArrayView::Type::Int16:
+    return f(static_cast<const std::int16_t*>(view.data));
+  case ArrayView::Type::UInt16:
+    return f(static_cast<const std::uint16_t*>(view.data));
+  case ArrayView::Type::Int32:
+    return f(static_cast<const std::int32_t*>(view.data));
+  case ArrayView::Type::UInt32:
+    return f(static_cast<const std::uint32_t*>(view.data));
+  case ArrayView::Type::Int64:
+    return f(static_cast<const std::int64_t*>(view.data));
+  case ArrayView::Type::UInt64:
+    return f(static_cast<const std::uint64_t*>(view.data));
+  case ArrayView::Type::Float32:
+    return f(static_cast<const float*>(view.data));
+  case ArrayView::Type::Float64:
+    return f(static_cast<const double*>(view.data));
+  case ArrayView::Type::None:
+    break;
+  }
+  throw InputError("An array without data was given.");
+}
+
+/// `where` makes the words that say which one it is, for a message alone: this is called for every voxel.
+template <typename Where> float checkedConstraint(double value, Where&& where)
+{
+  // Rounding to float must not turn 0.99999999999 into a constraint of 1.
+  if (!(value >= 0.0) || !(static_cast<float>(value) < 1.0f))
+  {
+    throw InputError(
+      "The constraint " + where() + " is " + std::to_string(value) +
+      ". A constraint is a fraction of the spacing from 0 (rigid) to less than 1: correct the material.");
+  }
+  return static_cast<float>(value);
+}
+
+/// Scalar -> constraint through the material function. Types of up to 16 bits get a table, filled where first needed.
+template <typename T> class FunctionOfScalar
+{
+public:
+  explicit FunctionOfScalar(const Material& material)
+    : material_(material)
+  {
+    if constexpr (tabulated)
+    {
+      this->table_ = std::make_shared<std::vector<float>>(std::size_t(1) << (8 * sizeof(T)), unknown);
+    }
+  }
+
+  float operator()(T scalar) const
+  {
+    if constexpr (tabulated)
+    {
+      float& entry = (*this->table_)[static_cast<std::make_unsigned_t<T>>(scalar)];
+      if (entry == unknown)
+      {
+        entry = this->evaluate(scalar);
+      }
+      return entry;
+    }
+    else
+    {
+      return this->evaluate(scalar);
+    }
+  }
+
+private:
+  static constexpr bool tabulated = std::is_integral<T>::value && sizeof(T) <= 2;
+  static constexpr float unknown = -1.0f;
+
+  float evaluate(T scalar) const
+  {
+    const double value = static_cast<double>(scalar);
+    if (!std::isfinite(value) || value < this->material_.tissueThreshold)
+    {
+      return air;
+    }
+    return checkedConstraint(
+      this->material_.constraint(value), [&] { return "for a scalar of " + std::to_string(value); });
+  }
+
+  Material material_;
+  std::shared_ptr<std::vector<float>> table_;
+};
+
+}
+
+void Grid::check() const
+{
+  for (int a = 0; a < 3; ++a)
+  {
+    if (this->size[a] < 1)
+    {
+      throw InputError("The image is empty: give one with at least one voxel on every axis.");
+    }
+    if (!(this->spacing[a] > 0.0) || !std::isfinite(this->spacing[a]))
+    {
+      throw InputError("The spacing of the image is not positive on every axis.");
+    }
+  }
+  if (!this->fits())
+  {
+    throw InputError("The image has " + toString(this->size) + " voxels; at most " + std::to_string(maxVoxels) +
+                     " can be handled. Crop it or resample it to fewer.");
+  }
+}
+
+Model::Model(const Grid& grid, const ArrayView& scalars, const Material& material, const Anchors& anchors)
+  : grid_(grid)
+  , anchors_(anchors)
+{
+  grid.check();
+  if (!scalars)
+  {
+    throw InputError("The image has no scalars to tell tissue from air: choose an array.");
+  }
+
+  if (material.constraintArray)
+  {
+    const ArrayView& fractions = material.constraintArray;
+    if (fractions.components != 1 && fractions.components != 3)
+    {
+      throw InputError("The constraint array has " + std::to_string(fractions.components) +
+                       " components; it needs 1 (the same on every axis) or 3 (one per axis).");
+    }
+    this->axes_ = fractions.components;
+    this->read_ = dispatch(scalars,
+      [&](const auto* scalar) -> RowReader
+      {
+        return dispatch(fractions,
+          [&](const auto* fraction) -> RowReader
+          {
+            const double threshold = material.tissueThreshold;
+            const std::size_t stride = scalars.components;
+            const int axes = this->axes_;
+            scalar += scalars.component;
+            return [=](std::size_t first, int count, float* out)
+            {
+              for (int n = 0; n < count; ++n)
+              {
+                const double value = static_cast<double>(scalar[(first + n) * stride]);
+                const bool tissue = std::isfinite(value) && value >= threshold;
+                for (int a = 0; a < axes; ++a)
+                {
+                  out[n * axes + a] =
+                    !tissue ? air
+                            : checkedConstraint(static_cast<double>(fraction[(first + n) * axes + a]),
+                                [&] { return "in the constraint array at voxel " + std::to_string(first + n); });
+                }
+              }
+            };
+          });
+      });
+  }
+  else
+  {
+    if (!material.constraint)
+    {
+      throw InputError("No material was given: neither a function from scalar to constraint nor an array.");
+    }
+    this->read_ = dispatch(scalars,
+      [&](const auto* scalar) -> RowReader
+      {
+        using T = std::decay_t<decltype(*scalar)>;
+        const FunctionOfScalar<T> function(material);
+        const std::size_t stride = scalars.components;
+        scalar += scalars.component;
+        return [=](std::size_t first, int count, float* out)
+        {
+          for (int n = 0; n < count; ++n)
+          {
+            out[n] = function(scalar[(first + n) * stride]);
+          }
+        };
+      });
+  }
+
+  // One pass over everything: counts the elements and meets every constraint that is out of range before work begins.
+  const int width = grid.size[0];
+  std::vector<float> row(static_cast<std::size_t>(width) * this->axes_);
+  const std::size_t rows = static_cast<std::size_t>(grid.size[1]) * grid.size[2];
+  for (std::size_t r = 0; r < rows; ++r)
+  {
+    this->read_(r * width, width, row.data());
+    for (int i = 0; i < width; ++i)
+    {
+      this->elements_ += row[static_cast<std::size_t>(i) * this->axes_] != air;
+    }
+  }
+  this->nonFinite_ = dispatch(scalars,
+    [&](const auto* scalar) -> std::size_t
+    {
+      std::size_t count = 0;
+      if constexpr (std::is_floating_point<std::decay_t<decltype(*scalar)>>::value)
+      {
+        for (std::size_t n = 0; n < grid.voxels(); ++n)
+        {
+          count += !std::isfinite(scalar[n * scalars.components + scalars.component]);
+        }
+      }
+      return count;
+    });
+  if (this->elements_ == 0)
+  {
+    throw InputError("The image is all air: no voxel has a finite scalar of at least the tissue threshold, " +
+                     std::to_string(material.tissueThreshold) + ". Lower the threshold.");
+  }
+}
+
+Model::Model(const Grid& grid, int axes, RowReader rows)
+  : grid_(grid)
+  , axes_(axes)
+  , read_(std::move(rows))
+{
+  this->anchors_.faces.fill(false);
+}
+
+void Model::row(int i, int j, int k, int count, float* out) const
+{
+  this->read_(this->grid_.at(i, j, k), count, out);
+  const Index3& size = this->grid_.size;
+  std::array<bool, 6> faces = this->anchors_.faces;
+  for (int a = 0; a < 3; ++a)
+  {
+    // A single layer has no inside that its faces could hold.
+    faces[2 * a] = faces[2 * a] && size[a] > 1;
+    faces[2 * a + 1] = faces[2 * a + 1] && size[a] > 1;
+  }
+  const bool all =
+    (faces[2] && j == 0) || (faces[3] && j == size[1] - 1) || (faces[4] && k == 0) || (faces[5] && k == size[2] - 1);
+  for (int n = 0; n < count; ++n)
+  {
+    const bool face = all || (faces[0] && i + n == 0) || (faces[1] && i + n == size[0] - 1);
+    float* c = out + static_cast<std::size_t>(n) * this->axes_;
+    bool held = face;
+    for (int a = 0; a < this->axes_; ++a)
+    {
+      held = held || (this->anchors_.rigid && c[a] == 0.0f);
+    }
+    for (int a = 0; a < this->axes_; ++a)
+    {
+      c[a] = rule::asHeld(c[a], held);
+    }
+  }
+}
+
+int Model::anchoringFace(int i, int j, int k) const
+{
+  const Index3 at{ i, j, k };
+  for (int face = 0; face < 6; ++face)
+  {
+    const int size = this->grid_.size[face / 2];
+    if (this->anchors_.faces[face] && size > 1 && at[face / 2] == (face % 2 == 0 ? 0 : size - 1))
+    {
+      return face;
+    }
+  }
+  return -1;
+}
+}

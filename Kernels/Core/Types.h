@@ -1,0 +1,127 @@
+#pragma once
+
+// What goes in and out of a simulation (Simulation.h).
+
+#include "Model.h"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace chainmail
+{
+
+/// Where and how a simulation runs.
+struct Settings
+{
+  std::string device; ///< see chooseDevice()
+  Index3 brickSize{ 0, 0,
+    0 }; ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
+  int modelReduction = 1; ///< 1, 2, 4 or 8: an element stands for so many voxels per axis, see Simulation
+};
+
+/// A handle in the tissue: it grabs the elements that are within `radius` of `position`, or the nearest one, when it
+/// first appears, and moves them together.
+struct Probe
+{
+  Vector3 position{};     ///< [mm], see Grid
+  Vector3 displacement{}; ///< [mm], from where the tissue was when it was grabbed; ignored by an anchor
+  double radius = 0.0;    ///< [mm], 0 = the nearest element
+  bool anchor = false;    ///< hold the tissue where it is
+};
+
+/// How a wave of displacement travels through tissue.
+enum class PropagationMethod
+{
+  Envelope, ///< every element into the bounds that moved neighbours set, until nothing changes (envelope.cl)
+  Timestamp ///< the published method: one link an iteration, the earliest arrival counts (timestamp.cl)
+};
+
+/// What happens where probes pull tissue further apart than it can stretch. Anchors hold under both.
+enum class ConflictPolicy
+{
+  Limit, ///< the later probe is shortened, per axis, to what the earlier ones allow
+  Latest ///< the later probe wins and drags the tissue of earlier ones along
+};
+
+/// How tissue settles.
+enum class RelaxationMethod
+{
+  Projected, ///< three-colour over-relaxation within the limits of the links (relax.cl)
+  Paper      ///< the published method: all elements at once to the weighted mean, limits ignored (paper.cl)
+};
+
+/// What a propagation did.
+struct PropagateResult
+{
+  int iterations = 0;
+  bool finished = true; ///< no wave is under way any more
+};
+
+/// What became of a probe.
+struct ProbeResult
+{
+  Vector3 reached{}; ///< [mm] the displacement it got since it grabbed; shorter than asked where the tissue does not
+                     ///< stretch so far (see Simulation::heldBy()), where its wave has not started yet, or where a
+                     ///< later probe dragged it back
+  Vector3 force{};   ///< gradient of the energy at the tissue it holds, with the bone that is part of: what the probe
+                     ///< must pull with
+  std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
+};
+
+/// What keeps a probe short of its displacement.
+struct HeldBy
+{
+  enum class What
+  {
+    Nothing, ///< it got all, or its wave has not come to its end
+    Probe,   ///< the tissue that another probe holds
+    Face,    ///< tissue that is anchored at a face of the grid
+    Rigid    ///< anchored rigid tissue
+  };
+
+  What what = What::Nothing;
+  std::size_t probe = 0; ///< the number of that probe
+  int face = 0;          ///< that face, as Anchors::faces
+  bool bone = false;     ///< the bone that the probe grips is itself held by it; else tissue between stretches no more
+};
+
+/// A cutting surface: triangles in [mm], see Grid. It need not be closed, flat or connected.
+struct Surface
+{
+  std::vector<Vector3> points;
+  std::vector<std::array<int, 3>> triangles;
+};
+
+/// What a relaxation did.
+struct RelaxResult
+{
+  int iterations = 0;
+  double largestMove = 0.0; ///< of the last iteration, as a fraction of the spacing
+  bool converged = false;
+  std::optional<double> coarseStep; ///< where coarser grids took part (Simulation::setCoarseToFine()): the share of
+                                    ///< their correction that was taken, 1 all, 0 none
+};
+
+/// Figures of the whole state: that of the reduced model where the model is reduced.
+struct Statistics
+{
+  double energy = 0.0;        ///< sum over links and axes of max(0, |u(i) - u(j)| - (1 - r) D(i,j))^2 / D(i,j) [mm]
+  double maxLinkExcess = 0.0; ///< largest violation of a link's limit, as a fraction of the spacing; 0 if none
+  std::size_t displaced = 0;  ///< elements away from their rest place
+  std::size_t allocated = 0;  ///< element places held on the device
+  std::size_t deviceBytes = 0;
+};
+
+/// Output voxels and where their material comes from. `offset` holds 3 floats a voxel, in voxels: the material at
+/// voxel y came from y + offset. 0: y shows what it showed before. NaN: tissue left y and none came.
+struct ResampledBox
+{
+  Index3 first{}; ///< lowest voxel, in the grid's indices; may be negative when the output is padded
+  Index3 size{};
+  const float* offset = nullptr;
+};
+
+}

@@ -1,0 +1,77 @@
+#pragma once
+
+#define CL_HPP_ENABLE_EXCEPTIONS
+#define CL_HPP_TARGET_OPENCL_VERSION 120
+#define CL_HPP_MINIMUM_OPENCL_VERSION 120
+#include <CL/opencl.hpp>
+
+#include <tuple>
+#include <type_traits>
+
+namespace chainmail
+{
+
+/// The arguments of a kernel, set one after the other, in the order in which the kernel takes them: buffers, local
+/// memory and scalars of OpenCL's own types. What belongs together comes as one: a std::tuple of arguments, an object
+/// whose arguments() are such a tuple, a pointer to one (null: there are none), or a function that adds them.
+class ArgumentList
+{
+public:
+  explicit ArgumentList(cl::Kernel& kernel)
+    : kernel_(kernel)
+  {
+  }
+
+  template <typename... Values> void add(const Values&... values) { (this->addOne(values), ...); }
+
+private:
+  template <typename T> struct IsTuple : std::false_type
+  {
+  };
+  template <typename... Members> struct IsTuple<std::tuple<Members...>> : std::true_type
+  {
+  };
+  template <typename T, typename = void> struct HasArguments : std::false_type
+  {
+  };
+  template <typename T>
+  struct HasArguments<T, std::void_t<decltype(std::declval<const T&>().arguments())>> : std::true_type
+  {
+  };
+  template <typename T, typename... Known> static constexpr bool isOneOf = (std::is_same_v<T, Known> || ...);
+
+  template <typename T> void addOne(const T& value)
+  {
+    if constexpr (IsTuple<T>::value)
+    {
+      std::apply([this](const auto&... members) { this->add(members...); }, value);
+    }
+    else if constexpr (HasArguments<T>::value)
+    {
+      this->addOne(value.arguments());
+    }
+    else if constexpr (std::is_pointer_v<T>)
+    {
+      if (value)
+      {
+        this->addOne(*value);
+      }
+    }
+    else if constexpr (std::is_invocable_v<const T&, ArgumentList&>)
+    {
+      value(*this);
+    }
+    else
+    {
+      // A kernel would take the bytes of any other type for what they are not.
+      static_assert(
+        isOneOf<T, cl::Buffer, cl::LocalSpaceArg, cl_int, cl_uint, cl_float, cl_int4>, "no kernel takes it");
+      this->kernel_.setArg(this->next_++, value);
+    }
+  }
+
+  cl::Kernel& kernel_;
+  cl_uint next_ = 0;
+};
+
+}

@@ -1,0 +1,161 @@
+#pragma once
+
+// Private to the engine: the OpenCL side of a simulation. Public headers never include this file.
+
+#include "ArgumentList.h"
+#include "Device.h"
+#include "ProgramCache.h"
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace chainmail
+{
+
+/// See chooseDevice().
+cl::Device findDevice(const std::string& name);
+
+DeviceInfo describe(const cl::Device& device);
+
+/// The symbolic name of an OpenCL error code.
+const char* errorName(cl_int code);
+
+/// Runs `body` and turns an OpenCL exception into a DeviceError or MemoryError.
+template <typename Body> auto translated(Body&& body) -> decltype(body());
+
+[[noreturn]] void throwTranslated(const cl::Error& error);
+
+/// A device with its context, an in-order queue and the programs built for it so far. One per device and process:
+/// simulations in several threads share it, so all of it may be called from any thread at any time.
+class Context
+{
+public:
+  static std::shared_ptr<Context> of(const std::string& deviceName);
+
+  explicit Context(const cl::Device& device);
+
+  const DeviceInfo& info() const { return this->info_; }
+  const cl::Device& device() const { return this->device_; }
+  cl::CommandQueue& queue() { return this->queue_; }
+
+  /// The program of one .cl file with the given -D options, built, or taken from the user's cache, on first use.
+  const cl::Program& program(const std::string& file, const std::string& defines);
+  cl::Kernel kernel(const std::string& file, const std::string& defines, const char* name);
+
+  /// Runs a kernel with these arguments (see ArgumentList), or those that it has, and one work-group of `items` for
+  /// each of `groups`.
+  template <typename... Arguments>
+  void launch(cl::Kernel kernel, std::size_t groups, std::size_t items, const Arguments&... arguments)
+  {
+    ArgumentList(kernel).add(arguments...);
+    this->enqueue(kernel, groups, items);
+  }
+  /// Runs a kernel over `count` items; after these arguments comes that count, as the range is rounded up. Work-groups
+  /// of one size: PoCL builds a kernel anew for every other one.
+  template <typename... Arguments>
+  void launchOver(const cl::Kernel& kernel, std::size_t count, const Arguments&... arguments)
+  {
+    constexpr std::size_t group = 64;
+    this->launch(kernel, (count + group - 1) / group, group, arguments..., static_cast<cl_uint>(count));
+  }
+
+  /// A device buffer, filled with zeros. Throws MemoryError, which says what `purpose` needs, where the device has
+  /// no room.
+  cl::Buffer allocate(std::size_t bytes, const char* purpose);
+
+  /// The most bytes that buffers took at once since the last call.
+  std::size_t takePeakBytes();
+
+  template <typename T> cl::Buffer upload(const std::vector<T>& values, const char* purpose)
+  {
+    cl::Buffer buffer = this->allocate(sizeof(T) * std::max<std::size_t>(1, values.size()), purpose);
+    this->write(buffer, 0, values);
+    return buffer;
+  }
+  template <typename T> void write(const cl::Buffer& buffer, std::size_t offset, const std::vector<T>& values)
+  {
+    if (!values.empty())
+    {
+      this->queue_.enqueueWriteBuffer(buffer, CL_TRUE, offset, sizeof(T) * values.size(), values.data());
+    }
+  }
+  template <typename T> void read(const cl::Buffer& buffer, std::vector<T>& values)
+  {
+    if (!values.empty())
+    {
+      this->queue_.enqueueReadBuffer(buffer, CL_TRUE, 0, sizeof(T) * values.size(), values.data());
+    }
+  }
+
+private:
+  cl::Program build(const std::string& file, const std::string& options);
+  void enqueue(const cl::Kernel& kernel, std::size_t groups, std::size_t items);
+  void count(cl::Buffer& buffer, std::size_t bytes);
+
+  cl::Device device_;
+  DeviceInfo info_;
+  cl::Context context_;
+  cl::CommandQueue queue_;
+  ProgramCache cache_;
+  std::mutex programsMutex_;
+  std::map<std::string, cl::Program> programs_;
+
+  struct BytesInUse
+  {
+    std::atomic<std::size_t> now{ 0 };
+    std::atomic<std::size_t> most{ 0 };
+  };
+  std::shared_ptr<BytesInUse> inUse_ = std::make_shared<BytesInUse>(); ///< shared with buffers, which may live longer
+};
+
+/// A small buffer that keeps its memory between uses and grows when it must.
+class Scratch
+{
+public:
+  explicit Scratch(const char* purpose)
+    : purpose_(purpose)
+  {
+  }
+
+  cl::Buffer& sized(Context& context, std::size_t bytes)
+  {
+    if (bytes > this->bytes_)
+    {
+      this->buffer_ = cl::Buffer();
+      this->bytes_ = bytes + bytes / 2;
+      this->buffer_ = context.allocate(this->bytes_, this->purpose_);
+    }
+    return this->buffer_;
+  }
+  template <typename T> cl::Buffer& holding(Context& context, const std::vector<T>& values)
+  {
+    cl::Buffer& buffer = this->sized(context, sizeof(T) * values.size());
+    context.write(buffer, 0, values);
+    return buffer;
+  }
+  const cl::Buffer& get() const { return this->buffer_; }
+  std::size_t bytes() const { return this->bytes_; }
+
+private:
+  const char* purpose_;
+  std::size_t bytes_ = 0;
+  cl::Buffer buffer_;
+};
+
+template <typename Body> auto translated(Body&& body) -> decltype(body())
+{
+  try
+  {
+    return body();
+  }
+  catch (const cl::Error& error)
+  {
+    throwTranslated(error);
+  }
+}
+
+}

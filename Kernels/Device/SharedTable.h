@@ -1,0 +1,54 @@
+#pragma once
+
+#include "Context.h"
+
+#include <cstring>
+#include <vector>
+
+namespace chainmail
+{
+
+/// A table of integers that the device and the host work on in turn.
+class SharedTable
+{
+public:
+  SharedTable(int columns, const char* purpose)
+    : columns_(columns)
+    , buffer_(purpose)
+  {
+  }
+
+  /// Zeros, on the host.
+  void clear(int rows) { this->values_.assign(static_cast<std::size_t>(rows) * this->columns_, 0); }
+  /// New rows are zeros.
+  void resize(int rows) { this->values_.resize(static_cast<std::size_t>(rows) * this->columns_); }
+  int rows() const { return static_cast<int>(this->values_.size()) / this->columns_; }
+
+  cl_int* operator[](int row) { return this->values_.data() + static_cast<std::size_t>(row) * this->columns_; }
+  const cl_int* operator[](int row) const { return const_cast<SharedTable&>(*this)[row]; }
+
+  /// A float, whose bits an integer of the table holds.
+  void setReal(int row, int column, float value) { std::memcpy((*this)[row] + column, &value, sizeof(value)); }
+  float real(int row, int column) const
+  {
+    float value;
+    std::memcpy(&value, (*this)[row] + column, sizeof(value));
+    return value;
+  }
+
+  /// To the device, without waiting: until fromDevice() the host leaves its own copy alone.
+  void toDevice(Context& context)
+  {
+    const std::size_t bytes = sizeof(cl_int) * this->values_.size();
+    context.queue().enqueueWriteBuffer(this->buffer_.sized(context, bytes), CL_FALSE, 0, bytes, this->values_.data());
+  }
+  void fromDevice(Context& context) { context.read(this->buffer(), this->values_); }
+  const cl::Buffer& buffer() const { return this->buffer_.get(); }
+
+private:
+  int columns_;
+  std::vector<cl_int> values_;
+  Scratch buffer_;
+};
+
+}

@@ -1,0 +1,363 @@
+#include "CoarseToFine.h"
+
+#include "CoarseModel.h"
+#include "ElementRule.h"
+#include "Measurement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// How a coarser grid is relaxed.
+struct Sweeps
+{
+  Reach reach;
+  int count;
+};
+
+/// `depth`: how many grids lie between it and the finest. Deeper ones, whose sweeps cost little, settle what is far
+/// apart; on small ones sweeps cost next to nothing.
+Sweeps sweepsOn(const Grid& grid, std::size_t depth)
+{
+  if (*std::max_element(grid.size.begin(), grid.size.end()) <= 16)
+  {
+    return { Reach::Far, 40 };
+  }
+  return depth == 0 ? Sweeps{ Reach::Near, 10 } : Sweeps{ Reach::Far, 30 };
+}
+
+/// A grid with no axis longer than this is the coarsest.
+constexpr int coarsestSize = 8;
+
+/// Sweeps on the finest grid that undo what interpolation bent, before limits count.
+constexpr int smoothingSweeps = 2;
+
+/// Shares of the way back are multiples of this, so that no rounding of energies changes them.
+constexpr double shareStep = 1.0 / 16.0;
+
+/// Hands that go too far for a coarser grid by this, a fraction of its spacing, do so by more than rounding.
+constexpr double tooFar = 1e-4;
+
+}
+
+/// A grid and the finer one that it stands for.
+class CoarseToFine::Level
+{
+public:
+  explicit Level(Bricks& finer)
+    : finer_(finer)
+    , model_(coarserModel(finer))
+    , bricks_(finer.sharedContext(), this->model_, finer.size())
+    , propagation_(this->bricks_)
+    , feasibility_(this->bricks_)
+    , relaxation_(this->bricks_)
+  {
+    coarsenCuts(finer, this->bricks_);
+    this->clusters_ = std::make_unique<RigidClusters>(this->bricks_);
+  }
+
+  Bricks& bricks() { return this->bricks_; }
+
+  /// Takes the state of the finer grid. `held`: voxels of this one that probes hold.
+  void coarsen(const std::vector<std::size_t>& held)
+  {
+    this->bricks_.clearDisplacements();
+    this->hold(held);
+    std::set<int> needed;
+    for (const int slot : this->finer_.touchedSlots())
+    {
+      const Index3 origin = this->finer_.origin(this->finer_.brick(slot));
+      needed.insert(this->bricks_.brickAt(origin[0] / 2, origin[1] / 2, origin[2] / 2));
+    }
+    const std::vector<int> bricks(needed.begin(), needed.end());
+    this->bricks_.require(bricks);
+    std::vector<int> slots;
+    for (const int brick : bricks)
+    {
+      if (this->bricks_.slot(brick) > 0)
+      {
+        slots.push_back(this->bricks_.slot(brick));
+        this->bricks_.touch(slots.back());
+      }
+    }
+    Context& context = this->bricks_.context();
+    context.launch(context.kernel("coarsen.cl", this->bricks_.defines(false), "coarsen"), slots.size(),
+      this->bricks_.workItems(false), this->list_.holding(context, slots), this->bricks_.layout(),
+      this->finer_.layout(), this->finer_.displacement, this->finer_.constraint, this->bricks_.displacement);
+  }
+
+  /// Makes the state feasible. Hands and bones are thicker here and tissue between them is thinner, so that it may not
+  /// stretch as far as a handle goes: then the handle gives way. Else it would drag anchored bone along, and all around
+  /// it.
+  void makeFeasible(const Checkpoint& checkpoint)
+  {
+    this->feasibility_.run(this->propagation_, checkpoint);
+    if (this->propagation_.conflict().largest() > tooFar)
+    {
+      this->mark(this->held_, false);
+      this->feasibility_.run(this->propagation_, checkpoint);
+      this->mark(this->held_, true);
+    }
+  }
+
+  void relax(std::size_t depth, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
+  {
+    this->clusters_->begin(this->held_);
+    const Sweeps sweeps = sweepsOn(this->model_->grid(), depth);
+    this->relaxation_.run(
+      *this->clusters_, elasticity, nullptr, sweeps.reach, 0, sweeps.count, tolerance, [&](int) { checkpoint(); });
+  }
+
+  /// Takes the finer grid where this one is. That need not be feasible.
+  void refine()
+  {
+    std::set<int> needed;
+    const Index3 size = this->bricks_.size();
+    const Grid& fine = this->finer_.model().grid();
+    for (const int slot : this->bricks_.touchedSlots())
+    {
+      const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
+      for (int n = 0; n < 8; ++n)
+      {
+        const Index3 at{ 2 * origin[0] + (n & 1) * size[0], 2 * origin[1] + (n >> 1 & 1) * size[1],
+          2 * origin[2] + (n >> 2) * size[2] };
+        if (fine.contains(at[0], at[1], at[2]))
+        {
+          needed.insert(this->finer_.brickAt(at[0], at[1], at[2]));
+        }
+      }
+    }
+    const std::vector<int> bricks(needed.begin(), needed.end());
+    this->finer_.require(bricks);
+    std::vector<int> slots;
+    for (const int brick : bricks)
+    {
+      if (this->finer_.slot(brick) > 0)
+      {
+        slots.push_back(this->finer_.slot(brick));
+        this->finer_.touch(slots.back());
+      }
+    }
+    Context& context = this->bricks_.context();
+    // The finer grid's cuts do not matter here.
+    context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "refine"), slots.size(),
+      this->bricks_.workItems(true), this->list_.holding(context, slots), this->finer_.layout(), this->bricks_.layout(),
+      this->bricks_.state(), this->finer_.constraint, this->finer_.displacement);
+  }
+
+private:
+  void hold(const std::vector<std::size_t>& voxels)
+  {
+    this->mark(this->held_, false);
+    this->held_ = voxels;
+    this->mark(this->held_, true);
+  }
+
+  void mark(const std::vector<std::size_t>& voxels, bool held)
+  {
+    const Grid& grid = this->model_->grid();
+    const int axes = this->model_->axes();
+    std::vector<int> bricks;
+    for (const std::size_t voxel : voxels)
+    {
+      const Index3 at = grid.indexOf(voxel);
+      bricks.push_back(this->bricks_.brickAt(at[0], at[1], at[2]));
+    }
+    this->bricks_.require(bricks);
+    std::vector<std::uint32_t> addresses;
+    std::vector<float> values(voxels.size() * axes);
+    for (std::size_t n = 0; n < voxels.size(); ++n)
+    {
+      const Index3 at = grid.indexOf(voxels[n]);
+      addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
+      this->bricks_.row(at[0], at[1], at[2], 1, values.data() + n * axes);
+    }
+    std::transform(values.begin(), values.end(), values.begin(), [held](float c) { return rule::asHeld(c, held); });
+    this->bricks_.setConstraints(addresses, values);
+  }
+
+  Bricks& finer_;
+  std::shared_ptr<const Model> model_;
+  Bricks bricks_;
+  std::vector<std::size_t> held_;
+  EnvelopePropagation propagation_;
+  Feasibility feasibility_;
+  Relaxation relaxation_;
+  std::unique_ptr<RigidClusters> clusters_;
+  Scratch list_{ "the list of bricks" };
+};
+
+CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
+  : bricks_(bricks)
+  , handles_(handles)
+  , propagation_(bricks)
+  , feasibility_(bricks)
+  , relaxation_(bricks)
+  , pieces_(bricks, "components.cl", "join")
+{
+}
+
+CoarseToFine::~CoarseToFine()
+{
+  this->bricks_.drop(this->before_);
+  this->bricks_.drop(this->marks_);
+}
+
+void CoarseToFine::forget()
+{
+  this->levels_.clear();
+}
+
+void CoarseToFine::build()
+{
+  Bricks* finest = &this->bricks_;
+  for (;;)
+  {
+    const Index3& size = finest->model().grid().size;
+    if (*std::max_element(size.begin(), size.end()) <= coarsestSize)
+    {
+      return;
+    }
+    this->levels_.push_back(std::make_unique<Level>(*finest));
+    finest = &this->levels_.back()->bricks();
+  }
+}
+
+double CoarseToFine::energy(const Elasticity& elasticity) const
+{
+  double energy = 0.0;
+  for (const BrickFigures& figures : measureBricks(this->bricks_, elasticity))
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      energy += figures.energy[a] * this->bricks_.model().grid().spacing[a];
+    }
+  }
+  return energy;
+}
+
+void CoarseToFine::cycle(
+  RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
+{
+  const Grid* finer = &this->bricks_.model().grid();
+  std::vector<std::size_t> held = this->handles_.voxels();
+  for (const std::unique_ptr<Level>& level : this->levels_)
+  {
+    const Grid& grid = level->bricks().model().grid();
+    for (std::size_t& voxel : held)
+    {
+      const Index3 at = finer->indexOf(voxel);
+      voxel = grid.at(at[0] / 2, at[1] / 2, at[2] / 2);
+    }
+    std::sort(held.begin(), held.end());
+    held.erase(std::unique(held.begin(), held.end()), held.end());
+    finer = &grid;
+    level->coarsen(held);
+  }
+  this->levels_.back()->makeFeasible(checkpoint); // all others are taken where the next coarser one is
+  for (std::size_t n = this->levels_.size(); n-- > 0;)
+  {
+    Level& level = *this->levels_[n];
+    level.relax(n, elasticity, tolerance, checkpoint);
+    level.refine();
+    if (n > 0)
+    {
+      this->levels_[n - 1]->makeFeasible(checkpoint);
+    }
+    else
+    {
+      this->putOthersBack(checkpoint);
+      Elasticity unlimited = elasticity;
+      unlimited.limited = false;
+      clusters.begin(this->handles_.voxels());
+      this->relaxation_.run(
+        clusters, unlimited, nullptr, Reach::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
+      this->feasibility_.run(this->propagation_, checkpoint);
+    }
+  }
+}
+
+/// Tissue that does not hang on what moves (components.cl).
+void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
+{
+  Context& context = this->bricks_.context();
+  const std::vector<int> slots = this->bricks_.touchedSlots();
+  std::vector<int> bricks;
+  for (const int slot : slots)
+  {
+    bricks.push_back(this->bricks_.brick(slot));
+  }
+  this->bricks_.keep(this->marks_);
+  const std::string defines = this->bricks_.defines(true);
+  const cl::Buffer& list = this->list_.holding(context, slots);
+  context.launch(context.kernel("components.cl", defines, "mark"), slots.size(), this->bricks_.workItems(true), list,
+    this->bricks_.layout(), this->before_.buffer, this->bricks_.tissue(), this->marks_.buffer);
+  this->pieces_.start(bricks);
+  this->pieces_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
+    [this](ArgumentList& own) { own.add(this->bricks_.tissue(), this->marks_.buffer); });
+  context.launch(context.kernel("components.cl", defines, "putBack"), slots.size(), this->bricks_.workItems(true), list,
+    this->bricks_.pitch(), this->marks_.buffer, this->before_.buffer, this->bricks_.displacement);
+  this->bricks_.drop(this->marks_);
+}
+
+bool CoarseToFine::run(
+  RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
+{
+  if (this->levels_.empty())
+  {
+    this->build();
+  }
+  this->energyBefore_ = this->energy(elasticity);
+  if (this->levels_.empty() || this->energyBefore_ == 0.0)
+  {
+    return false;
+  }
+  this->bricks_.keep(this->before_);
+  Context& context = this->bricks_.context();
+  context.queue().enqueueCopyBuffer(
+    this->bricks_.displacement, this->before_.buffer, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
+  this->cycle(clusters, elasticity, tolerance, checkpoint);
+  return true;
+}
+
+double CoarseToFine::judge(const Elasticity& elasticity)
+{
+  double kept = 1.0;
+  const double whole = this->energy(elasticity);
+  if (whole > this->energyBefore_)
+  {
+    // The lowest point of the parabola through both ends and the middle lies before the middle.
+    this->goBack(0.5f);
+    const double half = this->energy(elasticity);
+    const double bend = whole - 2.0 * half + this->energyBefore_;
+    const double lowest = bend > 0.0 ? 0.5 - 0.25 * (whole - this->energyBefore_) / bend : 0.0;
+    kept = std::max(0.0, shareStep * std::floor(lowest / shareStep));
+    this->goBack(static_cast<float>(2.0 * kept));
+    if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // plastic tissue knows no parabola
+    {
+      kept = 0.0;
+      this->goBack(0.0f);
+    }
+  }
+  this->bricks_.drop(this->before_);
+  return kept;
+}
+
+/// Leaves elements this share of the way from where they were before. Those that moved alike still do.
+void CoarseToFine::goBack(float share)
+{
+  Context& context = this->bricks_.context();
+  const std::vector<int> slots = this->bricks_.touchedSlots();
+  context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "goBack"), slots.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), share,
+    this->before_.buffer, this->bricks_.displacement);
+}
+
+}

@@ -1,0 +1,612 @@
+#include "ModelReduction.h"
+
+#include "Components.h"
+#include "ElementRule.h"
+#include "Error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+namespace chainmail
+{
+
+namespace
+{
+
+Index3 factorsFor(const Grid& whole, int factor)
+{
+  if (factor != 2 && factor != 4 && factor != 8)
+  {
+    throw InputError("The model reduction is " + std::to_string(factor) + "; it can be 1, 2, 4 or 8.");
+  }
+  Index3 factors;
+  for (int a = 0; a < 3; ++a)
+  {
+    factors[a] = whole.size[a] > 1 ? factor : 1;
+  }
+  return factors;
+}
+
+Grid reducedGrid(const Grid& whole, const Index3& factor)
+{
+  Grid grid;
+  for (int a = 0; a < 3; ++a)
+  {
+    grid.size[a] = (whole.size[a] + factor[a] - 1) / factor[a];
+    grid.spacing[a] = factor[a] * whole.spacing[a];
+  }
+  return grid;
+}
+
+/// The signed constraint of an element on one axis, from those of its voxels.
+struct Mean
+{
+  double sum = 0.0;
+  int count = 0;
+  bool rigid = false;
+  bool anchored = false;
+
+  void add(float c)
+  {
+    this->sum += std::fabs(c);
+    ++this->count;
+    this->rigid = this->rigid || c == 0.0f;
+    this->anchored = this->anchored || std::signbit(c);
+  }
+
+  float signedConstraint() const
+  {
+    if (this->count == 0)
+    {
+      return -std::numeric_limits<float>::infinity();
+    }
+    const float c = this->rigid ? 0.0f : static_cast<float>(this->sum / this->count);
+    return rule::asHeld(c, this->anchored);
+  }
+};
+
+}
+
+ModelReduction::ModelReduction(Bricks& whole, int factor)
+  : whole_(whole)
+  , factor_(factorsFor(whole.model().grid(), factor))
+  , bricks_(whole.sharedContext(), this->reducedModel(), whole.size())
+  , owner_{ 1, sizeof(cl_int), "the sides of cuts" }
+{
+  this->separate();
+}
+
+ModelReduction::~ModelReduction()
+{
+  this->whole_.drop(this->owner_);
+}
+
+/// Also finds the links that are not there.
+std::shared_ptr<const Model> ModelReduction::reducedModel()
+{
+  const Grid& whole = this->whole_.model().grid();
+  const Grid grid = reducedGrid(whole, this->factor_);
+  const std::size_t axes = static_cast<std::size_t>(this->whole_.model().axes());
+  const std::size_t width = static_cast<std::size_t>(whole.size[0]);
+  const std::size_t layer = width * whole.size[1];
+  auto constraints = std::make_shared<std::vector<float>>(grid.voxels() * axes);
+  std::vector<std::uint8_t> linked(grid.voxels(), 0); // bit a: to the next one along axis a
+  std::vector<Mean> means(static_cast<std::size_t>(grid.size[0]) * grid.size[1] * axes);
+  std::vector<char> tissue(2 * layer); // of this layer of voxels and the one before it
+  std::vector<float> row(width * axes);
+  for (int k = 0; k < whole.size[2]; ++k)
+  {
+    char* const here = tissue.data() + k % 2 * layer;
+    const char* const below = tissue.data() + (k + 1) % 2 * layer;
+    const bool crossesZ = k > 0 && k % this->factor_[2] == 0;
+    for (int j = 0; j < whole.size[1]; ++j)
+    {
+      this->whole_.row(0, j, k, whole.size[0], row.data());
+      const bool crossesY = j > 0 && j % this->factor_[1] == 0;
+      const std::size_t first = grid.at(0, j / this->factor_[1], k / this->factor_[2]);
+      const std::size_t inLayer = first - grid.at(0, 0, k / this->factor_[2]);
+      char* const line = here + j * width;
+      for (int i = 0; i < whole.size[0]; ++i)
+      {
+        line[i] = !std::isinf(row[i * axes]);
+        if (!line[i])
+        {
+          continue;
+        }
+        const std::size_t x = static_cast<std::size_t>(i / this->factor_[0]);
+        for (std::size_t a = 0; a < axes; ++a)
+        {
+          means[(inLayer + x) * axes + a].add(row[i * axes + a]);
+        }
+        if (i > 0 && i % this->factor_[0] == 0 && line[i - 1])
+        {
+          linked[first + x - 1] |= 1;
+        }
+        if (crossesY && line[i - static_cast<std::ptrdiff_t>(width)])
+        {
+          linked[first + x - grid.size[0]] |= 2;
+        }
+        if (crossesZ && below[j * width + i])
+        {
+          linked[first + x - static_cast<std::size_t>(grid.size[0]) * grid.size[1]] |= 4;
+        }
+      }
+    }
+    if ((k + 1) % this->factor_[2] == 0 || k + 1 == whole.size[2])
+    {
+      std::transform(means.begin(), means.end(), constraints->begin() + means.size() * (k / this->factor_[2]),
+        [](const Mean& mean) { return mean.signedConstraint(); });
+      std::fill(means.begin(), means.end(), Mean());
+    }
+  }
+
+  for (std::size_t n = 0; n < grid.voxels(); ++n)
+  {
+    const Index3 at = grid.indexOf(n);
+    for (int a = 0; a < 3 && !std::isinf((*constraints)[n * axes]); ++a)
+    {
+      const Index3 next{ at[0] + (a == 0), at[1] + (a == 1), at[2] + (a == 2) };
+      if (next[a] < grid.size[a] && !std::isinf((*constraints)[grid.at(next[0], next[1], next[2]) * axes]) &&
+          !(linked[n] >> a & 1))
+      {
+        this->apart_.push_back({ n, a });
+      }
+    }
+  }
+  return std::make_shared<const Model>(grid, static_cast<int>(axes),
+    [constraints, axes](std::size_t first, int count, float* out)
+    { std::copy_n(constraints->begin() + first * axes, count * axes, out); });
+}
+
+/// Removes the links that are not there from the start.
+void ModelReduction::separate()
+{
+  for (const auto& [element, axis] : this->apart_)
+  {
+    const Index3 at = this->bricks_.model().grid().indexOf(element);
+    this->bricks_.removeLink(at[0], at[1], at[2], 2 * axis + 1);
+  }
+  this->bricks_.uploadCuts();
+}
+
+void ModelReduction::mend()
+{
+  this->whole_.mend();
+  this->whole_.drop(this->owner_);
+  this->owners_.clear();
+  this->bricks_.mend();
+  this->separate();
+  this->moved();
+}
+
+double ModelReduction::linksPerLink() const
+{
+  double links = 1.0;
+  bool first = true;
+  for (const int factor : this->factor_)
+  {
+    links *= first ? 1.0 : factor;
+    first = first && factor == 1;
+  }
+  return links;
+}
+
+// --- Which voxel belongs to which element ----------------------------------------------------------------------------
+
+std::size_t ModelReduction::parentOf(std::size_t voxel) const
+{
+  const Index3 cell = this->cellOf(this->whole_.model().grid().indexOf(voxel));
+  return this->bricks_.model().grid().at(cell[0], cell[1], cell[2]);
+}
+
+std::size_t ModelReduction::ownerOf(std::size_t voxel) const
+{
+  const auto other = this->owners_.empty() ? this->owners_.end() : this->owners_.find(voxel);
+  return other == this->owners_.end() ? this->parentOf(voxel) : other->second;
+}
+
+/// The elements of the whole grid that one is linked to: calls f(element).
+template <typename F> void ModelReduction::forLinks(std::size_t voxel, const F& f) const
+{
+  const Grid& whole = this->whole_.model().grid();
+  this->whole_.forNeighbours(whole.indexOf(voxel),
+    [&](int, const Index3& next)
+    {
+      if (this->whole_.isElement(next))
+      {
+        f(whole.at(next[0], next[1], next[2]));
+      }
+    });
+}
+
+std::vector<std::size_t> ModelReduction::voxelsOf(std::size_t element) const
+{
+  const Grid& whole = this->whole_.model().grid();
+  const Index3 cell = this->bricks_.model().grid().indexOf(element);
+  Index3 first;
+  Index3 end;
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] = cell[a] * this->factor_[a];
+    end[a] = std::min(first[a] + this->factor_[a], whole.size[a]);
+  }
+  Cell voxels;
+  for (int k = first[2]; k < end[2]; ++k)
+  {
+    for (int j = first[1]; j < end[1]; ++j)
+    {
+      for (int i = first[0]; i < end[0]; ++i)
+      {
+        if (this->whole_.isElement({ i, j, k }))
+        {
+          voxels.push_back(whole.at(i, j, k));
+        }
+      }
+    }
+  }
+  return voxels;
+}
+
+/// The parts of an element's voxels that links within it hold together, in the order of their first voxels.
+std::vector<ModelReduction::Cell> ModelReduction::pieces(std::size_t element) const
+{
+  const Cell voxels = this->voxelsOf(element);
+  std::vector<char> found(voxels.size(), 0);
+  std::vector<std::size_t> front;
+  std::vector<Cell> pieces;
+  for (std::size_t seed = 0; seed < voxels.size(); ++seed)
+  {
+    if (found[seed])
+    {
+      continue;
+    }
+    found[seed] = 1;
+    pieces.emplace_back();
+    visitComponent(voxels[seed], front,
+      [&](std::size_t voxel, const auto& add)
+      {
+        pieces.back().push_back(voxel);
+        this->forLinks(voxel,
+          [&](std::size_t next)
+          {
+            if (this->parentOf(next) != element)
+            {
+              return;
+            }
+            char& known = found[std::lower_bound(voxels.begin(), voxels.end(), next) - voxels.begin()];
+            if (!known)
+            {
+              known = 1;
+              add(next);
+            }
+          });
+      });
+  }
+  return pieces;
+}
+
+/// Gives loose pieces to the elements that most of their links lead to, those that they followed before first. A piece
+/// that hangs on loose ones alone waits for them; one that hangs on nothing stays with its own element.
+void ModelReduction::join(std::vector<Cell> loose, const std::unordered_map<std::size_t, std::size_t>& before)
+{
+  std::set<std::size_t> open;
+  for (const Cell& piece : loose)
+  {
+    open.insert(piece.begin(), piece.end());
+  }
+  for (bool any = true; any;)
+  {
+    any = false;
+    std::vector<Cell> rest;
+    std::vector<std::pair<Cell, std::size_t>> joined;
+    for (Cell& piece : loose)
+    {
+      const std::size_t parent = this->parentOf(piece.front());
+      std::map<std::size_t, int> links;
+      for (const std::size_t voxel : piece)
+      {
+        this->forLinks(voxel,
+          [&](std::size_t to)
+          {
+            if (this->parentOf(to) != parent && open.count(to) == 0)
+            {
+              ++links[this->ownerOf(to)];
+            }
+          });
+      }
+      if (links.empty())
+      {
+        rest.push_back(std::move(piece));
+        continue;
+      }
+      const auto last = before.find(piece.front());
+      const auto most =
+        std::max_element(links.begin(), links.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+      const bool stays = last != before.end() && links.count(last->second) > 0;
+      joined.push_back({ std::move(piece), stays ? last->second : most->first });
+    }
+    for (const auto& [piece, element] : joined)
+    {
+      any = true;
+      for (const std::size_t voxel : piece)
+      {
+        open.erase(voxel);
+        this->owners_[voxel] = element;
+      }
+    }
+    loose = std::move(rest);
+  }
+}
+
+/// Elements with voxels that a cut or carve touched.
+std::set<std::size_t> ModelReduction::touched() const
+{
+  const Grid& whole = this->whole_.model().grid();
+  const Index3 size = this->whole_.size();
+  std::set<std::size_t> changed;
+  for (const auto& [brick, bits] : this->whole_.links().all())
+  {
+    const Index3 origin = this->whole_.origin(brick);
+    for (int k = origin[2]; k < std::min(origin[2] + size[2], whole.size[2]); ++k)
+    {
+      for (int j = origin[1]; j < std::min(origin[1] + size[1], whole.size[1]); ++j)
+      {
+        for (int i = origin[0]; i < std::min(origin[0] + size[0], whole.size[0]); ++i)
+        {
+          if (bits[this->whole_.local(i, j, k)] != 0)
+          {
+            changed.insert(this->parentOf(whole.at(i, j, k)));
+          }
+        }
+      }
+    }
+  }
+  return changed;
+}
+
+/// Finds anew which voxels follow another element than their own. Returns the elements that are gone.
+std::vector<std::size_t> ModelReduction::findOwners(const std::set<std::size_t>& changed)
+{
+  const Grid& grid = this->bricks_.model().grid();
+  const std::unordered_map<std::size_t, std::size_t> before = std::move(this->owners_);
+  this->owners_.clear();
+  std::vector<Cell> loose;
+  std::vector<std::size_t> gone;
+  for (const std::size_t element : changed)
+  {
+    std::vector<Cell> parts = this->pieces(element);
+    const Index3 at = grid.indexOf(element);
+    if (parts.empty() && !this->bricks_.links().carved(at[0], at[1], at[2]))
+    {
+      gone.push_back(element);
+    }
+    // The largest part of those voxels that are with the element so far, lest tissue leaps from one to another.
+    std::size_t most = 0;
+    std::size_t stays = parts.size();
+    for (std::size_t n = 0; n < parts.size(); ++n)
+    {
+      const std::size_t own = static_cast<std::size_t>(
+        std::count_if(parts[n].begin(), parts[n].end(), [&](std::size_t voxel) { return before.count(voxel) == 0; }));
+      if (own > most)
+      {
+        most = own;
+        stays = n;
+      }
+    }
+    for (std::size_t n = 0; n < parts.size(); ++n)
+    {
+      if (n != stays)
+      {
+        loose.push_back(std::move(parts[n]));
+      }
+    }
+  }
+  this->join(std::move(loose), before);
+  return gone;
+}
+
+/// Removes the links of elements that no link of voxels is left of.
+void ModelReduction::removeLinks(const std::set<std::size_t>& changed)
+{
+  const Grid& grid = this->bricks_.model().grid();
+  std::set<std::pair<std::size_t, int>> present;
+  for (const std::size_t element : changed)
+  {
+    for (const std::size_t voxel : this->voxelsOf(element))
+    {
+      const std::size_t from = this->ownerOf(voxel);
+      this->forLinks(voxel,
+        [&](std::size_t next)
+        {
+          const std::size_t to = this->ownerOf(next);
+          const Index3 low = grid.indexOf(std::min(from, to));
+          const Index3 high = grid.indexOf(std::max(from, to));
+          for (int a = 0; a < 3; ++a)
+          {
+            if (high == Index3{ low[0] + (a == 0), low[1] + (a == 1), low[2] + (a == 2) })
+            {
+              present.insert({ std::min(from, to), a });
+            }
+          }
+        });
+    }
+  }
+  for (const std::size_t element : changed)
+  {
+    const Index3 at = grid.indexOf(element);
+    for (int d = 0; d < 6; ++d)
+    {
+      Index3 next = at;
+      next[d / 2] += d % 2 == 0 ? -1 : 1;
+      if (!grid.contains(next[0], next[1], next[2]))
+      {
+        continue;
+      }
+      const std::size_t low = d % 2 == 0 ? grid.at(next[0], next[1], next[2]) : element;
+      if (this->bricks_.isElement(next) && present.count({ low, d / 2 }) == 0)
+      {
+        this->bricks_.removeLink(at[0], at[1], at[2], d);
+      }
+    }
+  }
+}
+
+std::vector<std::size_t> ModelReduction::follow()
+{
+  const std::set<std::size_t> changed = this->touched();
+  const std::vector<std::size_t> gone = this->findOwners(changed);
+  this->removeLinks(changed);
+  this->bricks_.removeElements(gone); // and brings the links to the device
+  this->moved();
+  return gone;
+}
+
+std::vector<std::size_t> ModelReduction::elementsOf(const std::vector<std::size_t>& voxels) const
+{
+  std::map<std::size_t, std::size_t> grabbed;
+  for (const std::size_t voxel : voxels)
+  {
+    ++grabbed[this->ownerOf(voxel)];
+  }
+  std::vector<std::size_t> elements;
+  for (const auto& [element, count] : grabbed)
+  {
+    if (2 * count >= this->voxelsOf(element).size())
+    {
+      elements.push_back(element);
+    }
+  }
+  if (elements.empty())
+  {
+    elements.push_back(std::max_element(grabbed.begin(), grabbed.end(),
+      [](const auto& a, const auto& b) {
+        return a.second < b.second;
+      })->first);
+  }
+  return elements;
+}
+
+// --- Displacements ---------------------------------------------------------------------------------------------------
+
+/// Bricks of voxels that an element which is away from rest displaces.
+std::set<int> ModelReduction::displacedBricks()
+{
+  const Grid& whole = this->whole_.model().grid();
+  const Grid& grid = this->bricks_.model().grid();
+  const Index3 size = this->bricks_.size();
+  const std::size_t count = static_cast<std::size_t>(this->bricks_.elementsPerBrick());
+  std::set<int> needed;
+  std::vector<float> u;
+  for (const int slot : this->bricks_.touchedSlots())
+  {
+    this->bricks_.readSlot(slot, u);
+    const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
+    for (int k = origin[2]; k < std::min(origin[2] + size[2], grid.size[2]); ++k)
+    {
+      for (int j = origin[1]; j < std::min(origin[1] + size[1], grid.size[1]); ++j)
+      {
+        Index3 low{ grid.size[0], j, k };
+        Index3 high{ -1, j, k };
+        for (int i = origin[0]; i < std::min(origin[0] + size[0], grid.size[0]); ++i)
+        {
+          const std::uint32_t at = this->bricks_.local(i, j, k);
+          if (u[at] != 0.0f || u[count + at] != 0.0f || u[2 * count + at] != 0.0f)
+          {
+            low[0] = std::min(low[0], i);
+            high[0] = i;
+          }
+        }
+        if (high[0] < 0)
+        {
+          continue;
+        }
+        // The voxels that these elements are interpolated for reach half an element further.
+        Index3 first;
+        Index3 last;
+        for (int a = 0; a < 3; ++a)
+        {
+          first[a] = std::max(low[a] * this->factor_[a] - this->factor_[a] / 2, 0) / size[a];
+          last[a] = std::min((high[a] + 1) * this->factor_[a] + this->factor_[a] / 2 - 1, whole.size[a] - 1) / size[a];
+        }
+        for (int z = first[2]; z <= last[2]; ++z)
+        {
+          for (int y = first[1]; y <= last[1]; ++y)
+          {
+            for (int x = first[0]; x <= last[0]; ++x)
+            {
+              needed.insert(this->whole_.brickAt(x * size[0], y * size[1], z * size[2]));
+            }
+          }
+        }
+      }
+    }
+  }
+  return needed;
+}
+
+void ModelReduction::expand()
+{
+  if (this->current_)
+  {
+    return;
+  }
+  this->whole_.clearDisplacements();
+  const Grid& whole = this->whole_.model().grid();
+  const Grid& grid = this->bricks_.model().grid();
+  std::set<int> needed = this->displacedBricks();
+  this->current_ = true;
+  if (needed.empty())
+  {
+    return;
+  }
+  for (const auto& [voxel, element] : this->owners_)
+  {
+    const Index3 at = whole.indexOf(voxel);
+    needed.insert(this->whole_.brickAt(at[0], at[1], at[2]));
+  }
+  const std::vector<int> bricks(needed.begin(), needed.end());
+  this->whole_.require(bricks);
+  std::vector<int> slots;
+  for (const int brick : bricks)
+  {
+    if (this->whole_.slot(brick) > 0)
+    {
+      slots.push_back(this->whole_.slot(brick));
+      this->whole_.touch(slots.back());
+    }
+  }
+  if (slots.empty())
+  {
+    return;
+  }
+
+  Context& context = this->whole_.context();
+  if (!this->owners_.empty())
+  {
+    this->whole_.keep(this->owner_);
+    context.queue().enqueueFillBuffer(this->owner_.buffer, cl_int(0), 0, sizeof(cl_int) * this->whole_.pitch());
+    std::vector<std::uint32_t> addresses;
+    std::vector<std::int32_t> owners;
+    for (const auto& [voxel, element] : this->owners_)
+    {
+      const Index3 at = whole.indexOf(voxel);
+      addresses.push_back(this->whole_.address(at[0], at[1], at[2]));
+      owners.push_back(static_cast<std::int32_t>(element) + 1);
+    }
+    this->whole_.set(this->owner_, addresses, owners);
+  }
+  const std::string factors = " -DFX=" + std::to_string(this->factor_[0]) +
+                              " -DFY=" + std::to_string(this->factor_[1]) + " -DFZ=" + std::to_string(this->factor_[2]);
+  context.launch(context.kernel("reduce.cl",
+                   this->bricks_.defines(false) + factors + (this->owners_.empty() ? "" : " -DOWNERS"), "expand"),
+    slots.size(), this->whole_.workItems(false), this->list_.holding(context, slots), this->whole_.layout(),
+    this->bricks_.pitch(), this->bricks_.table(), cl_int4{ { grid.size[0], grid.size[1], grid.size[2], 1 } },
+    this->bricks_.state(), this->owners_.empty() ? this->whole_.constraint : this->owner_.buffer,
+    this->whole_.constraint, this->whole_.displacement);
+  context.queue().finish();
+}
+
+}

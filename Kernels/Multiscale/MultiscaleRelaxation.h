@@ -1,0 +1,37 @@
+#pragma once
+
+#include "CoarseToFine.h"
+#include "Relaxer.h"
+
+namespace chainmail
+{
+
+/// Tissue settles by sweeps over the elements (Relaxation), which may start on coarser grids (CoarseToFine).
+class MultiscaleRelaxation : public Relaxer
+{
+public:
+  MultiscaleRelaxation(Bricks& bricks, Handles& handles)
+    : handles_(handles)
+    , relaxation_(bricks)
+    , coarseToFine_(bricks, handles)
+  {
+  }
+
+  /// Whether the first sweeps after a restart do. Default: not.
+  void startCoarse(bool wanted) { this->startsCoarse_ = wanted; }
+
+  RelaxResult run(const RelaxationTask& task) override;
+  bool keepsLimits() const override { return true; }
+  void restart() override { this->sweep_ = 0; }
+  void tissueChanged() override;
+
+private:
+  Handles& handles_;
+  Relaxation relaxation_;
+  CoarseToFine coarseToFine_;
+  bool startsCoarse_ = false;
+  int sweep_ = 0;            ///< since the last wave, cut or carve
+  Reach reach_ = Reach::Far; ///< of these sweeps
+};
+
+}

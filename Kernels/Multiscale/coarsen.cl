@@ -1,0 +1,254 @@
+// Between a grid and one of half its resolution, whose elements stand for 2 x 2 x 2 of it. Displacements are fractions
+// of each grid's own spacing.
+//
+// The host guarantees: both grids have bricks of the same size; WIDTH is 1 for `coarsen`; `finer` and `coarser`
+// arguments belong to the two grids, tables are as brick.clh says.
+
+#include "brick.clh"
+#include "element.clh"
+
+// Elements of the coarser grid to the mean of those they stand for; held ones to that of the held ones.
+kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, global const int* finerTable,
+  global const int* finerPlace, int finerStrideY, int finerStrideZ, global const float* finerDisplacement,
+  global const float* finerConstraint, global float* displacement)
+{
+  const uint slot = list[get_group_id(0)];
+  const int3 brick = brickAt(place[slot], strideY, strideZ);
+  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  {
+    const int3 twice = 2 * elementAt(n);
+    const int3 finerBrick = 2 * brick + (int3)(twice.x >= BX, twice.y >= BY, twice.z >= BZ) + 1;
+    const uint finerSlot = finerTable[finerBrick.x + finerBrick.y * finerStrideY + finerBrick.z * finerStrideZ];
+    float3 free = (float3)(0.0f), held = (float3)(0.0f);
+    int numberFree = 0, numberHeld = 0;
+    for (int d = 0; d < 8; ++d)
+    {
+      const uint at = finerSlot * ELEMENTS +
+                      localAddress(twice.x % BX + (d & 1), twice.y % BY + (d >> 1 & 1), twice.z % BZ + (d >> 2));
+      const float c = finerConstraint[at];
+      if (isinf(c))
+      {
+        continue;
+      }
+      const float3 u =
+        (float3)(finerDisplacement[at], finerDisplacement[finerPitch + at], finerDisplacement[2 * finerPitch + at]);
+      if (signbit(c))
+      {
+        held += u;
+        ++numberHeld;
+      }
+      else
+      {
+        free += u;
+        ++numberFree;
+      }
+    }
+    const float3 u = numberHeld > 0 ? held / numberHeld : numberFree > 0 ? free / numberFree : (float3)(0.0f);
+    const uint at = slot * ELEMENTS + n;
+    displacement[at] = 0.5f * u.x;
+    displacement[pitch + at] = 0.5f * u.y;
+    displacement[2 * pitch + at] = 0.5f * u.z;
+  }
+}
+
+// Leaves elements so much of the way from where they were before.
+kernel void goBack(global const int* list, uint pitch, float share, global const float* before, global float* displacement)
+{
+  const uint first = list[get_group_id(0)] * ELEMENTS;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+    {
+      const uint at = axis * pitch + first + n;
+      displacement[at] = fma(share, displacement[at] - before[at], before[at]);
+    }
+  }
+}
+
+// --- Refine: layer by layer of coarser elements ----------------------------------------------------------------------
+
+// A layer in local memory: the coarser elements under a brick of the finer grid, and those around them. Rows of FIELDS:
+// displacements (0 in air), constraints, and as the bits of a float, cuts.
+#define SPAN_X (HALF + 2)
+#define SPAN_Y (BY / 2 + 2)
+#ifdef CUTS
+#define FIELDS (4 + AXES)
+#else
+#define FIELDS (3 + AXES)
+#endif
+#define LAYER (FIELDS * SPAN_Y * SPAN_X)
+
+// `corner`: its first element. By all items of the group.
+inline void loadLayer(local float* layer, int3 corner, uint pitch, global const int* table, int strideY, int strideZ,
+  global const float* displacement, global const float* constraint, global const uchar* cut)
+{
+  for (int n = get_local_id(0); n < SPAN_Y * SPAN_X; n += get_local_size(0))
+  {
+    const uint at = addressOf(corner + (int3)(n % SPAN_X, n / SPAN_X, 0), table, strideY, strideZ);
+    const bool air = isinf(constraint[at]);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      layer[axis * SPAN_Y * SPAN_X + n] = air ? 0.0f : displacement[axis * pitch + at];
+    }
+    for (int axis = 0; axis < AXES; ++axis)
+    {
+      layer[(3 + axis) * SPAN_Y * SPAN_X + n] = constraint[axis * pitch + at];
+    }
+#ifdef CUTS
+    layer[(3 + AXES) * SPAN_Y * SPAN_X + n] = as_float((int)cut[at]);
+#endif
+  }
+}
+
+// Of a field, the coarser elements around those at (x, y) of the middle layer: index x + 3 y + 9 z, 13 is their own.
+RULE void loadAround(local const float* layers, int middle, int field, int x, int y, real* around)
+{
+  UNROLL
+  for (int m = 0; m < 27; ++m)
+  {
+    local const float* layer = layers + (middle + 2 + m / 9) % 3 * LAYER + field * SPAN_Y * SPAN_X;
+    around[m] = LOAD(layer + (y + m / 3 % 3) * SPAN_X + x + m % 3);
+  }
+}
+
+// Shares of the neighbours that children lie nearer to, on the lower and the upper side of each axis.
+typedef struct
+{
+  real share[3][2];
+} Towards;
+
+// The children's values: index x + 2 y + 4 z. Mirrored values give mirrored ones, to the bit.
+RULE void interpolate(const real* around, const Towards* towards, real* child)
+{
+  real alongX[2][9], alongY[4][3];
+  UNROLL
+  for (int m = 0; m < 18; ++m)
+  {
+    const real share = towards->share[0][m / 9];
+    alongX[m / 9][m % 9] = (1.0f - share) * around[m % 9 * 3 + 1] + share * around[m % 9 * 3 + m / 9 * 2];
+  }
+  UNROLL
+  for (int m = 0; m < 12; ++m)
+  {
+    const int side = m / 6;
+    const real share = towards->share[1][side];
+    alongY[m / 3][m % 3] =
+      (1.0f - share) * alongX[m / 3 % 2][m % 3 * 3 + 1] + share * alongX[m / 3 % 2][m % 3 * 3 + 2 * side];
+  }
+  UNROLL
+  for (int m = 0; m < 8; ++m)
+  {
+    const real share = towards->share[2][m / 4];
+    child[m] = (1.0f - share) * alongY[m % 4][1] + share * alongY[m % 4][m / 4 * 2];
+  }
+}
+
+// Strain goes where tissue gives. Half of what an element gives lies between its middle and its face, and a child half
+// way there, so that children of soft tissue take part in what hard tissue beside them does, and hard ones do not bend.
+// `c`: constraints, as loadAround() has them. A cut leaves a neighbour no share.
+RULE void shareOut(const real* c, const mask cut, Towards* towards)
+{
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    const int step = d < 2 ? 1 : d < 4 ? 3 : 9;
+    const real own = fabs(c[13]) + WEIGHT_EPSILON;
+    const real other = fabs(c[13 + (d & 1 ? step : -step)]) + WEIGHT_EPSILON;
+    towards->share[d / 2][d % 2] = select(0.5f * own / (own + other), (real)(0.0f), (cut & (1 << d)) != 0);
+  }
+}
+
+// The children of a vector of elements in a row, at (x, y) of the middle layer: those that are not held go where it
+// says. `finer`: their addresses, index x + 2 y + 4 z; children on one side of elements in a row follow each other.
+RULE void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
+  global const float* finerConstraint, global float* finerDisplacement)
+{
+#ifdef CUTS
+  const mask bits = AS_MASK(LOAD(layers + middle % 3 * LAYER + ((3 + AXES) * SPAN_Y + y + 1) * SPAN_X + x + 1));
+#else
+  const mask bits = (mask)(0);
+#endif
+  Towards towards;
+  real c[27], u[27], part[27], weight[8], rigidWeight[8], sum[8], rigidSum[8];
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    if (axis < AXES)
+    {
+      loadAround(layers, middle, 3 + axis, x, y, c);
+      shareOut(c, bits, &towards);
+      UNROLL
+      for (int m = 0; m < 27; ++m)
+      {
+        part[m] = select((real)(1.0f), (real)(0.0f), c[m] == -INFINITY);
+      }
+      interpolate(part, &towards, weight);
+    }
+    loadAround(layers, middle, axis, x, y, u);
+    interpolate(u, &towards, sum);
+
+    global const float* constraints = finerConstraint + min(axis, AXES - 1) * finerPitch;
+    mask anyRigid = (mask)(0);
+    UNROLL
+    for (int child = 0; child < 8; ++child)
+    {
+      anyRigid |= LOAD(constraints + finer[child]) == 0.0f;
+    }
+    if (SOME(anyRigid))
+    {
+      UNROLL
+      for (int m = 0; m < 27; ++m)
+      {
+        part[m] = select((real)(0.0f), (real)(1.0f), c[m] == 0.0f);
+        u[m] = select((real)(0.0f), u[m], c[m] == 0.0f);
+      }
+      interpolate(part, &towards, rigidWeight);
+      interpolate(u, &towards, rigidSum);
+    }
+    UNROLL
+    for (int child = 0; child < 8; ++child)
+    {
+      real next = 2.0f * sum[child] / weight[child];
+      if (SOME(anyRigid))
+      {
+        const mask isRigid = (LOAD(constraints + finer[child]) == 0.0f) & (rigidWeight[child] > 0.0f);
+        next = select(next, 2.0f * rigidSum[child] / rigidWeight[child], isRigid);
+      }
+      const mask isFree = AS_MASK(LOAD(finerConstraint + finer[child])) >= 0; // nor air, whose sign is set
+      global float* to = finerDisplacement + axis * finerPitch + finer[child];
+      STORE(select(LOAD(to), next, isFree), to);
+    }
+  }
+}
+
+// Takes the elements of the finer grid that are not held where the coarser one is: interpolated between the up to eight
+// coarser elements around, those that no cut divides from the one it belongs to (shareOut). For rigid ones the rigid of these
+// alone count, axis by axis: so bone comes out where the coarser bone is.
+kernel void refine(global const int* list, uint finerPitch, global const int* finerTable,
+  global const int* finerPlace, int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS,
+  global const float* displacement, global const float* constraint, global const uchar* cut,
+  global const float* finerConstraint, global float* finerDisplacement)
+{
+  local float layers[3 * LAYER];
+  const uint finerSlot = list[get_group_id(0)];
+  const int3 corner = brickAt(finerPlace[finerSlot], finerStrideY, finerStrideZ) * (int3)(HALF, BY / 2, BZ / 2) - 1;
+  for (int z = 0; z < BZ / 2 + 2; ++z)
+  {
+    loadLayer(
+      layers + z % 3 * LAYER, corner + (int3)(0, 0, z), pitch, table, strideY, strideZ, displacement, constraint, cut);
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int work = get_local_id(0); z >= 2 && work < HALF / WIDTH * (BY / 2); work += get_local_size(0))
+    {
+      const int x = work % (HALF / WIDTH) * WIDTH, y = work / (HALF / WIDTH);
+      uint finer[8];
+      UNROLL
+      for (int child = 0; child < 8; ++child)
+      {
+        const int j = 2 * y + (child >> 1 & 1), k = 2 * (z - 2) + (child >> 2);
+        finer[child] = finerSlot * ELEMENTS + ((child ^ j ^ k) & 1) * COLOUR + (k * BY + j) * HALF + x;
+      }
+      refineAt(layers, z - 1, x, y, finer, finerPitch, finerConstraint, finerDisplacement);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+}

@@ -1,0 +1,105 @@
+// Which pieces of tissue, each all that links join, a relaxation from afar may move: those in which something is held
+// and some link is strained. Any other is at rest as it is, or follows nothing; coarser grids do not know it from
+// tissue close by.
+//
+// marks: HELD, something in the piece is held; STRAINED, some link in it is. Bits of integers.
+//
+// The host guarantees: brick.clh's promise of bricks that are ready.
+
+#include "brick.clh"
+#include "element.clh"
+#include "fixedpoint.clh"
+
+#define HELD 1
+#define STRAINED 2
+
+// Marks of the elements themselves, as they were displaced.
+RULE mask markOf(const int odd, const Site* s, uint pitch, global const float* displacement,
+  global const float* constraint, global const uchar* cut)
+{
+  mask held = (mask)(0), strained = (mask)(0);
+  UNROLL
+  for (int axis = 0; axis < AXES; ++axis)
+  {
+    held |= isHeld(LOAD(constraint + axis * pitch + s->self));
+  }
+  const real c = LOAD(constraint + s->self);
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    const mask linked = linkLimit(c, neighbourConstraint(constraint, cut, s, d, odd)) < INFINITY;
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      global const float* u = displacement + axis * pitch;
+      strained |= linked & (neighbour(u, s, d, odd) != LOAD(u + s->self));
+    }
+  }
+  return select((mask)(0), (mask)(HELD), held) | select((mask)(0), (mask)(STRAINED), strained);
+}
+
+kernel void mark(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global int* marks)
+{
+  const uint slot = list[get_group_id(0)];
+  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
+  {
+    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, table, place, strideY, strideZ);
+#define MARK(odd) markOf(odd, &s, pitch, displacement, constraint, cut)
+    const mask mark = BY_PARITY(MARK, s);
+#undef MARK
+    STORE(mark, marks + s.self);
+  }
+}
+
+RULE int joinAt(
+  const int odd, const Site* s, global const float* constraint, global const uchar* cut, global int* marks)
+{
+  const real c = LOAD(constraint + s->self);
+  const mask mark = LOAD(marks + s->self);
+  mask next = mark;
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    const mask linked = linkLimit(c, neighbourConstraint(constraint, cut, s, d, odd)) < INFINITY;
+    next |= select((mask)(0), AS_MASK(neighbour((global const float*)marks, s, d, odd)), linked);
+  }
+  const mask changed = next != mark;
+  if (SOME(changed))
+  {
+    STORE(next, marks + s->self);
+  }
+  return movedFaces(s, changed);
+}
+
+// From link to link.
+kernel void join(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut,
+  global int* marks)
+{
+  FIXED_POINT_BEGIN
+#define JOIN(odd) joinAt(odd, &s, constraint, cut, marks)
+  FIXED_POINT(BY_PARITY(JOIN, s))
+#undef JOIN
+  if (lid == 0 && from != 0)
+  {
+    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
+  }
+}
+
+// Elements of other pieces back to where they were.
+kernel void putBack(
+  global const int* list, uint pitch, global const int* marks, global const float* before, global float* displacement)
+{
+  const uint slot = list[get_group_id(0)];
+  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  {
+    const uint at = slot * ELEMENTS + n;
+    if (marks[at] != (HELD | STRAINED))
+    {
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        displacement[axis * pitch + at] = before[axis * pitch + at];
+      }
+    }
+  }
+}

@@ -1,0 +1,133 @@
+#include "ArrivalTimes.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <numeric>
+
+namespace chainmail
+{
+
+ArrivalTimes::ArrivalTimes(Bricks& bricks)
+  : bricks_(bricks)
+  , fixedPoint_(bricks, "arrivals.cl", "arrive")
+  , time_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
+  , front_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "wavefront numbers" }
+  , arrival_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
+{
+}
+
+ArrivalTimes::~ArrivalTimes()
+{
+  this->bricks_.drop(this->time_);
+  this->bricks_.drop(this->front_);
+  this->bricks_.drop(this->arrival_);
+}
+
+void ArrivalTimes::keep()
+{
+  this->bricks_.keep(this->time_);
+  this->bricks_.keep(this->front_);
+}
+
+void ArrivalTimes::start(const Handle& source, int front)
+{
+  const std::size_t axes = static_cast<std::size_t>(this->bricks_.model().axes());
+  this->bricks_.set(this->time_, source.addresses, std::vector<cl_float>(axes * source.addresses.size(), 0.0f));
+  this->bricks_.set(this->front_, source.addresses, std::vector<cl_int>(axes * source.addresses.size(), front));
+}
+
+void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint)
+{
+  this->keep();
+  this->bricks_.keep(this->arrival_);
+  Context& context = this->bricks_.context();
+  const std::size_t axes = this->arrival_.runs;
+  context.queue().enqueueFillBuffer(this->arrival_.buffer, std::numeric_limits<cl_float>::infinity(), 0,
+    sizeof(cl_float) * axes * this->bricks_.pitch());
+  std::vector<int> bricks;
+  std::vector<std::uint32_t> addresses;
+  for (const Handle* source : sources)
+  {
+    addresses.insert(addresses.end(), source->addresses.begin(), source->addresses.end());
+    bricks.insert(bricks.end(), source->bricks.begin(), source->bricks.end());
+  }
+  this->bricks_.set(this->arrival_, addresses, std::vector<cl_float>(axes * addresses.size(), 0.0f));
+
+  this->fixedPoint_.start(bricks);
+  this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
+    [this](ArgumentList& own)
+    { own.add(this->bricks_.displacement, this->bricks_.before, this->bricks_.tissue(), this->arrival_.buffer); });
+
+  const std::vector<int> slots = this->fixedPoint_.seen();
+  Scratch list("the list of active bricks");
+  context.launch(context.kernel("arrivals.cl", this->bricks_.defines(true), "record"), slots.size(),
+    this->bricks_.workItems(true), list.holding(context, slots), this->bricks_.pitch(), this->arrival_.buffer, front,
+    this->time_.buffer, this->front_.buffer);
+  context.queue().finish();
+}
+
+void ArrivalTimes::clear()
+{
+  for (const Field* field : { &this->time_, &this->front_ })
+  {
+    if (field->buffer())
+    {
+      this->bricks_.context().queue().enqueueFillBuffer(
+        field->buffer, cl_int(0), 0, field->runs * field->bytes * this->bricks_.pitch());
+    }
+  }
+  this->bricks_.context().queue().finish();
+}
+
+// Overwrites where a wave came.
+template <typename T> void ArrivalTimes::read(const Field& field, T* out) const
+{
+  static_assert(sizeof(T) == sizeof(cl_int), "fields are read as integers");
+  if (!field.buffer())
+  {
+    return;
+  }
+  const std::size_t axes = field.runs;
+  std::vector<int> slots(this->bricks_.slots() - 1);
+  std::iota(slots.begin(), slots.end(), 1);
+  this->bricks_.readSlots<cl_int>({ { this->front_.buffer, axes }, { field.buffer, axes } }, slots,
+    [&](int slot, const Bricks::SlotValues<cl_int>& values)
+    {
+      const int brick = this->bricks_.brick(slot);
+      const auto cut = this->bricks_.links().all().find(brick);
+      const std::uint8_t* cutBits = cut == this->bricks_.links().all().end() ? nullptr : cut->second.data();
+      for (const Bricks::Row& row : this->bricks_.rows(brick))
+      {
+        for (int i = 0; i < row.count; ++i)
+        {
+          const std::uint32_t local = row.local(i);
+          for (std::size_t a = 0; a < axes; ++a)
+          {
+            if (values(a, local) != 0 && !(cutBits && (cutBits[local] & Links::carvedBit) != 0))
+            {
+              const cl_int bits = values(axes + a, local);
+              std::memcpy(out + axes * (row.voxel + i) + a, &bits, sizeof(bits));
+            }
+          }
+        }
+      }
+    });
+}
+
+void ArrivalTimes::readTimes(float* out) const
+{
+  std::fill(out, out + this->time_.runs * this->bricks_.model().grid().voxels(), -1.0f);
+  this->read(this->time_, out);
+}
+
+void ArrivalTimes::readFronts(int* out, bool zeroed) const
+{
+  if (!zeroed)
+  {
+    std::fill(out, out + this->front_.runs * this->bricks_.model().grid().voxels(), 0);
+  }
+  this->read(this->front_, out);
+}
+
+}

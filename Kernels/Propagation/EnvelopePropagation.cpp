@@ -1,0 +1,53 @@
+#include "EnvelopePropagation.h"
+
+#include <algorithm>
+
+namespace chainmail
+{
+
+double EnvelopePropagation::Conflict::largest() const
+{
+  return std::max(*std::max_element(this->tooHigh.begin(), this->tooHigh.end()),
+    *std::max_element(this->tooLow.begin(), this->tooLow.end()));
+}
+
+EnvelopePropagation::Conflict EnvelopePropagation::conflict() const
+{
+  Conflict conflict;
+  for (int a = 0; a < 3; ++a)
+  {
+    conflict.tooHigh[a] = this->fixedPoint_.extremes()[2 * a];
+    conflict.tooLow[a] = this->fixedPoint_.extremes()[2 * a + 1];
+  }
+  return conflict;
+}
+
+void EnvelopePropagation::start(const std::vector<int>& bricks)
+{
+  this->fixedPoint_.start(bricks);
+}
+
+int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& checkpoint)
+{
+  const auto touch = [this]
+  {
+    for (const int slot : this->fixedPoint_.changed())
+    {
+      this->bricks_.touch(slot);
+    }
+  };
+  try
+  {
+    const int done = this->fixedPoint_.run(iterations, enough, checkpoint,
+      [this](ArgumentList& own) { own.add(this->bricks_.displacement, this->bricks_.before, this->bricks_.tissue()); });
+    touch();
+    return done;
+  }
+  catch (...)
+  {
+    touch(); // where memory ends, say: what the wave has moved is to be seen
+    throw;
+  }
+}
+
+}

@@ -1,0 +1,82 @@
+#include "Feasibility.h"
+
+#include <limits>
+
+namespace chainmail
+{
+
+Feasibility::Feasibility(Bricks& bricks)
+  : bricks_(bricks)
+  , fixedPoint_(bricks, "feasibility.cl", "bound")
+  , upper_{ 3, sizeof(cl_float), "bounds of displacements" }
+{
+}
+
+Feasibility::~Feasibility()
+{
+  this->bricks_.drop(this->upper_);
+}
+
+/// Those that hold elements with links beyond their limits.
+std::vector<int> Feasibility::violated()
+{
+  Context& context = this->bricks_.context();
+  std::vector<int> bricks;
+  for (const int slot : this->bricks_.touchedSlots())
+  {
+    bricks.push_back(this->bricks_.brick(slot));
+  }
+  this->bricks_.require(bricks);
+  const std::vector<int> slots = this->bricks_.touchedSlots();
+  std::vector<cl_int> found(slots.size(), 0);
+  cl::Buffer& foundBuffer = this->found_.holding(context, found);
+  context.launch(context.kernel("feasibility.cl", this->bricks_.defines(true), "violated"), slots.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.layout(), this->bricks_.state(),
+    foundBuffer);
+  context.read(foundBuffer, found);
+
+  bricks.clear();
+  for (std::size_t n = 0; n < slots.size(); ++n)
+  {
+    if (found[n] != 0)
+    {
+      bricks.push_back(this->bricks_.brick(slots[n]));
+    }
+  }
+  return bricks;
+}
+
+void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
+{
+  const std::vector<int> violated = this->violated();
+  if (violated.empty())
+  {
+    propagation.start({}); // no conflict
+    return;
+  }
+  Context& context = this->bricks_.context();
+  this->bricks_.keep(this->upper_);
+  // New bricks are at rest and so are bounds of 0: what they get as their memory is right.
+  context.queue().enqueueCopyBuffer(
+    this->bricks_.displacement, this->upper_.buffer, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
+  this->bricks_.saveBefore();
+
+  this->fixedPoint_.start(violated);
+  this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
+    [this](ArgumentList& own) { own.add(this->bricks_.tissue(), this->bricks_.before, this->upper_.buffer); });
+  const std::vector<int> slots = this->fixedPoint_.changed();
+  std::vector<int> bricks;
+  for (const int slot : slots)
+  {
+    this->bricks_.touch(slot);
+    bricks.push_back(this->bricks_.brick(slot));
+  }
+  context.launch(context.kernel("feasibility.cl", this->bricks_.defines(true), "settle"), slots.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), this->bricks_.constraint,
+    this->upper_.buffer, this->bricks_.before, this->bricks_.displacement);
+  propagation.start(bricks);
+  propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
+  this->bricks_.drop(this->upper_);
+}
+
+}

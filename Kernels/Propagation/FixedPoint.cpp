@@ -1,0 +1,209 @@
+#include "FixedPoint.h"
+
+#include "fixedpointaccount.clh"
+
+#include <algorithm>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// Iterations that are launched in one go, when the ones before met no brick without memory.
+constexpr int mostPerBatch = 16;
+
+}
+
+FixedPoint::FixedPoint(Bricks& bricks, const char* file, const char* kernel, int extremes)
+  : bricks_(bricks)
+  , file_(file)
+  , name_(kernel)
+  , visits_(VISIT_ROW, "the list of active bricks")
+  , log_(1 + extremes, "the list of active bricks")
+  , extremes_(extremes, 0.0f)
+{
+}
+
+int FixedPoint::parityOf(int brick) const
+{
+  const Index3 size = this->bricks_.size();
+  const Index3 origin = this->bricks_.origin(brick);
+  return (origin[0] / size[0] + origin[1] / size[1] + origin[2] / size[2]) & 1;
+}
+
+/// Rows for all slots, and which bricks have their memory.
+void FixedPoint::fit()
+{
+  this->visits_.resize(this->bricks_.slots());
+  for (int slot = 1; slot < this->visits_.rows(); ++slot)
+  {
+    this->visits_[slot][VISIT_STATE] |= this->bricks_.ready(this->bricks_.brick(slot)) ? VISIT_READY : 0;
+  }
+  this->visits_.toDevice(this->bricks_.context());
+}
+
+void FixedPoint::start(const std::vector<int>& bricks)
+{
+  this->bricks_.require(bricks);
+  this->visits_.clear(this->bricks_.slots());
+  for (const int brick : bricks)
+  {
+    this->visits_[this->bricks_.slot(brick)][VISIT_FROM] = VISIT_ANY;
+    // What changed may lie beside a face.
+    for (int d = 0; d < 6; ++d)
+    {
+      this->visits_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][VISIT_FROM] |= 1 << Bricks::opposite(d);
+    }
+  }
+  this->visits_[0][VISIT_FROM] = 0;
+  this->finished_ = true;
+  for (int slot = 1; slot < this->visits_.rows(); ++slot)
+  {
+    this->finished_ = this->finished_ && this->visits_[slot][VISIT_FROM] == 0;
+  }
+  this->fit();
+  this->goesOn_[0] = this->goesOn_[1] = false;
+  this->parity_ = 0;
+  this->waited_ = false;
+  std::fill(this->extremes_.begin(), this->extremes_.end(), 0.0f);
+  this->ofTurn_.assign(this->extremes_.size(), 0.0f);
+}
+
+bool FixedPoint::isBeyond(float enough) const
+{
+  return std::any_of(this->extremes_.begin(), this->extremes_.end(), [&](float value) { return value > enough; });
+}
+
+void FixedPoint::launch(
+  const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const OwnArguments& own)
+{
+  Context& context = this->bricks_.context();
+  this->log_.clear(1 + static_cast<int>(turns.size()));
+  for (std::size_t m = 0; m < this->ofTurn_.size(); ++m)
+  {
+    this->log_.setReal(0, 1 + static_cast<int>(m), this->ofTurn_[m]);
+  }
+  this->log_.toDevice(context);
+  const Index3 size = this->bricks_.size();
+  const cl::Kernel kernel = context.kernel(this->file_, this->bricks_.defines(true), this->name_);
+  for (std::size_t n = 0; n < turns.size(); ++n)
+  {
+    if (turns[n].parity == 0 || n == 0)
+    {
+      checkpoint();
+    }
+    const cl_int4 turn{ { static_cast<cl_int>(n) + 1, turns[n].parity, turns[n].waited ? 1 : 0,
+      size[0] + size[1] + size[2] } };
+    context.launch(kernel, static_cast<std::size_t>(this->visits_.rows()) - 1, this->bricks_.workItems(true),
+      this->visits_.buffer(), this->log_.buffer(), turn, enough, this->bricks_.layout(), own);
+  }
+  this->log_.fromDevice(context);
+}
+
+int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, const OwnArguments& own)
+{
+  Context& context = this->bricks_.context();
+  int done = 0;
+  int batch = 1;
+  while (!this->finished_ && !this->isBeyond(enough) && (iterations == 0 || done < iterations))
+  {
+    if (this->visits_.rows() < this->bricks_.slots()) // others may have given memory to bricks
+    {
+      this->visits_.fromDevice(context);
+      this->fit();
+    }
+    std::vector<Turn> turns;
+    for (int n = 0; n < (iterations == 0 ? batch : std::min(batch, iterations - done)); ++n)
+    {
+      for (int parity = n == 0 ? this->parity_ : 0; parity < 2; ++parity)
+      {
+        turns.push_back({ parity, turns.empty() && this->waited_ });
+      }
+    }
+    this->launch(turns, enough, checkpoint, own);
+
+    batch = std::min(2 * batch, mostPerBatch);
+    this->parity_ = 0;
+    this->waited_ = false;
+    for (std::size_t n = 0; n < turns.size() && !this->finished_; ++n)
+    {
+      const int parity = turns[n].parity;
+      const int flags = this->log_[static_cast<int>(n) + 1][0];
+      for (std::size_t m = 0; m < this->extremes_.size(); ++m)
+      {
+        this->ofTurn_[m] =
+          std::max(this->ofTurn_[m], this->log_.real(static_cast<int>(n) + 1, 1 + static_cast<int>(m)));
+      }
+      if (!turns[n].waited)
+      {
+        this->goesOn_[parity] = false;
+      }
+      this->goesOn_[parity] = this->goesOn_[parity] || (flags & LOG_WENT_AGAIN) != 0;
+      // What is passed on to the first parity is left for the next iteration.
+      this->goesOn_[0] = this->goesOn_[0] || (parity == 1 && (flags & LOG_PASSED_ON) != 0);
+      if (flags & LOG_CALLED_OFF)
+      {
+        this->parity_ = parity;
+        this->waited_ = true;
+        batch = 1;
+        std::vector<int> bricks;
+        this->visits_.fromDevice(context);
+        for (int slot = 1; slot < this->visits_.rows(); ++slot)
+        {
+          const int brick = this->bricks_.brick(slot);
+          if ((this->visits_[slot][VISIT_FROM] & (VISIT_AGAIN - 1)) != 0 &&
+              (this->visits_[slot][VISIT_STATE] & VISIT_READY) == 0 && this->parityOf(brick) == parity)
+          {
+            bricks.push_back(brick);
+          }
+        }
+        this->bricks_.require(bricks);
+        this->fit();
+        break;
+      }
+      for (std::size_t m = 0; m < this->extremes_.size(); ++m)
+      {
+        this->extremes_[m] = std::max(this->extremes_[m], this->ofTurn_[m]);
+        this->ofTurn_[m] = 0.0f;
+      }
+      const bool beyond = this->isBeyond(enough);
+      if (parity == 1 || beyond)
+      {
+        ++done;
+      }
+      this->finished_ = parity == 1 && !this->goesOn_[0] && !this->goesOn_[1];
+      if (beyond)
+      {
+        break;
+      }
+    }
+  }
+  return done;
+}
+
+std::vector<int> FixedPoint::slotsWith(int flags)
+{
+  this->visits_.fromDevice(this->bricks_.context());
+  std::vector<int> slots;
+  for (int slot = 1; slot < this->visits_.rows(); ++slot)
+  {
+    if (this->visits_[slot][VISIT_STATE] & flags)
+    {
+      slots.push_back(slot);
+    }
+  }
+  return slots;
+}
+
+std::vector<int> FixedPoint::seen()
+{
+  return this->slotsWith(VISIT_SEEN);
+}
+
+std::vector<int> FixedPoint::changed()
+{
+  return this->slotsWith(VISIT_CHANGED);
+}
+
+}

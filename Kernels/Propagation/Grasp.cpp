@@ -1,0 +1,229 @@
+#include "Grasp.h"
+
+#include "Error.h"
+#include "Measurement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <unordered_set>
+
+namespace chainmail
+{
+
+namespace
+{
+
+std::string text(const Vector3& v)
+{
+  char buffer[96];
+  std::snprintf(buffer, sizeof(buffer), "(%.6g, %.6g, %.6g)", v[0], v[1], v[2]);
+  return buffer;
+}
+
+/// Finds the elements around a probe one by one.
+class Grasp
+{
+public:
+  Grasp(const Probe& probe, const Grid& grid)
+    : probe_(probe)
+    , spacing_(grid.spacing)
+  {
+    // The nearest element is one within reach of the voxel's own corners.
+    for (int a = 0; a < 3; ++a)
+    {
+      this->reach2_ += 0.25 * grid.spacing[a] * grid.spacing[a];
+    }
+    this->reach2_ *= 1.0 + 1e-9;
+    this->radius2_ = probe.radius * probe.radius * (1.0 + 1e-9);
+  }
+
+  const Probe& probe() const { return this->probe_; }
+
+  /// Elements further from the probe than this do not matter [mm].
+  double farthest() const { return std::sqrt(std::max(this->reach2_, this->radius2_)); }
+
+  /// An element at a place in voxels.
+  void offer(std::size_t voxel, const Vector3& place)
+  {
+    const double dx = place[0] * this->spacing_[0] - this->probe_.position[0];
+    const double dy = place[1] * this->spacing_[1] - this->probe_.position[1];
+    const double dz = place[2] * this->spacing_[2] - this->probe_.position[2];
+    const double distance2 = dx * dx + dy * dy + dz * dz;
+    if (this->probe_.radius > 0.0 && distance2 <= this->radius2_)
+    {
+      this->within_.push_back(voxel);
+    }
+    if (distance2 < this->nearest2_ || (distance2 == this->nearest2_ && voxel < this->nearest_))
+    {
+      this->nearest2_ = distance2;
+      this->nearest_ = voxel;
+    }
+  }
+
+  /// What the probe grabs, ascending; empty where nothing is near.
+  std::vector<std::size_t> grabbed()
+  {
+    if (this->within_.empty() && this->nearest2_ <= this->reach2_)
+    {
+      return { this->nearest_ };
+    }
+    std::sort(this->within_.begin(), this->within_.end());
+    return this->within_;
+  }
+
+private:
+  const Probe& probe_;
+  Vector3 spacing_;
+  double reach2_ = 0.0;
+  double radius2_ = 0.0;
+  std::vector<std::size_t> within_;
+  std::size_t nearest_ = 0;
+  double nearest2_ = std::numeric_limits<double>::infinity();
+};
+
+/// The voxels of one axis whose places can lie within `farthest` of `position`, first to last, when each is displaced
+/// by something from `low` to `high` voxels.
+void clampRange(
+  double position, double farthest, double spacing, double low, double high, int begin, int end, int& first, int& last)
+{
+  first = static_cast<int>(
+    std::min(std::max(std::ceil((position - farthest) / spacing - high), static_cast<double>(begin)), end + 0.0));
+  last =
+    static_cast<int>(std::max(std::min(std::floor((position + farthest) / spacing - low), end - 1.0), begin - 1.0));
+}
+
+/// The elements of a box: calls f(i, j, k).
+template <typename F> void forElements(const Bricks& bricks, const Index3& first, const Index3& last, const F& f)
+{
+  if (first[0] > last[0])
+  {
+    return;
+  }
+  const int axes = bricks.model().axes();
+  const int count = last[0] - first[0] + 1;
+  std::vector<float> row(static_cast<std::size_t>(count) * axes);
+  for (int k = first[2]; k <= last[2]; ++k)
+  {
+    for (int j = first[1]; j <= last[1]; ++j)
+    {
+      bricks.row(first[0], j, k, count, row.data());
+      for (int n = 0; n < count; ++n)
+      {
+        if (!std::isinf(row[static_cast<std::size_t>(n) * axes]))
+        {
+          f(first[0] + n, j, k);
+        }
+      }
+    }
+  }
+}
+
+/// Offers tissue that has moved, brick by brick. Returns the bricks that hold some.
+std::unordered_set<int> offerDisplaced(Bricks& bricks, std::vector<Grasp>& grasps)
+{
+  std::unordered_set<int> displaced;
+  if (bricks.touchedSlots().empty())
+  {
+    return displaced;
+  }
+  const Grid& grid = bricks.model().grid();
+  const Index3 size = bricks.size();
+  const std::vector<BrickFigures> figures = measureBricks(bricks);
+  std::vector<float> u;
+  for (std::size_t n = 0; n < figures.size(); ++n)
+  {
+    if (figures[n].displaced == 0.0f)
+    {
+      continue;
+    }
+    const int slot = static_cast<int>(n) + 1;
+    displaced.insert(bricks.brick(slot));
+    const Index3 origin = bricks.origin(bricks.brick(slot));
+    bool read = false;
+    for (Grasp& grasp : grasps)
+    {
+      Index3 first;
+      Index3 last;
+      bool near = true;
+      for (int a = 0; near && a < 3; ++a)
+      {
+        clampRange(grasp.probe().position[a], grasp.farthest(), grid.spacing[a], figures[n].low[a], figures[n].high[a],
+          origin[a], std::min(origin[a] + size[a], grid.size[a]), first[a], last[a]);
+        near = first[a] <= last[a];
+      }
+      if (!near)
+      {
+        continue;
+      }
+      if (!read)
+      {
+        bricks.readSlot(slot, u);
+        read = true;
+      }
+      forElements(
+        bricks, first, last, [&](int i, int j, int k) { grasp.offer(grid.at(i, j, k), bricks.place(i, j, k, u)); });
+    }
+  }
+  return displaced;
+}
+
+/// Offers tissue at rest: that of all other bricks.
+void offerAtRest(const Bricks& bricks, const std::unordered_set<int>& displaced, Grasp& grasp)
+{
+  const Grid& grid = bricks.model().grid();
+  Index3 first;
+  Index3 last;
+  for (int a = 0; a < 3; ++a)
+  {
+    clampRange(
+      grasp.probe().position[a], grasp.farthest(), grid.spacing[a], 0.0, 0.0, 0, grid.size[a], first[a], last[a]);
+  }
+  forElements(bricks, first, last,
+    [&](int i, int j, int k)
+    {
+      if (displaced.empty() || displaced.count(bricks.brickAt(i, j, k)) == 0)
+      {
+        grasp.offer(grid.at(i, j, k), { double(i), double(j), double(k) });
+      }
+    });
+}
+
+}
+
+std::string nameOf(const Probe& probe, std::size_t number)
+{
+  return "Probe " + std::to_string(number) + " at " + text(probe.position) + " mm along the image's axes";
+}
+
+std::vector<std::vector<std::size_t>> elementsAround(
+  Bricks& bricks, const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
+{
+  if (probes.empty())
+  {
+    return {};
+  }
+  std::vector<Grasp> grasps;
+  for (const Probe& probe : probes)
+  {
+    grasps.emplace_back(probe, bricks.model().grid());
+  }
+  const std::unordered_set<int> displaced = offerDisplaced(bricks, grasps);
+  std::vector<std::vector<std::size_t>> grabbed;
+  for (Grasp& grasp : grasps)
+  {
+    offerAtRest(bricks, displaced, grasp);
+    const std::size_t number = numbers[grabbed.size()];
+    grabbed.push_back(grasp.grabbed());
+    if (grabbed.back().empty())
+    {
+      throw ProbeError(number, nameOf(grasp.probe(), number),
+        "holds no tissue: there is none within its radius of " + std::to_string(grasp.probe().radius) +
+          " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
+    }
+  }
+  return grabbed;
+}
+
+}

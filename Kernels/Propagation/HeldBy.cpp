@@ -1,0 +1,167 @@
+#include "HeldBy.h"
+
+#include "ElementRule.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+#include <tuple>
+#include <unordered_map>
+#include <unordered_set>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// One axis of the tissue, brick by brick as the search comes there.
+class Tissue
+{
+public:
+  struct Brick
+  {
+    std::vector<float> constraint; ///< signed; of elements in the order of `local`
+    std::vector<float> displacement;
+    std::vector<double> key; ///< the least known so far, see findGrip()
+  };
+
+  Tissue(Bricks& bricks, int axis)
+    : bricks_(bricks)
+    , axis_(axis)
+  {
+  }
+
+  Brick& at(int brick)
+  {
+    const auto [entry, isNew] = this->known_.try_emplace(brick);
+    Brick& here = entry->second;
+    if (!isNew)
+    {
+      return here;
+    }
+    const std::size_t count = static_cast<std::size_t>(this->bricks_.elementsPerBrick());
+    const int axes = this->bricks_.model().axes();
+    here.constraint.assign(count, -std::numeric_limits<float>::infinity());
+    here.displacement.assign(count, 0.0f);
+    here.key.assign(count, std::numeric_limits<double>::infinity());
+    std::vector<float> row(static_cast<std::size_t>(this->bricks_.size()[0] * axes));
+    for (const Bricks::Row& part : this->bricks_.rows(brick))
+    {
+      const Index3 first = this->bricks_.model().grid().indexOf(part.voxel);
+      this->bricks_.row(first[0], first[1], first[2], part.count, row.data());
+      for (int i = 0; i < part.count; ++i)
+      {
+        here.constraint[part.local(i)] = row[static_cast<std::size_t>(i * axes + (axes == 3 ? this->axis_ : 0))];
+      }
+    }
+    if (this->bricks_.slot(brick) > 0)
+    {
+      std::vector<float> u;
+      this->bricks_.readSlot(this->bricks_.slot(brick), u);
+      std::copy_n(u.begin() + this->axis_ * static_cast<std::ptrdiff_t>(count), count, here.displacement.begin());
+    }
+    return here;
+  }
+
+private:
+  Bricks& bricks_;
+  int axis_;
+  std::unordered_map<int, Brick> known_;
+};
+
+/// findGrip() among paths that leave at most so much room; `others`: the voxels in other handles, `u`: where those in
+/// this one are.
+std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>& others, const Handle& handle,
+  const std::vector<float>& u, int axis, double sign, double room)
+{
+  // Dijkstra's algorithm. An element's key is d(s, i) - sign * u(s), least over all s of the handle; with sign * u(i)
+  // more it is the room that the path to it leaves.
+  struct Entry
+  {
+    double key;
+    bool soft; // some link of the path gives
+    std::size_t voxel;
+    bool operator<(const Entry& other) const
+    {
+      return std::tie(other.key, other.soft, other.voxel) < std::tie(this->key, this->soft, this->voxel);
+    }
+  };
+  const Grid& grid = bricks.model().grid();
+  Tissue tissue(bricks, axis);
+  std::priority_queue<Entry> queue;
+  const auto offer = [&](const Index3& at, double key, bool soft)
+  {
+    Tissue::Brick& brick = tissue.at(bricks.brickAt(at[0], at[1], at[2]));
+    const std::uint32_t local = bricks.local(at[0], at[1], at[2]);
+    if (key < brick.key[local] && key + sign * brick.displacement[local] <= room)
+    {
+      brick.key[local] = key;
+      queue.push({ key, soft, grid.at(at[0], at[1], at[2]) });
+    }
+  };
+  for (std::size_t n = 0; n < handle.voxels.size(); ++n)
+  {
+    offer(grid.indexOf(handle.voxels[n]), -sign * u[3 * n + static_cast<std::size_t>(axis)], false);
+  }
+  while (!queue.empty())
+  {
+    const Entry entry = queue.top();
+    queue.pop();
+    const Index3 at = grid.indexOf(entry.voxel);
+    const Tissue::Brick& brick = tissue.at(bricks.brickAt(at[0], at[1], at[2]));
+    const std::uint32_t local = bricks.local(at[0], at[1], at[2]);
+    if (entry.key > brick.key[local])
+    {
+      continue; // a shorter path was found since
+    }
+    if (std::signbit(brick.constraint[local]) || others.count(entry.voxel) > 0)
+    {
+      return Grip{ entry.voxel, !entry.soft };
+    }
+    const float own = brick.constraint[local];
+    bricks.forNeighbours(at,
+      [&](int, const Index3& next)
+      {
+        const float other =
+          tissue.at(bricks.brickAt(next[0], next[1], next[2])).constraint[bricks.local(next[0], next[1], next[2])];
+        if (!std::isinf(other))
+        {
+          const double limit = rule::linkLimit(own, other);
+          offer(next, entry.key + limit, entry.soft || limit > 0.0);
+        }
+      });
+  }
+  return std::nullopt;
+}
+
+}
+
+std::optional<Grip> findGrip(
+  Bricks& bricks, const std::vector<Handles::Pointer>& handles, const Handle& handle, int axis, double sign)
+{
+  std::unordered_set<std::size_t> others;
+  for (const Handles::Pointer& other : handles)
+  {
+    if (other.get() != &handle)
+    {
+      others.insert(other->voxels.begin(), other->voxels.end());
+    }
+  }
+  const std::vector<float> u = bricks.displacements(handle.addresses);
+  double largest = 1.0;
+  for (const float displacement : u)
+  {
+    largest = std::max(largest, std::fabs(static_cast<double>(displacement)));
+  }
+  // At first what may be rounding along the path and that of Waves.
+  std::optional<Grip> grip;
+  for (double room = 1e-4; !grip && room <= 1.0; room *= 100.0)
+  {
+    grip = search(bricks, others, handle, u, axis, sign, room * largest);
+  }
+  return grip;
+}
+
+}

@@ -1,0 +1,132 @@
+#include "Timestamps.h"
+
+namespace chainmail
+{
+
+Timestamps::Timestamps(Bricks& bricks, ArrivalTimes& arrivals)
+  : bricks_(bricks)
+  , arrivals_(arrivals)
+  , stamp_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "activity flags" }
+  , nextTime_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
+  , nextFront_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "wavefront numbers" }
+{
+}
+
+Timestamps::~Timestamps()
+{
+  this->clear();
+}
+
+void Timestamps::clear()
+{
+  this->active_.clear();
+  this->iteration_ = 1;
+  for (Field* field : { &this->stamp_, &this->nextTime_, &this->nextFront_ })
+  {
+    this->bricks_.drop(*field);
+  }
+}
+
+void Timestamps::keep()
+{
+  this->arrivals_.keep();
+  for (Field* field : { &this->stamp_, &this->nextTime_, &this->nextFront_ })
+  {
+    this->bricks_.keep(*field);
+  }
+}
+
+void Timestamps::start(const Handle& source, int front)
+{
+  this->keep();
+  this->arrivals_.start(source, front);
+  this->bricks_.set(
+    this->stamp_, source.addresses, std::vector<cl_int>(this->stamp_.runs * source.addresses.size(), this->iteration_));
+  for (const int brick : source.bricks)
+  {
+    this->active_.insert(brick);
+    for (int d = 0; d < 6; ++d)
+    {
+      this->active_.insert(this->bricks_.neighbour(brick, d));
+    }
+  }
+}
+
+int Timestamps::run(int iterations, const Checkpoint& checkpoint)
+{
+  int done = 0;
+  while (!this->finished() && (iterations == 0 || done < iterations))
+  {
+    checkpoint();
+    this->advance();
+    ++done;
+  }
+  return done;
+}
+
+const WavesUnderWay& Timestamps::underWay()
+{
+  this->keep();
+  this->underWay_.front = &this->arrivals_.front().buffer;
+  this->underWay_.stamp = &this->stamp_.buffer;
+  this->underWay_.iteration = this->iteration_;
+  return this->underWay_;
+}
+
+void Timestamps::advance()
+{
+  ++this->iteration_;
+  const std::vector<int> wanted(this->active_.begin(), this->active_.end());
+  this->active_.clear();
+  this->bricks_.require(wanted);
+  std::vector<int> list;
+  for (const int brick : wanted)
+  {
+    if (this->bricks_.slot(brick) > 0)
+    {
+      list.push_back(this->bricks_.slot(brick));
+    }
+  }
+  if (list.empty())
+  {
+    return;
+  }
+
+  Context& context = this->bricks_.context();
+  const cl::Buffer& slots = this->list_.holding(context, list);
+  std::vector<cl_int> faces(list.size());
+  const cl::Buffer& result = this->result_.sized(context, sizeof(cl_int) * faces.size());
+  const std::string defines = this->bricks_.defines(false);
+  const std::size_t items = this->bricks_.workItems(false);
+
+  context.launch(context.kernel("timestamp.cl", defines, "arriveNext"), list.size(), items, slots,
+    static_cast<cl_int>(this->iteration_), this->bricks_.layout(), this->bricks_.state(), this->arrivals_.time().buffer,
+    this->arrivals_.front().buffer, this->stamp_.buffer, this->bricks_.before, this->nextTime_.buffer,
+    this->nextFront_.buffer);
+
+  context.launch(context.kernel("timestamp.cl", defines, "shift"), list.size(), items, slots,
+    static_cast<cl_int>(this->iteration_), this->bricks_.layout(), this->bricks_.before, this->nextTime_.buffer,
+    this->nextFront_.buffer, this->bricks_.displacement, this->arrivals_.time().buffer, this->arrivals_.front().buffer,
+    this->stamp_.buffer, result);
+  context.read(result, faces);
+
+  for (std::size_t n = 0; n < list.size(); ++n)
+  {
+    if (faces[n] == 0)
+    {
+      continue;
+    }
+    this->bricks_.touch(list[n]);
+    const int brick = this->bricks_.brick(list[n]);
+    this->active_.insert(brick);
+    for (int d = 0; d < 6; ++d)
+    {
+      if (faces[n] & (1 << d))
+      {
+        this->active_.insert(this->bricks_.neighbour(brick, d));
+      }
+    }
+  }
+}
+
+}

@@ -1,0 +1,417 @@
+#include "Waves.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// Two holds that strain a link by less than this are compatible: float rounding of displacements of this size.
+float rounding(float displacement)
+{
+  return 2e-6f * std::max(1.0f, std::fabs(displacement));
+}
+
+/// A probe that still does not fit after so many attempts stays where it is.
+constexpr int mostAttempts = 50;
+
+/// A probe that goes to and fro so often has no place between those that hold against it, or none but for rounding.
+constexpr int mostTurns = 3;
+}
+
+Waves::Waves(Bricks& bricks, Handles& handles)
+  : bricks_(bricks)
+  , handles_(handles)
+  , propagation_(bricks)
+  , arrivals_(bricks)
+  , timestamps_(bricks, this->arrivals_)
+  , feasibility_(bricks)
+{
+}
+
+void Waves::configure(PropagationMethod method, ConflictPolicy policy)
+{
+  this->method_ = method;
+  this->policy_ = policy;
+}
+
+void Waves::clear()
+{
+  this->letGo();
+  for (const Group& group : this->queue_)
+  {
+    for (const Handles::Pointer& handle : group)
+    {
+      handle->waits = false;
+    }
+  }
+  this->queue_.clear();
+  this->end();
+  this->disturbed_ = false;
+  this->latest_.reset();
+  this->front_ = 0;
+  this->timestamps_.clear();
+  this->arrivals_.clear();
+}
+
+void Waves::letGo()
+{
+  this->handles_.letGo(this->released_);
+  this->released_.clear();
+}
+
+void Waves::add(const Handles::Change& change)
+{
+  for (const Handles::Pointer& handle : change.released)
+  {
+    handle->waits = false;
+  }
+  for (Group& group : this->queue_)
+  {
+    group.erase(
+      std::remove_if(group.begin(), group.end(), [](const Handles::Pointer& handle) { return !handle->waits; }),
+      group.end());
+  }
+  this->queue_.erase(std::remove(this->queue_.begin(), this->queue_.end(), Group()), this->queue_.end());
+  this->released_.insert(this->released_.end(), change.released.begin(), change.released.end());
+  if (!this->underWay())
+  {
+    this->letGo();
+  }
+  Group moved;
+  std::copy_if(change.moved.begin(), change.moved.end(), std::back_inserter(moved),
+    [](const Handles::Pointer& handle) { return !handle->waits; });
+  this->wait(std::move(moved), false);
+}
+
+/// Puts a group at one end of the queue.
+void Waves::wait(Group handles, bool first)
+{
+  if (handles.empty())
+  {
+    return;
+  }
+  for (const Handles::Pointer& handle : handles)
+  {
+    handle->waits = true;
+  }
+  this->queue_.insert(first ? this->queue_.begin() : this->queue_.end(), std::move(handles));
+}
+
+PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
+{
+  PropagateResult result;
+  if (!this->underWay())
+  {
+    return result;
+  }
+  result.iterations = this->method_ == PropagationMethod::Envelope ? this->runEnvelopes(iterations, checkpoint)
+                                                                   : this->runTimestamps(iterations, checkpoint);
+  this->handles_.setHeld([](const Handle&) { return true; });
+  result.finished = !this->underWay();
+  if (result.finished)
+  {
+    this->letGo();
+  }
+  return result;
+}
+
+/// While a wave travels, only what it must not move is held: anchors, its own probes and, unless the latest prevails,
+/// all probes but those that wait for their turn.
+void Waves::markHeld()
+{
+  this->handles_.setHeld([this](const Handle& handle)
+    { return handle.probe.anchor || handle.moves || (this->policy_ == ConflictPolicy::Limit && !handle.waits); });
+}
+
+void Waves::place(
+  const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks, const std::vector<float>& values)
+{
+  this->bricks_.setDisplacements(addresses, values);
+  for (const int brick : bricks)
+  {
+    this->bricks_.touch(this->bricks_.slot(brick));
+  }
+}
+
+// --- Envelopes -------------------------------------------------------------------------------------------------------
+
+int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
+{
+  if (this->wave_)
+  {
+    this->markHeld();
+  }
+  int done = 0;
+  while (this->underWay() && (iterations == 0 || done < iterations))
+  {
+    if (!this->wave_)
+    {
+      this->beginNext();
+      continue;
+    }
+    done += this->propagation_.run(iterations == 0 ? 0 : iterations - done, this->wave_->enough, checkpoint);
+    const bool stopped = this->propagation_.conflict().largest() > this->wave_->enough;
+    if ((stopped || this->propagation_.finished()) && this->settled())
+    {
+      if (this->times_)
+      {
+        std::vector<const Handle*> sources;
+        for (const Handles::Pointer& handle : this->wave_->handles)
+        {
+          sources.push_back(handle.get());
+        }
+        this->arrivals_.follow(sources, ++this->front_, checkpoint);
+      }
+      this->end();
+    }
+  }
+  return done;
+}
+
+void Waves::beginNext()
+{
+  Group handles = std::move(this->queue_.front());
+  this->queue_.pop_front();
+  for (const Handles::Pointer& handle : handles)
+  {
+    handle->waits = false;
+  }
+  handles.erase(std::remove_if(handles.begin(), handles.end(),
+                  [](const Handles::Pointer& handle) { return handle->probe.anchor || handle->addresses.empty(); }),
+    handles.end());
+  if (!handles.empty())
+  {
+    this->begin(std::move(handles));
+  }
+}
+
+void Waves::begin(Group handles)
+{
+  this->wave_.emplace();
+  Wave& wave = *this->wave_;
+  wave.handles = std::move(handles);
+  for (const Handles::Pointer& handle : wave.handles)
+  {
+    handle->moves = true;
+    wave.addresses.insert(wave.addresses.end(), handle->addresses.begin(), handle->addresses.end());
+    wave.bricks.insert(wave.bricks.end(), handle->bricks.begin(), handle->bricks.end());
+  }
+  std::sort(wave.bricks.begin(), wave.bricks.end());
+  wave.bricks.erase(std::unique(wave.bricks.begin(), wave.bricks.end()), wave.bricks.end());
+  this->markHeld();
+  this->bricks_.saveBefore();
+  wave.before = this->bricks_.displacements(wave.addresses);
+  for (int a = 0; a < 3; ++a)
+  {
+    const Probe& probe = wave.handles.front()->probe;
+    wave.to[a] = static_cast<float>(probe.displacement[a] / this->bricks_.model().grid().spacing[a]);
+  }
+  this->attempt();
+}
+
+void Waves::end()
+{
+  if (this->wave_)
+  {
+    for (const Handles::Pointer& handle : this->wave_->handles)
+    {
+      handle->moves = false;
+    }
+    this->wave_.reset();
+  }
+}
+
+/// Where the elements of a wave are to go.
+std::vector<float> Waves::target() const
+{
+  const Wave& wave = *this->wave_;
+  std::vector<float> values;
+  values.reserve(wave.before.size());
+  std::array<float, 3> to = wave.to;
+  for (const Handles::Pointer& handle : wave.handles)
+  {
+    for (int a = 0; wave.handles.size() > 1 && a < 3; ++a)
+    {
+      to[a] = static_cast<float>(handle->probe.displacement[a] / this->bricks_.model().grid().spacing[a]);
+    }
+    const std::vector<float> displaced = handle->displacedBy(to);
+    values.insert(values.end(), displaced.begin(), displaced.end());
+  }
+  for (std::size_t m = 0; m < values.size(); ++m)
+  {
+    values[m] = wave.stays[m % 3] ? wave.before[m] : values[m];
+  }
+  return values;
+}
+
+void Waves::attempt()
+{
+  Wave& wave = *this->wave_;
+  const std::vector<float> values = this->target();
+  this->place(wave.addresses, wave.bricks, values);
+  std::array<float, 3> furthest{};
+  for (std::size_t m = 0; m < values.size(); ++m)
+  {
+    furthest[m % 3] = std::max(furthest[m % 3], std::fabs(values[m]));
+  }
+  wave.enough = 0.0f;
+  for (int a = 0; a < 3; ++a)
+  {
+    wave.tolerance[a] = rounding(furthest[a]);
+    wave.enough = std::max(wave.enough, wave.tolerance[a]);
+  }
+  if (wave.handles.size() == 1)
+  {
+    // A wave that is much too long would run through all tissue: it ends where it meets a large conflict.
+    for (int a = 0; a < 3; ++a)
+    {
+      wave.enough = std::max(wave.enough, 0.2f * std::fabs(wave.to[a]));
+    }
+  }
+  ++wave.attempts;
+  this->propagation_.start(wave.bricks);
+}
+
+/// Whether the wave is done: everything is compatible, or its probe cannot move. Else another attempt has begun, or its
+/// probes wait for their turns: first those that were moved first, so that the others give way. Where a wave met held
+/// tissue, the conflict is by how much its probe went too far, or less if it has not yet come the shortest way. On an
+/// axis on which others hold the probe's elements too far apart to be in one place, they stay where they are.
+bool Waves::settled()
+{
+  Wave& wave = *this->wave_;
+  const EnvelopePropagation::Conflict conflict = this->propagation_.conflict();
+  bool compatible = true;
+  for (int a = 0; a < 3; ++a)
+  {
+    compatible = compatible && std::max(conflict.tooHigh[a], conflict.tooLow[a]) <= wave.tolerance[a];
+  }
+  if (compatible)
+  {
+    return true;
+  }
+  this->bricks_.restoreBefore();
+  if (wave.handles.size() > 1)
+  {
+    const Group handles = wave.handles;
+    const auto half = handles.begin() + static_cast<std::ptrdiff_t>(handles.size() / 2);
+    this->end();
+    this->wait(Group(half, handles.end()), true);
+    this->wait(Group(handles.begin(), half), true);
+    return false;
+  }
+  for (int a = 0; a < 3; ++a)
+  {
+    const bool tooHigh = conflict.tooHigh[a] > wave.tolerance[a];
+    const bool tooLow = conflict.tooLow[a] > wave.tolerance[a];
+    const int way = tooHigh ? -1 : tooLow ? 1 : 0;
+    wave.turns[a] += way * wave.lastWay[a] < 0 ? 1 : 0;
+    wave.lastWay[a] = way == 0 ? wave.lastWay[a] : way;
+    if ((tooHigh && tooLow) || wave.turns[a] == mostTurns)
+    {
+      wave.stays[a] = true;
+    }
+    else if (way != 0)
+    {
+      // The conflict of a long wave is known less exactly, so a large step stops short of it.
+      const double excess = tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a];
+      const bool large = excess > 4.0 * wave.tolerance[a] && excess > 0.1 * std::fabs(wave.to[a]);
+      const double step = excess - (large ? wave.tolerance[a] : 0.0);
+      wave.to[a] = static_cast<float>(wave.to[a] + (tooHigh ? -step : step));
+      wave.to[a] = std::fabs(wave.to[a]) <= wave.tolerance[a] ? 0.0f : wave.to[a];
+    }
+  }
+  if (wave.attempts == mostAttempts)
+  {
+    return true; // feasible because nothing moves
+  }
+  this->attempt();
+  return false;
+}
+
+// --- Timestamps ------------------------------------------------------------------------------------------------------
+
+int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
+{
+  int done = 0;
+  while (this->underWay())
+  {
+    // The published method lets waves overlap. That can leave links beyond their limits for good: the later wave took
+    // the tissue over before the earlier one had repaired it.
+    while (!this->queue_.empty() && (this->timestamps_.finished() || this->policy_ == ConflictPolicy::Latest))
+    {
+      Group& group = this->queue_.front();
+      const Handles::Pointer handle = group.front();
+      handle->waits = false;
+      group.pop_front();
+      if (group.empty())
+      {
+        this->queue_.pop_front();
+      }
+      if (!handle->probe.anchor && !handle->addresses.empty())
+      {
+        this->disturbed_ = this->disturbed_ || !this->timestamps_.finished();
+        this->startTimestamps(handle, checkpoint);
+      }
+    }
+    // A source needs no mark: no other wave moves it, unless the latest prevails.
+    this->markHeld();
+    done += this->timestamps_.run(iterations == 0 ? 0 : iterations - done, checkpoint);
+    if (iterations != 0 && done >= iterations)
+    {
+      break;
+    }
+  }
+  if (this->disturbed_ && !this->underWay())
+  {
+    // The latest probe may have taken others along so far that they are not compatible with each other any more.
+    this->makeFeasible([this](const Handle& handle)
+      { return handle.probe.anchor || this->policy_ == ConflictPolicy::Limit || &handle == this->latest_.get(); },
+      checkpoint);
+  }
+  return done;
+}
+
+void Waves::makeFeasible(const Checkpoint& checkpoint)
+{
+  this->makeFeasible([](const Handle&) { return true; }, checkpoint);
+}
+
+template <typename F> void Waves::makeFeasible(const F& isHeld, const Checkpoint& checkpoint)
+{
+  this->handles_.setHeld(isHeld);
+  this->feasibility_.run(this->propagation_, checkpoint);
+  this->disturbed_ = false;
+}
+
+/// Finds out by an envelope wave how far the probe can go, and starts there.
+void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& checkpoint)
+{
+  this->begin({ handle });
+  do
+  {
+    this->propagation_.run(0, this->wave_->enough, checkpoint);
+  } while (!this->settled());
+  const std::vector<float> values = this->bricks_.displacements(handle->addresses);
+  this->bricks_.restoreBefore();
+  this->end();
+  this->place(handle->addresses, handle->bricks, values);
+  this->latest_ = handle;
+  this->timestamps_.start(*handle, ++this->front_);
+  // The earliest arrival binds only where all elements of the probe are displaced alike.
+  for (std::size_t n = 3; n < values.size(); ++n)
+  {
+    this->disturbed_ = this->disturbed_ || values[n] != values[n % 3];
+  }
+}
+
+const WavesUnderWay* Waves::relaxable()
+{
+  return this->method_ == PropagationMethod::Timestamp ? &this->timestamps_.underWay() : nullptr;
+}
+
+}

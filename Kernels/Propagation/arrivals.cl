@@ -1,0 +1,76 @@
+// When an envelope wave came to each element: the length of the shortest path of links from the probe through elements
+// that the wave moved. In place, in any order: times only fall.
+//
+// The host guarantees: `before` is the state in front of the wave and `displacement` the one behind it, `arrival` is 0 at
+// the probes and else +infinity at first, brick.clh's promise of bricks that are ready.
+//
+// arrival: the time; its sign bit is set where the element did not move and so does not pass the wave on.
+
+#include "brick.clh"
+#include "element.clh"
+#include "fixedpoint.clh"
+
+RULE int arriveAt(const Site* s, uint pitch, global const float* displacement, global const float* before,
+  global const float* constraint, global const uchar* cut, global float* arrival)
+{
+  int touched = 0;
+  UNROLL
+  for (int axis = 0; axis < AXES; ++axis)
+  {
+    const real c = LOAD(constraint + axis * pitch + s->self);
+    real next = (real)(INFINITY);
+    UNROLL
+    for (int d = 0; d < 6; ++d)
+    {
+      const real limit = linkLimit(c, neighbourConstraint(constraint + axis * pitch, cut, s, d, s->odd));
+      const real time = neighbour(arrival + axis * pitch, s, d, s->odd);
+      next = min(next, select(time + limit, (real)(INFINITY), AS_MASK(time) < 0));
+    }
+    const real time = LOAD(arrival + axis * pitch + s->self);
+    // Held elements keep theirs: 0 for the wave's own probes, none for others.
+    const mask earlier = (next < fabs(time)) & ~isHeld(c);
+    if (SOME(earlier))
+    {
+      mask moved = (mask)(0);
+      for (int a = AXES == 1 ? 0 : axis; a <= (AXES == 1 ? 2 : axis); ++a)
+      {
+        moved |= LOAD(displacement + a * pitch + s->self) != LOAD(before + a * pitch + s->self);
+      }
+      STORE(select(time, select(-next, next, moved), earlier), arrival + axis * pitch + s->self);
+      // Who did not move has nothing to pass on; beyond there may be no brick yet.
+      touched |= movedFaces(s, earlier & moved);
+    }
+  }
+  return touched;
+}
+
+kernel void arrive(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
+{
+  FIXED_POINT_BEGIN
+  FIXED_POINT(arriveAt(&s, pitch, displacement, before, constraint, cut, arrival))
+  if (lid == 0 && from != 0)
+  {
+    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
+  }
+}
+
+// Writes the times and the wave's number where it came.
+kernel void record(
+  global const int* list, uint pitch, global const float* arrival, int wave, global float* time, global int* front)
+{
+  const uint slot = list[get_group_id(0)];
+  for (int axis = 0; axis < AXES; ++axis)
+  {
+    for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+    {
+      const uint at = axis * pitch + slot * ELEMENTS + n;
+      const float t = fabs(arrival[at]);
+      if (!isinf(t))
+      {
+        time[at] = t;
+        front[at] = wave;
+      }
+    }
+  }
+}

@@ -1,0 +1,112 @@
+// A wave through the tissue: every element into the bounds that the moved ones around it set (element.clh), until
+// nothing in the brick changes. In place, in any order: raised values only grow and lowered ones only fall.
+//
+// The host guarantees: `before` is a feasible state, moved tissue differs from it or is held, brick.clh's promise of
+// bricks that are ready (fixedpoint.clh).
+//
+// Extremes: for each axis how much too high and too low the moved tissue is for what is held.
+
+#define EXTREMES 6
+
+#include "brick.clh"
+#include "element.clh"
+#include "fixedpoint.clh"
+
+// One piece of work; `odd`: see BY_PARITY. `beside`, a constant: whether anything in it or beside it is held.
+RULE int wave(const int odd, const int beside, const Site* s, uint pitch, global float* displacement,
+  global const float* before, global const float* constraint, global const uchar* cut, float* conflict)
+{
+  real c[AXES];
+  Envelope e[3];
+  UNROLL
+  for (int axis = 0; axis < AXES; ++axis)
+  {
+    c[axis] = LOAD(constraint + axis * pitch + s->self);
+  }
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    e[axis] = unbounded();
+  }
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    real limit;
+    mask held;
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      if (axis < AXES)
+      {
+        const real cd = neighbourConstraint(constraint + axis * pitch, cut, s, d, odd);
+        limit = linkLimit(c[axis], cd);
+        held = beside ? isHeld(cd) : (mask)(0);
+      }
+      envelopeAdd(&e[axis], neighbour(displacement + axis * pitch, s, d, odd),
+        neighbour(before + axis * pitch, s, d, odd), held, limit);
+    }
+  }
+  int touched = 0;
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const real u = LOAD(displacement + axis * pitch + s->self);
+    const real u0 = LOAD(before + axis * pitch + s->self);
+    const mask held = beside ? isHeld(c[min(axis, AXES - 1)]) : (mask)(0);
+    const real next = select(envelopeClamp(e[axis], u0), u, held);
+    const real tooHigh = envelopeTooHigh(e[axis], u, held);
+    const real tooLow = envelopeTooLow(e[axis], u, held);
+    if (SOME((tooHigh > 0.0f) | (tooLow > 0.0f)))
+    {
+      conflict[2 * axis] = max(conflict[2 * axis], largestOf(tooHigh));
+      conflict[2 * axis + 1] = max(conflict[2 * axis + 1], largestOf(tooLow));
+    }
+    const mask moved = next != u;
+    if (SOME(moved))
+    {
+      STORE(next, displacement + axis * pitch + s->self);
+      touched |= movedFaces(s, moved);
+    }
+  }
+  return touched;
+}
+
+// Whether a piece of work or a neighbour of one is held on any axis.
+RULE int anyHeld(const Site* s, uint pitch, global const float* constraint)
+{
+  mask held = (mask)(0);
+  UNROLL
+  for (int axis = 0; axis < AXES; ++axis)
+  {
+    held |= isHeld(LOAD(constraint + axis * pitch + s->self));
+    UNROLL
+    for (int d = 0; d < 6; ++d)
+    {
+      held |= isHeld(neighbour(constraint + axis * pitch, s, d, s->odd));
+    }
+  }
+  return SOME(held);
+}
+
+kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement, global const float* before,
+  global const float* constraint, global const uchar* cut)
+{
+  FIXED_POINT_BEGIN
+  float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
+#define WAVE(odd, beside) wave(odd, beside, &s, pitch, displacement, before, constraint, cut, conflict)
+#define FREE_WAVE(odd) WAVE(odd, 0)
+  FIXED_POINT(anyHeld(&s, pitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
+#undef FREE_WAVE
+#undef WAVE
+  for (int n = 0; n < 6; ++n)
+  {
+    if (conflict[n] > 0.0f)
+    {
+      atomic_max(&log[turn.x * ROW_OF_LOG + 1 + n], as_int(conflict[n]));
+    }
+  }
+  if (lid == 0 && from != 0)
+  {
+    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
+  }
+}

@@ -1,0 +1,128 @@
+// Makes a state feasible: `bound` finds min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)) over all elements j, in place
+// and in any order, `settle` takes their mean. They begin at bricks that `violated` finds; most often these are few.
+//
+// The host guarantees: both bounds are the displacement at first, brick.clh's promise of bricks that are ready.
+
+#include "brick.clh"
+#include "element.clh"
+#include "fixedpoint.clh"
+
+// Limits of the links to all six neighbours, along one axis.
+RULE void loadLimits(
+  const int odd, const Site* s, global const float* constraint, global const uchar* cut, real* limits)
+{
+  const real c = LOAD(constraint + s->self);
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    limits[d] = linkLimit(c, neighbourConstraint(constraint, cut, s, d, odd));
+  }
+}
+
+// Whether `bound` would move any of them.
+RULE int isViolated(const int odd, const Site* s, uint pitch, global const float* constraint, global const uchar* cut,
+  global const float* displacement)
+{
+  mask beyond = (mask)(0);
+  real limits[6];
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    if (axis < AXES)
+    {
+      loadLimits(odd, s, constraint + axis * pitch, cut, limits);
+    }
+    const real u = LOAD(displacement + axis * pitch + s->self);
+    UNROLL
+    for (int d = 0; d < 6; ++d)
+    {
+      const real other = neighbour(displacement + axis * pitch, s, d, odd);
+      beyond |= (other - limits[d] > u) | (other + limits[d] < u);
+    }
+  }
+  return SOME(beyond);
+}
+
+// found: not 0 for bricks with such elements.
+kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global int* found)
+{
+  const uint slot = list[get_group_id(0)];
+  int any = 0;
+  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
+  {
+    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, table, place, strideY, strideZ);
+#define VIOLATED(odd) isViolated(odd, &s, pitch, constraint, cut, displacement)
+    any |= BY_PARITY(VIOLATED, s);
+#undef VIOLATED
+  }
+  if (any)
+  {
+    atomic_or(&found[get_group_id(0)], 1);
+  }
+}
+
+RULE int boundAt(const int odd, const Site* s, uint pitch, global const float* constraint, global const uchar* cut,
+  global float* lower, global float* upper)
+{
+  int touched = 0;
+  real limits[6];
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    if (axis < AXES)
+    {
+      loadLimits(odd, s, constraint + axis * pitch, cut, limits);
+    }
+    const real l = LOAD(lower + axis * pitch + s->self);
+    const real u = LOAD(upper + axis * pitch + s->self);
+    real nextLower = l, nextUpper = u;
+    UNROLL
+    for (int d = 0; d < 6; ++d)
+    {
+      nextLower = max(nextLower, neighbour(lower + axis * pitch, s, d, odd) - limits[d]);
+      nextUpper = min(nextUpper, neighbour(upper + axis * pitch, s, d, odd) + limits[d]);
+    }
+    const mask moved = (nextLower != l) | (nextUpper != u);
+    if (SOME(moved))
+    {
+      STORE(nextLower, lower + axis * pitch + s->self);
+      STORE(nextUpper, upper + axis * pitch + s->self);
+      touched |= movedFaces(s, moved);
+    }
+  }
+  return touched;
+}
+
+kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut,
+  global float* lower, global float* upper)
+{
+  FIXED_POINT_BEGIN
+#define BOUND(odd) boundAt(odd, &s, pitch, constraint, cut, lower, upper)
+  FIXED_POINT(BY_PARITY(BOUND, s))
+#undef BOUND
+  if (lid == 0 && from != 0)
+  {
+    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
+  }
+}
+
+// Leaves the mean in `before`, and in `displacement` but for held elements: as a wave finds it that starts at these.
+kernel void settle(global const int* list, uint pitch, global const float* constraint, global const float* upper,
+  global float* before, global float* displacement)
+{
+  const uint slot = list[get_group_id(0)];
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+    {
+      const uint at = axis * pitch + slot * ELEMENTS + n;
+      const float mean = 0.5f * (before[at] + upper[at]);
+      before[at] = mean;
+      if (!signbit(constraint[min(axis, AXES - 1) * pitch + slot * ELEMENTS + n]))
+      {
+        displacement[at] = mean;
+      }
+    }
+  }
+}

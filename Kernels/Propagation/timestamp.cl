@@ -1,0 +1,126 @@
+// One iteration of the published propagation (Rodriguez, Leon and Arroyo, algorithms 1 and 2), for all elements at once:
+// `arriveNext` finds what each one takes over from its neighbours as they are, `shift` makes that the state.
+//
+// A neighbour counts if it shifted in the iteration before. One of a newer wave takes the element over, time and all; one
+// of the same wave does if it would be there earlier; one of an older wave is ignored. Neighbours that are there at the
+// same time all count, so that nothing depends on their order.
+//
+// The host guarantees: WIDTH is 1, both kernels run over the same bricks, which contain every element beside one that
+// shifted, brick.clh's promise.
+//
+// front: number of the wave that the element belongs to, 0 none; time: of that wave, fractions of the spacing; stamp:
+// iteration in which it last shifted. nextFront: 0 nothing happens, else the wave, negative where the element need not
+// shift and so does not pass the wave on.
+
+#include "brick.clh"
+#include "element.clh"
+
+kernel void arriveNext(global const int* list, int iteration, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global const float* time, global const int* front,
+  global const int* stamp, global float* nextDisplacement, global float* nextTime, global int* nextFront)
+{
+  const uint slot = list[get_group_id(0)];
+  for (int colour = 0; colour < 2; ++colour)
+  {
+    for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
+    {
+      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+      const uint neighbours[6] = { s.odd ? s.sameRow : s.edge, s.odd ? s.edge : s.sameRow, s.side[0], s.side[1],
+        s.side[2], s.side[3] };
+      for (int group = 0; group < AXES; ++group)
+      {
+        const uint base = group * pitch;
+        const int firstAxis = AXES == 1 ? 0 : group, lastAxis = AXES == 1 ? 2 : group;
+        const float c = constraint[base + s.self];
+        real cs[6];
+        loadConstraints(constraint + base, cut, &s, cs);
+        int newest = front[base + s.self];
+        float earliest = newest == 0 ? INFINITY : time[base + s.self];
+        bool comes = false;
+        float lower[3], upper[3];
+        for (int d = 0; d < 6 && !signbit(c); ++d)
+        {
+          const uint n = neighbours[d];
+          if (isinf(cs[d]) || stamp[base + n] != iteration - 1)
+          {
+            continue;
+          }
+          const float limit = linkLimit(c, cs[d]);
+          const float arrival = time[base + n] + limit;
+          const int wave = front[base + n];
+          if (wave < newest || (wave == newest && (arrival > earliest || (arrival == earliest && !comes))))
+          {
+            continue;
+          }
+          const bool first = wave > newest || arrival < earliest;
+          for (int a = firstAxis; a <= lastAxis; ++a)
+          {
+            const float u = displacement[a * pitch + n];
+            lower[a] = first ? u - limit : max(lower[a], u - limit);
+            upper[a] = first ? u + limit : min(upper[a], u + limit);
+          }
+          newest = wave;
+          earliest = arrival;
+          comes = true;
+        }
+        bool shifts = false;
+        for (int a = firstAxis; comes && a <= lastAxis; ++a)
+        {
+          const float u = displacement[a * pitch + s.self];
+          const float next = shiftedPlace(u, lower[a], upper[a]);
+          nextDisplacement[a * pitch + s.self] = next;
+          shifts = shifts || next != u;
+        }
+        nextTime[base + s.self] = earliest;
+        nextFront[base + s.self] = !comes ? 0 : shifts ? newest : -newest;
+      }
+    }
+  }
+}
+
+// result[group]: faces that shifted elements touch (movedFaces).
+kernel void shift(global const int* list, int iteration, LAYOUT_ARGUMENTS, global const float* nextDisplacement,
+  global const float* nextTime, global const int* nextFront, global float* displacement, global float* time,
+  global int* front, global int* stamp, global int* result)
+{
+  local int faces;
+  if (get_local_id(0) == 0)
+  {
+    faces = 0;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  const uint slot = list[get_group_id(0)];
+  for (int colour = 0; colour < 2; ++colour)
+  {
+    for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
+    {
+      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+      for (int group = 0; group < AXES; ++group)
+      {
+        const uint at = group * pitch + s.self;
+        const int wave = nextFront[at];
+        if (wave == 0)
+        {
+          continue;
+        }
+        time[at] = nextTime[at];
+        front[at] = abs(wave);
+        if (wave < 0)
+        {
+          continue;
+        }
+        stamp[at] = iteration;
+        for (int a = AXES == 1 ? 0 : group; a <= (AXES == 1 ? 2 : group); ++a)
+        {
+          displacement[a * pitch + s.self] = nextDisplacement[a * pitch + s.self];
+        }
+        atomic_or(&faces, movedFaces(&s, 1));
+      }
+    }
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0)
+  {
+    result[get_group_id(0)] = faces;
+  }
+}

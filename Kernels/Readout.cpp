@@ -1,0 +1,270 @@
+#include "Readout.h"
+
+#include "ElementRule.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// Links that lead out of handles, on one axis of the constraint, and what they pull with.
+class OutgoingLinks
+{
+public:
+  OutgoingLinks(Bricks& bricks, int component, const Elasticity& elasticity, double linksPerLink)
+    : bricks_(bricks)
+    , component_(component)
+    , elasticity_(elasticity)
+    , linksPerLink_(linksPerLink)
+  {
+  }
+
+  /// Those of a handle: `voxels` (ascending) move with it.
+  void add(std::size_t handle, const std::vector<std::size_t>& voxels)
+  {
+    const Grid& grid = this->bricks_.model().grid();
+    for (const std::size_t voxel : voxels)
+    {
+      const Index3 at = grid.indexOf(voxel);
+      this->bricks_.forNeighbours(at,
+        [&](int, const Index3& next)
+        {
+          if (std::binary_search(voxels.begin(), voxels.end(), grid.at(next[0], next[1], next[2])))
+          {
+            return;
+          }
+          const float limit = rule::linkLimit(this->constraintOf(at), this->constraintOf(next));
+          if (!std::isinf(limit))
+          {
+            // An element without memory has not moved; slot 0 says so.
+            this->handles_.push_back(handle);
+            this->inner_.push_back(this->bricks_.address(at[0], at[1], at[2]));
+            this->outer_.push_back(this->bricks_.address(next[0], next[1], next[2]));
+            this->limits_.push_back(limit);
+          }
+        });
+    }
+  }
+
+  std::size_t count() const { return this->limits_.size(); }
+
+  /// Adds to each handle's force what its links pull with, and forgets them.
+  void pull(std::vector<ProbeResult>& results)
+  {
+    const std::vector<float> ui = this->bricks_.displacements(this->inner_);
+    const std::vector<float> uj = this->bricks_.displacements(this->outer_);
+    for (std::size_t m = 0; m < this->limits_.size(); ++m)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        if (this->bricks_.model().axes() == 1 || a == this->component_)
+        {
+          // d/du of weight * pull^2 in physical units; spacings cancel.
+          const double pull = this->elasticity_.pull(ui[3 * m + a], uj[3 * m + a], this->limits_[m]);
+          results[this->handles_[m]].force[a] -=
+            2.0 * this->linksPerLink_ * Elasticity::weight(this->limits_[m]) * pull;
+        }
+      }
+    }
+    this->handles_.clear();
+    this->inner_.clear();
+    this->outer_.clear();
+    this->limits_.clear();
+  }
+
+private:
+  float constraintOf(const Index3& at) const
+  {
+    float c[3];
+    this->bricks_.row(at[0], at[1], at[2], 1, c);
+    return c[this->component_];
+  }
+
+  Bricks& bricks_;
+  int component_;
+  const Elasticity& elasticity_;
+  double linksPerLink_;
+  std::vector<std::size_t> handles_;
+  std::vector<std::uint32_t> inner_;
+  std::vector<std::uint32_t> outer_;
+  std::vector<float> limits_;
+};
+
+}
+
+void Readout::displacements(float* out, bool zeroed) const
+{
+  const Grid& grid = this->voxels_.model().grid();
+  Bricks& bricks = this->voxels_;
+  if (!zeroed)
+  {
+    std::fill(out, out + 3 * grid.voxels(), 0.0f);
+  }
+  bricks.readSlots<float>({ { bricks.displacement, 3 } }, bricks.touchedSlots(),
+    [&](int slot, const Bricks::SlotValues<float>& u)
+    {
+      for (const Bricks::Row& row : bricks.rows(bricks.brick(slot)))
+      {
+        for (int i = 0; i < row.count; ++i)
+        {
+          for (std::size_t a = 0; a < 3; ++a)
+          {
+            out[3 * (row.voxel + i) + a] = static_cast<float>(u(a, row.local(i)) * grid.spacing[a]);
+          }
+        }
+      }
+    });
+}
+
+void Readout::propagationTimes(const ArrivalTimes& arrivals, float* out) const
+{
+  if (!this->reduction_)
+  {
+    arrivals.readTimes(out);
+    return;
+  }
+  std::vector<float> times(this->bricks_.model().grid().voxels() * this->voxels_.model().axes());
+  arrivals.readTimes(times.data());
+  for (float& time : times)
+  {
+    time *= time < 0.0f ? 1.0f : static_cast<float>(this->reduction_->voxelsPerElement());
+  }
+  this->reduction_->spread(times, -1.0f, out);
+}
+
+void Readout::wavefronts(const ArrivalTimes& arrivals, int* out, bool zeroed) const
+{
+  if (!this->reduction_)
+  {
+    arrivals.readFronts(out, zeroed);
+    return;
+  }
+  std::vector<int> fronts(this->bricks_.model().grid().voxels() * this->voxels_.model().axes());
+  arrivals.readFronts(fronts.data(), true);
+  this->reduction_->spread(fronts, 0, out);
+}
+
+void Readout::clusters(int* out) const
+{
+  const int axes = this->voxels_.model().axes();
+  std::vector<int> labels;
+  for (int a = 0; a < axes; ++a)
+  {
+    RigidClusters::label(this->voxels_, a, labels);
+    for (std::size_t n = 0; n < labels.size(); ++n)
+    {
+      out[n * axes + a] = labels[n];
+    }
+  }
+}
+
+void Readout::elements(std::uint8_t* out) const
+{
+  const Grid& grid = this->voxels_.model().grid();
+  const std::size_t axes = static_cast<std::size_t>(this->voxels_.model().axes());
+  std::vector<float> row(grid.size[0] * axes);
+  for (int k = 0; k < grid.size[2]; ++k)
+  {
+    for (int j = 0; j < grid.size[1]; ++j)
+    {
+      this->voxels_.row(0, j, k, grid.size[0], row.data());
+      for (int i = 0; i < grid.size[0]; ++i)
+      {
+        out[grid.at(i, j, k)] = std::isinf(row[i * axes]) ? 0 : 1;
+      }
+    }
+  }
+}
+
+void Readout::links(std::uint8_t* out) const
+{
+  const Grid& grid = this->voxels_.model().grid();
+  const int axes = this->voxels_.model().axes();
+  std::vector<float> row(static_cast<std::size_t>(grid.size[0]) * axes);
+  for (int k = 0; k < grid.size[2]; ++k)
+  {
+    for (int j = 0; j < grid.size[1]; ++j)
+    {
+      this->voxels_.row(0, j, k, grid.size[0], row.data());
+      for (int i = 0; i < grid.size[0]; ++i)
+      {
+        out[grid.at(i, j, k)] = std::isinf(row[static_cast<std::size_t>(i) * axes]) ? 0 : 64;
+      }
+    }
+  }
+  for (int k = 0; k < grid.size[2]; ++k)
+  {
+    for (int j = 0; j < grid.size[1]; ++j)
+    {
+      for (int i = 0; i < grid.size[0]; ++i)
+      {
+        std::uint8_t& bits = out[grid.at(i, j, k)];
+        const std::uint8_t cut = bits == 0 ? 0 : this->voxels_.cutBits(i, j, k);
+        for (int a = 0; bits != 0 && a < 3; ++a)
+        {
+          const Index3 next{ i + (a == 0), j + (a == 1), k + (a == 2) };
+          if (next[a] < grid.size[a] && out[grid.at(next[0], next[1], next[2])] != 0 && (cut & (2 << (2 * a))) == 0)
+          {
+            bits = static_cast<std::uint8_t>(bits | (2 << (2 * a)));
+            out[grid.at(next[0], next[1], next[2])] |= static_cast<std::uint8_t>(1 << (2 * a));
+          }
+        }
+      }
+    }
+  }
+  for (std::size_t n = 0; n < grid.voxels(); ++n)
+  {
+    out[n] &= 63;
+  }
+}
+
+/// Gradients of the energy where the voxels of a handle, with the bone they are part of, move together.
+void Readout::addForces(std::vector<ProbeResult>& results, const Handles& handles, const RigidClusters& clusters,
+  const Elasticity& elasticity) const
+{
+  constexpr std::size_t linksPerTransfer = std::size_t(1) << 20;
+  const int axes = this->bricks_.model().axes();
+  for (int component = 0; component < axes; ++component)
+  {
+    OutgoingLinks links(
+      this->bricks_, component, elasticity, this->reduction_ ? this->reduction_->linksPerLink() : 1.0);
+    std::unordered_map<int, std::size_t> onlyThisBone; // the first handle that holds no other tissue
+    std::vector<std::pair<std::size_t, std::size_t>> alike;
+    for (std::size_t handle = 0; handle < results.size(); ++handle)
+    {
+      const std::vector<std::size_t>& held = handles.all()[handle]->voxels;
+      const int bone = held.empty() ? -1 : clusters.clusterOf(held.front(), component);
+      if (bone >= 0 && std::all_of(held.begin(), held.end(),
+                         [&](std::size_t voxel) { return clusters.clusterOf(voxel, component) == bone; }))
+      {
+        const auto [first, isFirst] = onlyThisBone.emplace(bone, handle);
+        if (!isFirst)
+        {
+          alike.emplace_back(first->second, handle);
+          continue;
+        }
+      }
+      links.add(handle, clusters.withClusters(held, component));
+      if (links.count() > linksPerTransfer)
+      {
+        links.pull(results);
+      }
+    }
+    links.pull(results);
+    for (const auto& [first, same] : alike)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        results[same].force[a] = axes == 1 || a == component ? results[first].force[a] : results[same].force[a];
+      }
+    }
+  }
+}
+
+}

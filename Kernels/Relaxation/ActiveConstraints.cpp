@@ -1,0 +1,388 @@
+#include "ActiveConstraints.h"
+
+#include "Components.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// A few elements and their links, as plain arrays.
+struct Patch
+{
+  std::vector<std::size_t> voxels; ///< where in the grid (Grid::at), ascending
+  std::vector<std::uint32_t> addresses;
+  std::vector<std::array<std::uint32_t, 3>> next; ///< the one that it is linked to along each axis of the grid, or none
+  std::vector<float> u[3];
+  std::vector<float> c[3]; ///< signed constraints, as Model::row() and the probes have them
+
+  static constexpr std::uint32_t none = ~std::uint32_t(0);
+  std::size_t size() const { return this->voxels.size(); }
+};
+
+/// Links in the order of voxels: calls f(lower, upper, limit).
+template <typename F> void forLinks(const Patch& patch, const std::vector<float>& c, F&& f)
+{
+  for (std::size_t n = 0; n < patch.size(); ++n)
+  {
+    for (const std::uint32_t m : patch.next[n])
+    {
+      if (m != Patch::none && !std::isinf(c[n]) && !std::isinf(c[m]))
+      {
+        f(n, m, rule::linkLimit(c[n], c[m]));
+      }
+    }
+  }
+}
+
+/// Elements whose link to the next one along an axis of the grid is at its limit.
+std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
+{
+  const std::vector<int> slots = bricks.touchedSlots();
+  std::vector<std::size_t> elements;
+  if (slots.empty())
+  {
+    return elements;
+  }
+  Context& context = bricks.context();
+  const std::size_t perBrick = bricks.elementsPerBrick();
+  std::vector<std::uint8_t> found(slots.size() * perBrick);
+  const cl::Buffer list = context.upload(slots, "the list of bricks");
+  const cl::Buffer foundBuffer = context.allocate(found.size(), "links at their limits");
+  context.launch(context.kernel("activeconstraints.cl", bricks.defines(true), "activeConstraints"), slots.size(),
+    bricks.workItems(true), list, bricks.layout(), bricks.state(), foundBuffer);
+  context.read(foundBuffer, found);
+
+  for (std::size_t n = 0; n < slots.size(); ++n)
+  {
+    const std::uint8_t* here = found.data() + n * perBrick;
+    if (std::all_of(here, here + perBrick, [](std::uint8_t byte) { return byte == 0; }))
+    {
+      continue;
+    }
+    for (const Bricks::Row& row : bricks.rows(bricks.brick(slots[n])))
+    {
+      for (int i = 0; i < row.count; ++i)
+      {
+        if (here[row.local(i)] != 0)
+        {
+          elements.push_back(row.voxel + i);
+        }
+      }
+    }
+  }
+  std::sort(elements.begin(), elements.end());
+  return elements;
+}
+
+/// Adds, to ascending voxels, the next one of each along an axis of the grid, or the one before.
+void addBeside(
+  const Grid& grid, const std::vector<std::size_t>& voxels, int axis, int step, std::vector<std::size_t>& all)
+{
+  const std::size_t middle = all.size();
+  for (const std::size_t voxel : voxels)
+  {
+    Index3 at = grid.indexOf(voxel);
+    at[axis] += step;
+    if (grid.contains(at[0], at[1], at[2]))
+    {
+      all.push_back(grid.at(at[0], at[1], at[2]));
+    }
+  }
+  std::inplace_merge(all.begin(), all.begin() + middle, all.end());
+}
+
+/// The ends of links at their limits, the rigid clusters that they are part of, and all around these.
+Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
+{
+  const Grid& grid = bricks.model().grid();
+  const int axes = bricks.model().axes();
+  const std::vector<std::size_t> lower = elementsAtLimits(bricks);
+  std::vector<std::size_t> ends = lower;
+  for (int a = 0; a < 3; ++a)
+  {
+    addBeside(grid, lower, a, 1, ends);
+  }
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  std::vector<std::size_t> movable;
+  for (int a = 0; a < axes; ++a)
+  {
+    const std::vector<std::size_t> more = clusters.withClusters(ends, a);
+    const std::size_t middle = movable.size();
+    movable.insert(movable.end(), more.begin(), more.end());
+    std::inplace_merge(movable.begin(), movable.begin() + middle, movable.end());
+  }
+  movable.erase(std::unique(movable.begin(), movable.end()), movable.end());
+
+  Patch patch;
+  patch.voxels = movable;
+  for (int a = 0; a < 3; ++a)
+  {
+    addBeside(grid, movable, a, -1, patch.voxels);
+    addBeside(grid, movable, a, 1, patch.voxels);
+  }
+  patch.voxels.erase(std::unique(patch.voxels.begin(), patch.voxels.end()), patch.voxels.end());
+
+  const std::size_t steps[3] = { grid.at(1, 0, 0), grid.at(0, 1, 0), grid.at(0, 0, 1) };
+  std::array<std::size_t, 3> ahead{}; // goes on as n does
+  patch.next.resize(patch.size());
+  for (std::size_t n = 0; n < patch.size(); ++n)
+  {
+    const std::size_t voxel = patch.voxels[n];
+    const Index3 at = grid.indexOf(voxel);
+    const std::uint8_t cut = bricks.cutBits(at[0], at[1], at[2]);
+    patch.addresses.push_back(bricks.address(at[0], at[1], at[2]));
+    for (int a = 0; a < 3; ++a)
+    {
+      while (ahead[a] < patch.size() && patch.voxels[ahead[a]] < voxel + steps[a])
+      {
+        ++ahead[a];
+      }
+      const bool linked = ahead[a] < patch.size() && patch.voxels[ahead[a]] == voxel + steps[a] &&
+                          at[a] + 1 < grid.size[a] && (cut & (2 << (2 * a))) == 0;
+      patch.next[n][a] = linked ? static_cast<std::uint32_t>(ahead[a]) : Patch::none;
+    }
+  }
+  const std::vector<float> u = bricks.displacements(patch.addresses);
+  const std::vector<float> c = bricks.constraints(patch.addresses);
+  for (int a = 0; a < 3; ++a)
+  {
+    for (std::size_t n = 0; n < patch.size(); ++n)
+    {
+      patch.u[a].push_back(u[3 * n + a]);
+      if (a < axes)
+      {
+        patch.c[a].push_back(c[axes * n + a]);
+      }
+    }
+  }
+  return patch;
+}
+
+/// What the links of a unit or group ask of it.
+struct Pull
+{
+  double weight = 0.0;
+  double force = 0.0;
+  bool held = false;
+};
+
+/// Units: rigid clusters and single elements.
+DisjointSets unitsOf(const Patch& patch, const std::vector<float>& c)
+{
+  DisjointSets units(patch.size());
+  forLinks(patch, c,
+    [&](std::size_t n, std::size_t m, float limit)
+    {
+      if (limit == 0.0f)
+      {
+        units.join(n, m);
+      }
+    });
+  return units;
+}
+
+/// What pulls at each unit, at its root.
+std::vector<Pull> pullsAt(const Patch& patch, const std::vector<float>& c, const std::vector<float>& u,
+  const Elasticity& elasticity, DisjointSets& units)
+{
+  const std::size_t count = patch.size();
+  std::vector<Pull> pulls(count);
+  for (std::size_t n = 0; n < count; ++n)
+  {
+    // Tissue that is still at rest stays: its brick may have no memory yet.
+    if (std::signbit(c[n]) || u[n] == 0.0f)
+    {
+      pulls[units.root(n)].held = true;
+    }
+  }
+  forLinks(patch, c,
+    [&](std::size_t n, std::size_t m, float limit)
+    {
+      const double weight = Elasticity::weight(limit);
+      const double force = weight * elasticity.pull(u[n], u[m], limit);
+      if (units.root(n) != units.root(m))
+      {
+        pulls[units.root(n)].weight += weight;
+        pulls[units.root(n)].force += force;
+        pulls[units.root(m)].weight += weight;
+        pulls[units.root(m)].force -= force;
+      }
+    });
+  return pulls;
+}
+
+/// Joins units to groups by the links that block. Whether there are any.
+bool joinBlocked(const Patch& patch, const std::vector<float>& c, const std::vector<float>& u,
+  const std::vector<Pull>& pulls, DisjointSets& units, DisjointSets& groups)
+{
+  bool any = false;
+  forLinks(patch, c,
+    [&](std::size_t n, std::size_t m, float limit)
+    {
+      if (units.root(n) == units.root(m))
+      {
+        return;
+      }
+      const Pull& atN = pulls[units.root(n)];
+      const Pull& atM = pulls[units.root(m)];
+      const float stretch = u[n] - u[m];
+      const float rounding = 1e-6f * std::max(1.0f, std::fabs(u[n]));
+      const bool above = stretch >= limit - rounding;  // n is as far above m as it can be
+      const bool below = -stretch >= limit - rounding; // and the other way
+      const bool blocks =
+        (above && (atN.force > 0.0 || atM.force < 0.0)) || (below && (atN.force < 0.0 || atM.force > 0.0));
+      if (blocks && !atN.held && !atM.held)
+      {
+        groups.join(n, m);
+        any = true;
+      }
+    });
+  return any;
+}
+
+/// Several units that move as one.
+struct Group
+{
+  struct Outgoing
+  {
+    std::uint32_t inner;
+    std::uint32_t outer;
+    float limit;
+  };
+  std::vector<std::uint32_t> members;
+  std::vector<Outgoing> outgoing; ///< links
+};
+
+/// With their members and links in the order of voxels.
+std::vector<Group> groupsOf(const Patch& patch, const std::vector<float>& c, DisjointSets& units, DisjointSets& groups)
+{
+  const std::size_t count = patch.size();
+  std::vector<int> idOf(count, -1);
+  std::vector<Group> found;
+  for (std::size_t n = 0; n < count; ++n)
+  {
+    if (std::isinf(c[n]) || units.root(n) == groups.root(n))
+    {
+      continue;
+    }
+    int& id = idOf[groups.root(n)];
+    if (id < 0)
+    {
+      id = static_cast<int>(found.size());
+      found.emplace_back();
+    }
+  }
+  for (std::size_t n = 0; n < count; ++n)
+  {
+    const int id = idOf[groups.root(n)];
+    if (id >= 0 && !std::isinf(c[n]))
+    {
+      found[id].members.push_back(static_cast<std::uint32_t>(n));
+    }
+  }
+  forLinks(patch, c,
+    [&](std::size_t n, std::size_t m, float limit)
+    {
+      const std::uint32_t a = groups.root(n);
+      const std::uint32_t b = groups.root(m);
+      if (a != b && idOf[a] >= 0)
+      {
+        found[idOf[a]].outgoing.push_back({ static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(m), limit });
+      }
+      if (a != b && idOf[b] >= 0)
+      {
+        found[idOf[b]].outgoing.push_back({ static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(n), limit });
+      }
+    });
+  return found;
+}
+
+/// Returns how far it went.
+float moveGroup(const Group& group, std::vector<float>& u, const Elasticity& elasticity, float still)
+{
+  double weight = 0.0;
+  double force = 0.0;
+  float lower = -std::numeric_limits<float>::infinity();
+  float upper = std::numeric_limits<float>::infinity();
+  for (const Group::Outgoing& link : group.outgoing)
+  {
+    const double w = Elasticity::weight(link.limit);
+    weight += w;
+    force += w * elasticity.pull(u[link.inner], u[link.outer], link.limit);
+    lower = std::max(lower, u[link.outer] - link.limit - u[link.inner]);
+    upper = std::min(upper, u[link.outer] + link.limit - u[link.inner]);
+  }
+  const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
+  const float way = std::min(std::max(wanted, lower), upper);
+  // Against the wish of the group it never goes: where rounding has closed its box it stays.
+  if (!(lower <= upper) || !(std::fabs(way) > still) || way * wanted <= 0.0f)
+  {
+    return 0.0f;
+  }
+  for (const std::uint32_t n : group.members)
+  {
+    u[n] += way;
+  }
+  return std::fabs(way);
+}
+
+/// Moves the groups of one axis; returns the largest move.
+float moveAxis(
+  const Patch& patch, const std::vector<float>& c, std::vector<float>& u, const Elasticity& elasticity, float still)
+{
+  DisjointSets units = unitsOf(patch, c);
+  const std::vector<Pull> pulls = pullsAt(patch, c, u, elasticity, units);
+  DisjointSets groups = units;
+  if (!joinBlocked(patch, c, u, pulls, units, groups))
+  {
+    return 0.0f;
+  }
+  float largest = 0.0f;
+  for (const Group& group : groupsOf(patch, c, units, groups))
+  {
+    largest = std::max(largest, moveGroup(group, u, elasticity, still));
+  }
+  return largest;
+}
+
+}
+
+float moveBlockedGroups(
+  Bricks& bricks, const RigidClusters& clusters, const Elasticity& elasticity, float still, std::vector<int>& moved)
+{
+  moved.clear();
+  Patch patch = readPatch(bricks, clusters);
+  const std::vector<float> before[3] = { patch.u[0], patch.u[1], patch.u[2] };
+  float moves[3];
+  inParallel(3,
+    [&](std::size_t a)
+    {
+      const std::vector<float>& c = patch.c[std::min<std::size_t>(a, bricks.model().axes() - 1)];
+      moves[a] = moveAxis(patch, c, patch.u[a], elasticity, still);
+    });
+
+  std::vector<std::uint32_t> addresses;
+  std::vector<float> values;
+  for (std::size_t n = 0; n < patch.size(); ++n)
+  {
+    const float u[3] = { patch.u[0][n], patch.u[1][n], patch.u[2][n] };
+    if (u[0] != before[0][n] || u[1] != before[1][n] || u[2] != before[2][n])
+    {
+      addresses.push_back(patch.addresses[n]);
+      values.insert(values.end(), u, u + 3);
+      moved.push_back(bricks.brick(static_cast<int>(patch.addresses[n]) / bricks.elementsPerBrick()));
+    }
+  }
+  bricks.setDisplacements(addresses, values);
+  std::sort(moved.begin(), moved.end());
+  moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+  return *std::max_element(moves, moves + 3);
+}
+
+}

@@ -1,0 +1,135 @@
+#include "Relaxation.h"
+
+#include "ActiveConstraints.h"
+#include "StillResidual.h"
+
+#include <algorithm>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// Sweeps that move nothing further than this have come to rest, be it at the optimum or because chains of links at
+/// their limits block each other: then the groups of such links get a turn, at most once in so many sweeps, half as
+/// often after each turn in which there was none to move, and before a relaxation counts as converged.
+constexpr float restingMove = 1e-3f;
+constexpr int sweepsPerGroupTurn = 8;
+
+/// Sweeps that are launched in one go.
+constexpr int sweepsPerBatch = 8;
+
+/// Over-relaxation in the long run.
+constexpr double finalOmega = 1.9; // = 2 / (1 + sqrt(1 - rho2))
+
+/// Over-relaxation of a sweep that reaches far: Chebyshev's sequence, which starts at 1 (best for the first sweep,
+/// where most energy goes), leaps to almost 2 and falls to finalOmega.
+double farOmega(int sweep)
+{
+  constexpr double rho2 = 1.0 - (2.0 / finalOmega - 1.0) * (2.0 / finalOmega - 1.0);
+  double omega = 1.0;
+  for (int s = 0; s < sweep && s < 200; ++s)
+  {
+    omega = s == 0 ? 1.0 / (1.0 - rho2 / 2.0) : 1.0 / (1.0 - rho2 * omega / 4.0);
+  }
+  return omega;
+}
+
+/// Over-relaxation of a sweep that reaches less far. Near 2, what is rough stays for tens of sweeps. The best factor
+/// for what is `length` elements long is 2 / (1 + sin(pi / length)), and what a sweep leaves is longer by about 2 pi.
+/// Thin tissue, which coarser grids do not see, is long: the factor ends a little above finalOmega.
+double nearOmega(int sweep)
+{
+  return std::min(1.93, 2.0 / (1.0 + 0.5 / (sweep + 1)));
+}
+
+float omegaOf(Reach reach, int sweep)
+{
+  return static_cast<float>(reach == Reach::Far ? farOmega(sweep) : nearOmega(sweep));
+}
+
+}
+
+void Relaxation::relaxColour(
+  int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
+{
+  Context& context = this->bricks_.context();
+  const std::string defines = this->bricks_.defines(true) + elasticity.defines() + (waves ? " -DWAVES" : "");
+  context.launch(context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(), this->bricks_.workItems(true),
+    this->schedule_, static_cast<cl_int>(colour), omega, still, elasticity.slack, this->bricks_.layout(),
+    this->bricks_.state(), waves);
+}
+
+RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves,
+  Reach reach, int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
+{
+  this->schedule_.begin(waves ? SweepSchedule::Bodies()
+                              : SweepSchedule::Bodies{ [&] { return clusters.inactiveBricks(); },
+                                  [&](const std::vector<int>& bricks) { clusters.activate(bricks); } });
+  const float still = stillResidual(tolerance);
+
+  if (firstSweep == 0)
+  {
+    this->groupPeriod_ = this->sweepsSinceGroups_ = sweepsPerGroupTurn;
+  }
+  // A sweep that moves no more than this is the last for the time being: so many sweeps from now.
+  const auto restingMoveAfter = [&](int sweeps)
+  {
+    const bool groupsMayMove = !waves && this->sweepsSinceGroups_ + sweeps >= this->groupPeriod_;
+    return std::max(static_cast<float>(tolerance), groupsMayMove ? restingMove : 0.0f);
+  };
+  RelaxResult result;
+  int launched = 0;
+  while (result.iterations < iterations && !result.converged)
+  {
+    const int sweeps = std::min(sweepsPerBatch, iterations - result.iterations);
+    this->schedule_.beginBatch(sweeps);
+    for (int n = 0; n < sweeps; ++n)
+    {
+      launched = std::max(launched, result.iterations + n);
+      checkpoint(launched);
+      const float omega = omegaOf(reach, firstSweep + result.iterations + n);
+      this->schedule_.beginSweep(restingMoveAfter(n));
+      for (int colour = 0; colour < 2; ++colour)
+      {
+        if (this->schedule_.takesTurn(colour))
+        {
+          this->relaxColour(colour, omega, still, elasticity, waves);
+        }
+      }
+      if (!waves && clusters.anyActive() && this->schedule_.takesTurn(SweepSchedule::ofBodies))
+      {
+        // Where limits do not count, members of a cluster may be apart: only a factor of 1 does not ask where it is.
+        clusters.relax(elasticity.limited ? omega : 1.0f, still, elasticity,
+          { this->schedule_.activity(), this->schedule_.log(), this->schedule_.turn() });
+      }
+    }
+
+    for (const float largest : this->schedule_.endBatch())
+    {
+      ++result.iterations;
+      result.largestMove = largest;
+      if (!waves && elasticity.limited && largest <= restingMoveAfter(1))
+      {
+        this->sweepsSinceGroups_ = 0;
+        this->schedule_.touch();
+        std::vector<int> moved;
+        const float ofGroups = moveBlockedGroups(this->bricks_, clusters, elasticity, still, moved);
+        this->groupPeriod_ = ofGroups > 0.0f ? sweepsPerGroupTurn : 2 * this->groupPeriod_;
+        result.largestMove = std::max(result.largestMove, static_cast<double>(ofGroups));
+        this->schedule_.note(moved);
+        clusters.refresh();
+      }
+      else
+      {
+        ++this->sweepsSinceGroups_;
+      }
+      result.converged = result.largestMove <= tolerance;
+    }
+  }
+  this->schedule_.touch();
+  return result;
+}
+
+}

@@ -1,0 +1,218 @@
+#include "SweepSchedule.h"
+
+#include "sweepaccount.clh"
+
+#include <algorithm>
+#include <utility>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// So long before the first sweep that it no longer counts.
+constexpr int never = -2;
+
+/// No move is as small.
+constexpr float goesOn = -1.0f;
+
+}
+
+SweepSchedule::SweepSchedule(Bricks& bricks)
+  : bricks_(bricks)
+  , activity_(SWEEP_ROW, "the list of active bricks")
+  , log_(SWEEP_LOG, "the list of active bricks")
+{
+}
+
+/// Rows for slots that are new.
+void SweepSchedule::fit()
+{
+  int slot = this->activity_.rows();
+  this->activity_.resize(this->bricks_.slots());
+  for (; slot < this->activity_.rows(); ++slot)
+  {
+    this->activity_[slot][SWEEP_NOTED] = never;
+  }
+  for (slot = 1; slot < this->activity_.rows(); ++slot)
+  {
+    this->activity_[slot][SWEEP_READY] = this->bricks_.ready(this->bricks_.brick(slot)) ? 1 : 0;
+  }
+  if (this->bodies_.asleep)
+  {
+    for (const int brick : this->bodies_.asleep())
+    {
+      this->activity_[this->bricks_.slot(brick)][SWEEP_READY] = 0;
+      for (int d = 0; d < 6; ++d)
+      {
+        this->activity_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][SWEEP_READY] = 0;
+      }
+    }
+  }
+}
+
+void SweepSchedule::begin(Bodies bodies)
+{
+  this->bodies_ = std::move(bodies);
+  this->sweep_ = 0;
+  this->resume_ = 0;
+  this->waited_ = false;
+  this->largest_ = 0.0f;
+  this->activity_.clear(0);
+  this->fit();
+  const std::vector<int> touched = this->bricks_.touchedSlots();
+  for (const int slot : touched)
+  {
+    this->activity_[slot][SWEEP_NOTED] = -1;
+  }
+  this->makeReady(this->bricks_.slotsAround(touched));
+}
+
+void SweepSchedule::beginBatch(int sweeps)
+{
+  if (this->activity_.rows() < this->bricks_.slots()) // others may have given memory to bricks
+  {
+    this->activity_.fromDevice(this->bricks_.context());
+    this->fit();
+    this->activity_.toDevice(this->bricks_.context());
+  }
+  this->log_.clear(1 + 3 * sweeps);
+  this->log_.setReal(0, SWEEP_LARGEST, this->largest_);
+  this->log_.toDevice(this->bricks_.context());
+  this->turns_.clear();
+  this->begun_ = 0;
+}
+
+void SweepSchedule::beginSweep(float enough)
+{
+  this->before_ = this->first_;
+  this->first_ = this->begun_ == 0 && this->waited_ ? 0 : static_cast<int>(this->turns_.size()) + 1;
+  this->enough_ = this->begun_ == 0 ? goesOn : enough;
+  ++this->begun_;
+}
+
+bool SweepSchedule::takesTurn(int kind)
+{
+  if (this->begun_ == 1 && kind < this->resume_)
+  {
+    return false;
+  }
+  this->turns_.push_back({ this->sweep_ + this->begun_ - 1, kind, this->enough_ });
+  this->enough_ = goesOn;
+  return true;
+}
+
+cl_int4 SweepSchedule::turn() const
+{
+  const int launch = static_cast<int>(this->turns_.size());
+  return { { launch, this->before_, this->turns_.back().sweep, launch == 1 && this->waited_ ? 1 : 0 } };
+}
+
+std::vector<float> SweepSchedule::endBatch()
+{
+  this->log_.fromDevice(this->bricks_.context());
+  std::vector<float> done;
+  std::size_t n = 0;
+  for (; n < this->turns_.size(); ++n)
+  {
+    if (!done.empty() && done.back() <= this->turns_[n].enough)
+    {
+      break;
+    }
+    const int launch = static_cast<int>(n) + 1;
+    this->largest_ = std::max(this->largest_, this->log_.real(launch, SWEEP_LARGEST));
+    if (this->log_[launch][SWEEP_CALLED_OFF] != 0)
+    {
+      break;
+    }
+    if (n + 1 == this->turns_.size() || this->turns_[n + 1].sweep != this->turns_[n].sweep)
+    {
+      done.push_back(this->largest_);
+      this->largest_ = 0.0f;
+    }
+  }
+  this->sweep_ += static_cast<int>(done.size());
+  this->resume_ = 0;
+  this->waited_ = false;
+  if (n < this->turns_.size())
+  {
+    this->touch();
+    std::vector<int> slots;
+    for (int slot = 1; slot < this->activity_.rows(); ++slot)
+    {
+      if (this->activity_[slot][this->turns_[n].kind] & SWEEP_WAITS)
+      {
+        slots.push_back(slot);
+      }
+    }
+    if (!slots.empty())
+    {
+      this->resume_ = this->turns_[n].kind;
+      this->waited_ = true;
+      this->makeReady(slots);
+    }
+  }
+  return done;
+}
+
+void SweepSchedule::makeReady(const std::vector<int>& slots)
+{
+  std::vector<int> bricks;
+  std::vector<int> around;
+  for (const int slot : slots)
+  {
+    if (this->activity_[slot][SWEEP_READY] != 0)
+    {
+      continue;
+    }
+    const int brick = this->bricks_.brick(slot);
+    bricks.push_back(brick);
+    around.push_back(brick);
+    for (int d = 0; d < 6; ++d)
+    {
+      around.push_back(this->bricks_.neighbour(brick, d));
+    }
+  }
+  if (!bricks.empty())
+  {
+    this->bricks_.require(bricks);
+    if (this->bodies_.awaken)
+    {
+      this->bodies_.awaken(around);
+    }
+    this->fit();
+  }
+  this->activity_.toDevice(this->bricks_.context());
+}
+
+void SweepSchedule::note(const std::vector<int>& bricks)
+{
+  if (bricks.empty())
+  {
+    return;
+  }
+  this->activity_.fromDevice(this->bricks_.context());
+  this->fit();
+  for (const int brick : bricks)
+  {
+    this->bricks_.touch(this->bricks_.slot(brick));
+    this->activity_[this->bricks_.slot(brick)][SWEEP_NOTED] = this->sweep_ - 1;
+  }
+  this->activity_.toDevice(this->bricks_.context());
+}
+
+void SweepSchedule::touch()
+{
+  this->activity_.fromDevice(this->bricks_.context());
+  for (int slot = 1; slot < this->activity_.rows(); ++slot)
+  {
+    const cl_int* row = this->activity_[slot];
+    if (((row[0] | row[1]) & SWEEP_EVER) != 0 || row[SWEEP_NOTED] >= 0)
+    {
+      this->bricks_.touch(slot);
+    }
+  }
+}
+
+}

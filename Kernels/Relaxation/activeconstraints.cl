@@ -1,0 +1,44 @@
+// Elements whose link to the next one along x, y or z is at its limit on some axis, both ends away from rest and not
+// held: where blocking links may be (ActiveConstraints.h).
+//
+// Rounding is allowed for twice as generously as where the host decides, so that no device misses a link.
+//
+// The host guarantees: brick.clh's promise.
+//
+// result[group * ELEMENTS + n]: not 0 where local address n is such an element.
+
+#include "brick.clh"
+#include "element.clh"
+
+kernel void activeConstraints(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global uchar* result)
+{
+  const uint slot = list[get_group_id(0)];
+  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
+  {
+    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, table, place, strideY, strideZ);
+    mask found = (mask)(0);
+    UNROLL
+    for (int d = 1; d < 6; d += 2)
+    {
+      real limit;
+      mask free;
+      UNROLL
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        if (axis < AXES)
+        {
+          const real c = LOAD(constraint + axis * pitch + s.self);
+          const real other = neighbourConstraint(constraint + axis * pitch, cut, &s, d, s.odd);
+          limit = linkLimit(c, other);
+          free = (AS_MASK(c) >= 0) & (AS_MASK(other) >= 0) & (limit > 0.0f);
+        }
+        const real u = LOAD(displacement + axis * pitch + s.self);
+        const real other = neighbour(displacement + axis * pitch, &s, d, s.odd);
+        const real rounding = 2e-6f * max((real)(1.0f), fabs(u));
+        found |= free & (u != 0.0f) & (other != 0.0f) & (fabs(u - other) >= limit - rounding);
+      }
+    }
+    STORE_BYTES(found, result + get_group_id(0) * ELEMENTS + (s.self - slot * ELEMENTS));
+  }
+}

@@ -1,0 +1,67 @@
+// One iteration of the published relaxation: every element that is not held to the weighted mean of the places that its
+// neighbours offer (element.clh), from one copy of the state to the other. Limits of links are ignored.
+//
+// WAVES: of these elements only those that wavefronts.clh says.
+//
+// The host guarantees: a work-group for each slot but 0, brick.clh's promise of bricks that are ready (sweep.clh); at
+// first both copies are the same. A brick has its turn once more after one in which nothing in it moved, and so they are
+// wherever it has none.
+
+#include "brick.clh"
+#include "sweep.clh"
+#include "element.clh"
+#include "wavefronts.clh"
+
+kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT_ARGUMENTS,
+  global const float* displacement, global float* after, global const float* constraint,
+  global const uchar* cut WAVES_ARGUMENTS)
+{
+  local Turn mine;
+  const uint slot = get_group_id(0) + 1;
+  beginSweepTurn(&mine, slot, kind, activity, log, turn, enough, table, place, strideY, strideZ);
+  int touched = 0;
+  float move = 0.0f;
+  for (int colour = 0; mine.has == TURN_HAS && colour < 2; ++colour)
+  {
+    for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
+    {
+      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+      real limit[6], weight[6], us[6];
+      mask relaxes;
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        if (axis < AXES)
+        {
+          const real c = LOAD(constraint + axis * pitch + s.self);
+          loadConstraints(constraint + axis * pitch, cut, &s, limit);
+          relaxes = !signbit(c) & IS_STILL(axis, &s);
+          for (int d = 0; d < 6; ++d)
+          {
+            limit[d] = linkLimit(c, limit[d]);
+            weight[d] = linkWeight(limit[d]);
+            relaxes &= IS_OF_SAME_FRONT(axis, &s, d, s.odd, limit[d]);
+          }
+        }
+        const real u = LOAD(displacement + axis * pitch + s.self);
+        loadNeighbours(displacement + axis * pitch, &s, us);
+        Neighbours n = noNeighbours();
+        for (int d = 0; d < 6; ++d)
+        {
+          neighboursAdd(&n, u, us[d], limit[d], weight[d], slack);
+        }
+        // No box to stay in.
+        n.lower = (real)(-INFINITY);
+        n.upper = (real)(INFINITY);
+        const real next = select(u, relaxedPlace(n, u, 1.0f, still), relaxes);
+        STORE(next, after + axis * pitch + s.self);
+        const mask moved = next != u;
+        if (SOME(moved))
+        {
+          touched |= movedFaces(&s, moved);
+          move = max(move, largestOf(fabs(next - u)));
+        }
+      }
+    }
+  }
+  endSweepTurn(&mine, touched, move, slot, kind, activity, log, turn, enough);
+}

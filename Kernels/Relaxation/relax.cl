@@ -1,0 +1,91 @@
+// One colour of a relaxation sweep: every free element to the over-relaxed weighted mean of the places that its
+// neighbours offer, within their boxes (element.clh). In place: neighbours have the other colour.
+//
+// WAVES: of the free elements only those that wavefronts.clh says.
+//
+// The host guarantees: a work-group for each slot but 0, the state is feasible, brick.clh's promise of bricks that are
+// ready (sweep.clh).
+
+#include "brick.clh"
+#include "sweep.clh"
+#include "element.clh"
+#include "wavefronts.clh"
+
+// One piece of work; `odd`: see BY_PARITY. Returns the largest move. What is summed up neighbour by
+// neighbour, for all axes at once, stays in registers.
+RULE float relaxPiece(const int odd, const Site* s, float omega, float still, float slack, uint pitch,
+  global float* displacement, global const float* constraint, global const uchar* cut, int* faces WAVES_ARGUMENTS)
+{
+  real c[AXES], u[3];
+  mask relaxes[AXES];
+  Neighbours sums[3];
+  UNROLL
+  for (int axis = 0; axis < AXES; ++axis)
+  {
+    c[axis] = LOAD(constraint + axis * pitch + s->self);
+    relaxes[axis] = (c[axis] > 0.0f) & IS_STILL(axis, s);
+  }
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    u[axis] = LOAD(displacement + axis * pitch + s->self);
+    sums[axis] = noNeighbours();
+  }
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    real limit, weight;
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      if (axis < AXES)
+      {
+        limit = linkLimit(c[axis], neighbourConstraint(constraint + axis * pitch, cut, s, d, odd));
+        weight = linkWeight(limit);
+        relaxes[axis] &= IS_OF_SAME_FRONT(axis, s, d, odd, limit);
+      }
+      neighboursAdd(&sums[axis], u[axis], neighbour(displacement + axis * pitch, s, d, odd), limit, weight, slack);
+    }
+  }
+  real next[3];
+  real move = (real)(0.0f);
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    next[axis] = select(u[axis], relaxedPlace(sums[axis], u[axis], omega, still), relaxes[min(axis, AXES - 1)]);
+    move = max(move, fabs(next[axis] - u[axis]));
+  }
+  const float largest = largestOf(move);
+  if (largest > 0.0f)
+  {
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      STORE(next[axis], displacement + axis * pitch + s->self);
+    }
+    *faces |= movedFaces(s, move > 0.0f);
+  }
+  return largest;
+}
+
+kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float slack, LAYOUT_ARGUMENTS,
+  global float* displacement, global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
+{
+  local Turn mine;
+  const uint slot = get_group_id(0) + 1;
+  beginSweepTurn(&mine, slot, colour, activity, log, turn, enough, table, place, strideY, strideZ);
+  int touched = 0;
+  float move = 0.0f;
+  if (mine.has == TURN_HAS)
+  {
+    for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
+    {
+      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+#define PIECE(odd)                                                                                                     \
+  relaxPiece(odd, &s, omega, still, slack, pitch, displacement, constraint, cut, &touched WAVES_PASSED_ON)
+      move = max(move, BY_PARITY(PIECE, s));
+#undef PIECE
+    }
+  }
+  endSweepTurn(&mine, touched, move, slot, colour, activity, log, turn, enough);
+}

@@ -1,0 +1,243 @@
+#include "Resampling.h"
+
+#include "Measurement.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// Output voxels handled at once: 16 bytes each on the device.
+constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
+
+/// Rounds down, also below zero.
+int floorDiv(int n, int divisor)
+{
+  return n >= 0 ? n / divisor : -((divisor - 1 - n) / divisor);
+}
+
+/// The part of a brick of the output that lies in the output.
+ResampledBox clipped(const Index3& origin, const Index3& size, const Index3& low, const Index3& high,
+  const float* offsets, std::vector<float>& copy)
+{
+  ResampledBox box{ origin, size, offsets };
+  Index3 last;
+  for (int a = 0; a < 3; ++a)
+  {
+    box.first[a] = std::max(origin[a], low[a]);
+    last[a] = std::min(origin[a] + size[a] - 1, high[a]);
+    box.size[a] = last[a] - box.first[a] + 1;
+  }
+  if (box.size == size)
+  {
+    return box;
+  }
+  copy.clear();
+  for (int k = box.first[2]; k <= last[2]; ++k)
+  {
+    for (int j = box.first[1]; j <= last[1]; ++j)
+    {
+      const std::size_t row =
+        static_cast<std::size_t>(size[0]) * ((j - origin[1]) + static_cast<std::size_t>(size[1]) * (k - origin[2]));
+      const float* from = offsets + 3 * (row + (box.first[0] - origin[0]));
+      copy.insert(copy.end(), from, from + 3 * box.size[0]);
+    }
+  }
+  box.offset = copy.data();
+  return box;
+}
+
+cl_int4 int4(const Index3& v)
+{
+  return { { v[0], v[1], v[2], 0 } };
+}
+
+/// The bricks of the output: its voxels run from `low` to `high`.
+struct Frame
+{
+  Index3 low;
+  Index3 high;
+  Index3 firstBrick; ///< of the output, in bricks of the grid; may be negative
+  Grid bricks;       ///< of the output, a voxel each
+
+  Frame(const Grid& grid, const Index3& padding, const Index3& size)
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      this->low[a] = -padding[a];
+      this->high[a] = grid.size[a] - 1 + padding[a];
+      this->firstBrick[a] = floorDiv(this->low[a], size[a]);
+      this->bricks.size[a] = floorDiv(this->high[a], size[a]) - this->firstBrick[a] + 1;
+    }
+  }
+
+  /// The place of the brick that begins at a voxel.
+  std::size_t at(const Index3& origin, const Index3& size) const
+  {
+    return this->bricks.at(floorDiv(origin[0], size[0]) - this->firstBrick[0],
+      floorDiv(origin[1], size[1]) - this->firstBrick[1], floorDiv(origin[2], size[2]) - this->firstBrick[2]);
+  }
+};
+
+/// Marks the bricks of a box within limits. Clamped before the conversion: a displacement may be far larger than any
+/// image.
+void mark(std::vector<char>& marks, const Frame& frame, const Index3& size, const Vector3& from, const Vector3& to,
+  const Index3& least, const Index3& most)
+{
+  Index3 begin;
+  Index3 end;
+  for (int a = 0; a < 3; ++a)
+  {
+    if (from[a] > most[a] || to[a] < least[a])
+    {
+      return;
+    }
+    begin[a] = floorDiv(static_cast<int>(std::max<double>(from[a], least[a])), size[a]) - frame.firstBrick[a];
+    end[a] = floorDiv(static_cast<int>(std::min<double>(to[a], most[a])), size[a]) - frame.firstBrick[a];
+  }
+  for (int k = begin[2]; k <= end[2]; ++k)
+  {
+    for (int j = begin[1]; j <= end[1]; ++j)
+    {
+      for (int i = begin[0]; i <= end[0]; ++i)
+      {
+        marks[frame.bricks.at(i, j, k)] = 1;
+      }
+    }
+  }
+}
+
+/// What there is to do.
+struct Work
+{
+  std::vector<int> sources;    ///< bricks whose tissue is somewhere else
+  std::vector<Index3> origins; ///< of the bricks of the output that such tissue may arrive at or leave
+  std::vector<int> tissue;     ///< those of them that are bricks of the grid
+};
+
+/// A carved element leaves its voxel. A displaced element moves the cells around it and, through the border that
+/// follows tissue, those one further: two voxels. Their bricks are the sources.
+Work findWork(Bricks& bricks, const Frame& frame)
+{
+  const Grid& grid = bricks.model().grid();
+  const Index3 size = bricks.size();
+  std::vector<char> isSource(frame.bricks.voxels(), 0);
+  std::vector<char> isReached(frame.bricks.voxels(), 0);
+  const std::vector<BrickFigures> figures = measureBricks(bricks);
+  for (std::size_t n = 0; n < figures.size(); ++n)
+  {
+    const BrickFigures& brick = figures[n];
+    if (brick.displaced == 0.0f)
+    {
+      continue;
+    }
+    const Index3 origin = bricks.origin(bricks.brick(static_cast<int>(n) + 1));
+    Vector3 first;
+    Vector3 last;
+    for (int a = 0; a < 3; ++a)
+    {
+      first[a] = origin[a] - 2 + (a == 0 ? 0.0 : brick.firstRow[a - 1]);
+      last[a] = origin[a] + 2 + (a == 0 ? size[0] - 1.0 : brick.lastRow[a - 1]);
+    }
+    mark(isSource, frame, size, first, last, { 0, 0, 0 }, { grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 });
+    for (int a = 0; a < 3; ++a)
+    {
+      first[a] += std::floor(brick.low[a]);
+      last[a] += std::ceil(brick.high[a]);
+    }
+    mark(isReached, frame, size, first, last, frame.low, frame.high);
+  }
+  for (const int brick : bricks.links().carvedBricks())
+  {
+    const std::size_t at = frame.at(bricks.origin(brick), size);
+    isSource[at] = 1;
+    isReached[at] = 1;
+  }
+
+  Work work;
+  for (std::size_t n = 0; n < frame.bricks.voxels(); ++n)
+  {
+    const Index3 at = frame.bricks.indexOf(n);
+    Index3 origin;
+    for (int a = 0; a < 3; ++a)
+    {
+      origin[a] = (at[a] + frame.firstBrick[a]) * size[a];
+    }
+    const bool inside = grid.contains(origin[0], origin[1], origin[2]);
+    const int brick = inside ? bricks.brickAt(origin[0], origin[1], origin[2]) : 0;
+    if (isSource[n])
+    {
+      work.sources.push_back(brick);
+    }
+    if (isReached[n])
+    {
+      work.origins.push_back(origin);
+      if (inside)
+      {
+        work.tissue.push_back(brick);
+      }
+    }
+  }
+  return work;
+}
+
+}
+
+void Resampling::run(const Index3& padding, const std::function<void(double)>& checkpoint,
+  const std::function<void(const ResampledBox&)>& visit)
+{
+  const Grid& grid = this->bricks_.model().grid();
+  const Index3 size = this->bricks_.size();
+  const Frame frame(grid, padding, size);
+  const Work work = findWork(this->bricks_, frame);
+  const std::vector<Index3>& origins = work.origins;
+  // The kernels must know the tissue that is at rest where other tissue arrives.
+  this->bricks_.require(work.tissue);
+
+  Context& context = this->bricks_.context();
+  const std::string defines = this->bricks_.defines(true);
+  const std::size_t items = this->bricks_.workItems(true);
+  const std::size_t perBrick = this->bricks_.elementsPerBrick();
+  const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
+  const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
+  std::vector<float> offsets;
+  std::vector<float> copy;
+  for (std::size_t begin = 0; begin < origins.size(); begin += perBatch)
+  {
+    checkpoint(static_cast<double>(begin) / origins.size());
+    const std::size_t count = std::min(perBatch, origins.size() - begin);
+    std::vector<int> places(frame.bricks.voxels(), -1);
+    std::vector<cl_int4> firsts;
+    for (std::size_t n = 0; n < count; ++n)
+    {
+      places[frame.at(origins[begin + n], size)] = static_cast<int>(n);
+      firsts.push_back(int4(origins[begin + n]));
+    }
+
+    const std::size_t voxels = count * perBrick;
+    const cl::Buffer& claims = this->claims_.sized(context, sizeof(cl_uint) * voxels);
+    const cl::Buffer& offsetBuffer = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
+    context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
+    const auto common = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
+      this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat)));
+    context.launch(context.kernel("claim.cl", defines, "claim"), work.sources.size(), items,
+      this->list_.holding(context, work.sources), common,
+      int4({ frame.firstBrick[0] * size[0], frame.firstBrick[1] * size[1], frame.firstBrick[2] * size[2] }),
+      int4(frame.bricks.size), this->places_.holding(context, places), claims);
+    context.launch(context.kernel("locate.cl", defines, "locate"), count, items, common,
+      this->firsts_.holding(context, firsts), claims, offsetBuffer);
+
+    offsets.resize(3 * voxels);
+    context.read(offsetBuffer, offsets);
+    for (std::size_t n = 0; n < count; ++n)
+    {
+      visit(clipped(origins[begin + n], size, frame.low, frame.high, offsets.data() + 3 * perBrick * n, copy));
+    }
+  }
+}
+
+}

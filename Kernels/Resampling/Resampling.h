@@ -1,0 +1,32 @@
+#pragma once
+
+#include "Bricks.h"
+#include "Types.h"
+
+#include <functional>
+
+namespace chainmail
+{
+
+/// Finds where the material of output voxels comes from (resample.clh), box by box.
+class Resampling
+{
+public:
+  explicit Resampling(Bricks& bricks)
+    : bricks_(bricks)
+  {
+  }
+
+  void run(const Index3& padding, const std::function<void(double)>& checkpoint,
+    const std::function<void(const ResampledBox&)>& visit);
+
+private:
+  Bricks& bricks_;
+  Scratch list_{ "the list of bricks" };
+  Scratch places_{ "the list of bricks" };
+  Scratch firsts_{ "the list of bricks" };
+  Scratch claims_{ "resampling" };
+  Scratch offsets_{ "resampling" };
+};
+
+}

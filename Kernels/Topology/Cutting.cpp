@@ -1,0 +1,258 @@
+#include "Cutting.h"
+
+#include "ExactGeometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// With bounds in double that tell most links from those that need the exact decision.
+struct Triangle : ExactTriangle
+{
+  Vector3 low; ///< box [voxels]
+  Vector3 high;
+  Vector3 gradient; ///< of the side function, per voxel
+  double offset;
+  double margin; ///< of the side function: what rounding can do to it
+
+  explicit Triangle(const std::array<Fixed3, 3>& corners)
+    : ExactTriangle(corners)
+  {
+    double length = 0.0;
+    for (int a = 0; a < 3; ++a)
+    {
+      const auto range = std::minmax({ corners[0][a], corners[1][a], corners[2][a] });
+      this->low[a] = static_cast<double>(range.first) / unitsPerVoxel;
+      this->high[a] = static_cast<double>(range.second) / unitsPerVoxel;
+      length = std::max(length, std::fabs(static_cast<double>(this->normal[a])));
+    }
+    this->offset = 0.0;
+    double magnitude = 1.0;
+    for (int a = 0; a < 3 && length > 0.0; ++a)
+    {
+      this->gradient[a] = static_cast<double>(this->normal[a]) / length;
+      const double origin = static_cast<double>(corners[0][a]) / unitsPerVoxel;
+      this->offset -= this->gradient[a] * origin;
+      magnitude += std::fabs(origin);
+    }
+    // A place is rounded by at most 1/8192 on each axis; the rest is for the arithmetic in double.
+    this->margin = 1e-3 + 1e-12 * magnitude;
+  }
+
+  /// Which side of the plane a place is on, roughly: beyond the margin the sign is certain.
+  double roughSide(const Vector3& voxel) const
+  {
+    return this->gradient[0] * voxel[0] + this->gradient[1] * voxel[1] + this->gradient[2] * voxel[2] + this->offset;
+  }
+};
+
+/// Where the elements are now. Bricks that a deformation touched are read from the device once.
+class Places
+{
+public:
+  struct Bounds
+  {
+    Vector3 low{};
+    Vector3 high{};
+  };
+
+  explicit Places(Bricks& bricks)
+    : bricks_(bricks)
+  {
+    const std::vector<int> slots = bricks.touchedSlots();
+    for (const int slot : slots)
+    {
+      this->moved_[bricks.brick(slot)];
+      this->bounds_[bricks.brick(slot)];
+    }
+    const std::size_t count = bricks.elementsPerBrick();
+    bricks.readSlots<float>({ { bricks.displacement, 3 } }, slots,
+      [&](int slot, const Bricks::SlotValues<float>& u)
+      {
+        std::vector<float>& values = this->moved_.at(bricks.brick(slot));
+        Bounds& bounds = this->bounds_.at(bricks.brick(slot));
+        values.resize(3 * count);
+        for (int a = 0; a < 3; ++a)
+        {
+          for (std::uint32_t n = 0; n < count; ++n)
+          {
+            values[a * count + n] = u(a, n);
+          }
+          const auto range = std::minmax_element(values.begin() + a * count, values.begin() + (a + 1) * count);
+          bounds.low[a] = std::min(0.0f, *range.first);
+          bounds.high[a] = std::max(0.0f, *range.second);
+        }
+      });
+  }
+
+  Vector3 at(int i, int j, int k) const
+  {
+    if (!this->moved_.empty())
+    {
+      const auto moved = this->moved_.find(this->bricks_.brickAt(i, j, k));
+      if (moved != this->moved_.end())
+      {
+        return this->bricks_.place(i, j, k, moved->second);
+      }
+    }
+    return { double(i), double(j), double(k) };
+  }
+
+  /// How far the ends of a brick's links may be from their rest places: the brick and those that follow it.
+  Bounds bounds(int brick) const
+  {
+    Bounds all;
+    if (!this->bounds_.empty())
+    {
+      for (const int b : { brick, this->bricks_.neighbour(brick, 1), this->bricks_.neighbour(brick, 3),
+             this->bricks_.neighbour(brick, 5) })
+      {
+        const auto own = this->bounds_.find(b);
+        for (int a = 0; own != this->bounds_.end() && a < 3; ++a)
+        {
+          all.low[a] = std::min(all.low[a], own->second.low[a]);
+          all.high[a] = std::max(all.high[a], own->second.high[a]);
+        }
+      }
+    }
+    return all;
+  }
+
+  /// How far any element is from its rest place.
+  Bounds widest() const
+  {
+    Bounds all;
+    for (const auto& entry : this->bounds_)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        all.low[a] = std::min(all.low[a], entry.second.low[a]);
+        all.high[a] = std::max(all.high[a], entry.second.high[a]);
+      }
+    }
+    return all;
+  }
+
+private:
+  Bricks& bricks_;
+  std::unordered_map<int, std::vector<float>> moved_;
+  std::unordered_map<int, Bounds> bounds_;
+};
+
+/// Elements whose links to the next ones may cross something within [low, high], given how far they may have moved.
+struct Range
+{
+  Index3 first;
+  Index3 last;
+
+  Range(const Triangle& triangle, const Places::Bounds& moved, const Index3& floor, const Index3& ceiling)
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      const double low = std::max(triangle.low[a] - moved.high[a] - 1.01, static_cast<double>(floor[a]));
+      const double high = std::min(triangle.high[a] - moved.low[a] + 0.01, static_cast<double>(ceiling[a]));
+      this->first[a] = low > high ? ceiling[a] + 1 : static_cast<int>(std::floor(low));
+      this->first[a] = std::max(this->first[a], floor[a]);
+      this->last[a] = low > high ? ceiling[a] : static_cast<int>(std::floor(high));
+    }
+  }
+  bool empty() const
+  {
+    return this->first[0] > this->last[0] || this->first[1] > this->last[1] || this->first[2] > this->last[2];
+  }
+};
+
+/// Whether the plane of the triangle certainly misses all links of a brick.
+bool misses(const Triangle& triangle, const Range& range, const Places::Bounds& moved)
+{
+  double least = triangle.offset;
+  double most = triangle.offset;
+  for (int a = 0; a < 3; ++a)
+  {
+    const double g = triangle.gradient[a];
+    const double low = g * (range.first[a] + moved.low[a]);
+    const double high = g * (range.last[a] + 1.0 + moved.high[a]);
+    least += std::min(low, high);
+    most += std::max(low, high);
+  }
+  return least > triangle.margin || most < -triangle.margin;
+}
+
+}
+
+std::size_t cutLinks(Bricks& bricks, const Surface& surface)
+{
+  const Grid& grid = bricks.model().grid();
+  const std::vector<Fixed3> points = fixedPoints(surface, grid, "cut");
+  const Places places(bricks);
+  const Places::Bounds widest = places.widest();
+  const Index3 last{ grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 };
+  const Index3 size = bricks.size();
+  std::size_t removed = 0;
+  for (const std::array<int, 3>& ids : surface.triangles)
+  {
+    const Triangle triangle({ points[ids[0]], points[ids[1]], points[ids[2]] });
+    const Range whole(triangle, widest, { 0, 0, 0 }, last);
+    if (triangle.degenerate() || whole.empty())
+    {
+      continue;
+    }
+    for (int bz = whole.first[2] / size[2]; bz <= whole.last[2] / size[2]; ++bz)
+    {
+      for (int by = whole.first[1] / size[1]; by <= whole.last[1] / size[1]; ++by)
+      {
+        for (int bx = whole.first[0] / size[0]; bx <= whole.last[0] / size[0]; ++bx)
+        {
+          const Index3 floor{ bx * size[0], by * size[1], bz * size[2] };
+          const Index3 ceiling{ std::min(floor[0] + size[0] - 1, last[0]), std::min(floor[1] + size[1] - 1, last[1]),
+            std::min(floor[2] + size[2] - 1, last[2]) };
+          const Places::Bounds moved = places.bounds(bricks.brickAt(floor[0], floor[1], floor[2]));
+          const Range range(triangle, moved, floor, ceiling);
+          if (range.empty() || misses(triangle, range, moved))
+          {
+            continue;
+          }
+          for (int k = range.first[2]; k <= range.last[2]; ++k)
+          {
+            for (int j = range.first[1]; j <= range.last[1]; ++j)
+            {
+              for (int i = range.first[0]; i <= range.last[0]; ++i)
+              {
+                const Vector3 p = places.at(i, j, k);
+                const double sideP = triangle.roughSide(p);
+                for (int a = 0; a < 3; ++a)
+                {
+                  const Index3 next{ i + (a == 0), j + (a == 1), k + (a == 2) };
+                  if (next[a] > last[a])
+                  {
+                    continue;
+                  }
+                  const Vector3 q = places.at(next[0], next[1], next[2]);
+                  const double sideQ = triangle.roughSide(q);
+                  if (std::min(sideP, sideQ) > triangle.margin || std::max(sideP, sideQ) < -triangle.margin)
+                  {
+                    continue;
+                  }
+                  if (triangle.crosses(fixed(p), fixed(q)) && bricks.isElement({ i, j, k }) && bricks.isElement(next))
+                  {
+                    removed += bricks.removeLink(i, j, k, 2 * a + 1);
+                  }
+                }
+              }
+            }
+          }
+        }
+      }
+    }
+  }
+  bricks.uploadCuts();
+  return removed;
+}
+
+}
