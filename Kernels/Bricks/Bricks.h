@@ -40,7 +40,6 @@ public:
   std::size_t workItems(bool vectors) const;
 
   // --- Memory
-  // ---------------------------------------------------------------------------------------------------------
 
   /// Gives memory to these bricks and to the 26 around each, so that kernels may update them.
   void require(const std::vector<int>& bricks);
@@ -115,7 +114,6 @@ public:
   void readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const;
 
   // --- What cuts and carves removed
-  // -----------------------------------------------------------------------------------
 
   const Links& links() const { return this->links_; }
   bool anyCut() const { return this->links_.anyCut(); }
@@ -149,7 +147,6 @@ public:
   std::size_t deviceBytes() const;
 
   // --- What kernels read
-  // ----------------------------------------------------------------------------------------------
 
   cl::Buffer displacement; ///< float [axis][address]
   cl::Buffer before;       ///< float [axis][address], the state before the wave

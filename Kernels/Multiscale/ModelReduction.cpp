@@ -194,7 +194,7 @@ double ModelReduction::linksPerLink() const
   return links;
 }
 
-// --- Which voxel belongs to which element ----------------------------------------------------------------------------
+// --- Which voxel belongs to which element
 
 std::size_t ModelReduction::parentOf(std::size_t voxel) const
 {
@@ -489,7 +489,7 @@ std::vector<std::size_t> ModelReduction::elementsOf(const std::vector<std::size_
   return elements;
 }
 
-// --- Displacements ---------------------------------------------------------------------------------------------------
+// --- Displacements
 
 /// Bricks of voxels that an element which is away from rest displaces.
 std::set<int> ModelReduction::displacedBricks()

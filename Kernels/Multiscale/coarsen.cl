@@ -65,7 +65,7 @@ kernel void goBack(global const int* list, uint pitch, float share, global const
   }
 }
 
-// --- Refine: layer by layer of coarser elements ----------------------------------------------------------------------
+// --- Refine: layer by layer of coarser elements
 
 // A layer in local memory: the coarser elements under a brick of the finer grid, and those around them. Rows of FIELDS:
 // displacements (0 in air), constraints, and as the bits of a float, cuts.

@@ -138,7 +138,7 @@ void Waves::place(
   }
 }
 
-// --- Envelopes -------------------------------------------------------------------------------------------------------
+// --- Envelopes
 
 int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
 {
@@ -333,7 +333,7 @@ bool Waves::settled()
   return false;
 }
 
-// --- Timestamps ------------------------------------------------------------------------------------------------------
+// --- Timestamps
 
 int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
 {

@@ -84,7 +84,7 @@ private:
 
 }
 
-// --- Platform and device ---------------------------------------------------------------------------------------------
+// --- Platform and device
 
 // As the loader does: nothing where the folder of drivers is not there.
 cl_int Platform::get(std::vector<Platform>* platforms)
@@ -112,7 +112,7 @@ cl_ulong Device::memory()
                : static_cast<cl_ulong>(sysconf(_SC_PHYS_PAGES)) * static_cast<cl_ulong>(sysconf(_SC_PAGESIZE));
 }
 
-// --- Buffers ---------------------------------------------------------------------------------------------------------
+// --- Buffers
 
 struct Buffer::Memory
 {
@@ -215,7 +215,7 @@ void CommandQueue::fill(
   }
 }
 
-// --- Programs and kernels --------------------------------------------------------------------------------------------
+// --- Programs and kernels
 
 struct Program::Built
 {

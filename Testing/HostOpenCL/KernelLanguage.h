@@ -20,7 +20,7 @@ typedef unsigned short ushort;
 typedef unsigned int uint;
 typedef unsigned long ulong;
 
-// --- Vectors ---------------------------------------------------------------------------------------------------------
+// --- Vectors
 
 template <typename T, int N> struct Vector;
 
@@ -159,7 +159,7 @@ typedef Vector<float, 2> float2;
 typedef Vector<float, 3> float3;
 typedef Vector<float, 4> float4;
 
-// --- Functions -------------------------------------------------------------------------------------------------------
+// --- Functions
 
 #define HOST_FUNCTIONS(T)                                                                                              \
   inline T min(T a, T b)                                                                                               \
@@ -394,7 +394,7 @@ template <typename T> T atomic_cmpxchg(volatile T* at, std::common_type_t<T> exp
   return before;
 }
 
-// --- Work-items ------------------------------------------------------------------------------------------------------
+// --- Work-items
 
 namespace host_opencl
 {

@@ -147,7 +147,6 @@ void expectConsistent(const Scene& scene, const Simulation& simulation)
 }
 
 // --- What is inside
-// ---------------------------------------------------------------------------------------------------
 
 TEST(Carve, SolidsHoldWhatTheirWindingNumberSays)
 {
@@ -485,7 +484,6 @@ TEST(Carve, RefusedSurfacesChangeNothing)
 }
 
 // --- What is left
-// -----------------------------------------------------------------------------------------------------
 
 // Tissue that was carved at rest, be it before anything reached it or after, is exactly like air.
 TEST(Carve, WhatIsLeftIsAsIfTheRestHadNeverBeen)

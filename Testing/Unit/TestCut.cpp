@@ -112,7 +112,6 @@ TEST(Cut, HappensAtTheCurrentDeformation)
 }
 
 // --- Watertight
-// ---------------------------------------------------------------------------------------------------------
 
 /// Exactly two parts, and whoever is clearly on one side of z = height(x, y) is there.
 template <typename F> void expectTwoSides(const Scene& scene, const Surface& blade, F&& height, const char* what)
@@ -290,7 +289,6 @@ TEST(Cut, SurfacesThatCutNothing)
 }
 
 // --- What a cut does
-// --------------------------------------------------------------------------------------------------
 
 // Fig. 7: the same pull before and after a cut.
 TEST(Cut, Figure7OfThePaper)

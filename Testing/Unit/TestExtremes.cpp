@@ -278,7 +278,6 @@ TEST(Extremes, EverythingGives)
 }
 
 // --- Sizes
-// ------------------------------------------------------------------------------------------------------------
 
 TEST(Extremes, ASheetOf512Squared)
 {
@@ -399,7 +398,6 @@ TEST(Extremes, ASingleElement)
 }
 
 // --- Numbers
-// ----------------------------------------------------------------------------------------------------------
 
 TEST(Extremes, AThousandProbes)
 {
@@ -526,7 +524,6 @@ TEST(Extremes, TwoHundredCuts)
 }
 
 // --- Long use
-// ---------------------------------------------------------------------------------------------------------
 
 std::size_t residentBytes()
 {
@@ -594,7 +591,6 @@ TEST(Extremes, ManyUpdates)
 }
 
 // --- Folding
-// ----------------------------------------------------------------------------------------------------------
 
 /// Signed volume that three links of an element, to its lower neighbours, span.
 double volumeAt(const Scene& scene, const Values& u, int i, int j, int k)

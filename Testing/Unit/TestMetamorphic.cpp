@@ -131,7 +131,6 @@ Surface wavyBlade(const Scene& scene, double share)
 }
 
 // --- Propagation and cuts
-// ---------------------------------------------------------------------------------------------
 
 /// Pull, cut what is deformed, pull something else from there, let go.
 std::vector<Outcome> pullCutPull(const Scene& scene, const Motion* motion, const Index3& brick,
@@ -279,7 +278,6 @@ TEST(Metamorphic, AnchorsAndConflictsMove)
 }
 
 // --- Relaxation
-// -------------------------------------------------------------------------------------------------------
 
 std::vector<float> relaxed(const Scene& scene, const Motion* motion, const std::vector<Probe>& probes,
   const Surface& blade, int iterations, double tolerance)
@@ -387,7 +385,6 @@ TEST(Metamorphic, RelaxationReachesTheMovedOptimumWhereColoursSwap)
 }
 
 // --- Resampling
-// -------------------------------------------------------------------------------------------------------
 
 /// A lump of tissue in air whose cells cannot fold: constraints stay below 1/3.
 Scene unfoldedScene(std::uint64_t seed)

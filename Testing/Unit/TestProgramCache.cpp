@@ -74,7 +74,7 @@ void keep(const ProgramCache& cache, const std::string& key, const std::string& 
   cache.keep(key, [&] { return program; });
 }
 
-// --- Bytes under a key -----------------------------------------------------------------------------------------------
+// --- Bytes under a key
 
 TEST(ProgramCache, GivesBackWhatWasKeptUnderAKeyAndNothingElse)
 {
@@ -268,7 +268,7 @@ TEST(ProgramCache, IsWhereTheUserOrTheSystemHasCaches)
   EXPECT_EQ(folder(nullptr, nullptr, nullptr), "");
 }
 
-// --- Programs of a device --------------------------------------------------------------------------------------------
+// --- Programs of a device
 
 int deform(const Index3& brick)
 {

@@ -301,7 +301,6 @@ TEST(Propagate, ReleasedTissueStaysWhereItIs)
 }
 
 // --- Conflicts: policy Limit
-// ------------------------------------------------------------------------------------------
 
 TEST(Propagate, LaterProbesGiveWayToEarlierOnesAndToAnchors)
 {
@@ -384,7 +383,6 @@ TEST(Propagate, TwoProbesOnOneElementTheFirstWins)
 }
 
 // --- What a probe grabs
-// -----------------------------------------------------------------------------------------------
 
 TEST(Propagate, RadiusGrabsAllElementsWithinAndMovesThemTogether)
 {
@@ -441,7 +439,6 @@ TEST(Propagate, NearestElementWithinHalfAVoxelDiagonal)
 }
 
 // --- Rigid tissue
-// -----------------------------------------------------------------------------------------------------
 
 TEST(Propagate, AGrabbedBoneMovesAsAWhole)
 {
@@ -507,7 +504,6 @@ TEST(Propagate, RigidOnOneAxisOnly)
 }
 
 // --- Extent of the work
-// -----------------------------------------------------------------------------------------------
 
 TEST(Propagate, WhatTheWaveDoesNotReachTakesNoMemory)
 {

@@ -19,7 +19,6 @@ using namespace chainmail;
 using Values = std::vector<oracle::Vector3>; // of every voxel, fractions of the spacing
 
 // --- What happens
-// -----------------------------------------------------------------------------------------------------
 
 /// One call of the engine.
 struct Step
@@ -194,7 +193,6 @@ bool same(const Reading& a, const Reading& b)
 }
 
 // --- What must hold
-// ---------------------------------------------------------------------------------------------------
 
 /// Follows a simulation and checks it after every step, in double and by code of its own:
 /// - all numbers are finite, air and carved tissue are at 0, anchored tissue never moves;
@@ -822,7 +820,6 @@ void Watch::check(const Step& step, const Answer& answer, const Simulation& simu
 }
 
 // --- Random lives
-// -----------------------------------------------------------------------------------------------------
 
 /// Draws a scene and, one after the other, what happens to it.
 class Story

@@ -574,7 +574,6 @@ TEST(Resample, OnlyWhatChangedIsVisited)
 }
 
 // --- Carved tissue
-// ----------------------------------------------------------------------------------------------------
 
 TEST(Resample, CarvedTissueAtRestLeavesItsVoxelsAndNothingElse)
 {
