@@ -24,7 +24,7 @@ void checkBrickSize(const Index3& size)
   if (!x || !y || !z)
   {
     throw InputError(
-      "The block size " + std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]) +
+      "The brick size " + std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]) +
       " cannot be used: every number must be a power of two, the first from 4 to 64, the others from 2 to 32; or all 0 "
       "for the best one.");
   }

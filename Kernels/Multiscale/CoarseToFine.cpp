@@ -42,7 +42,7 @@ constexpr int smoothingSweeps = 2;
 /// Shares of the way back are multiples of this, so that no rounding of energies changes them.
 constexpr double shareStep = 1.0 / 16.0;
 
-/// Hands that go too far for a coarser grid by this, a fraction of its spacing, do so by more than rounding.
+/// Handles that go too far for a coarser grid by this, a fraction of its spacing, do so by more than rounding.
 constexpr double tooFar = 1e-4;
 
 }
@@ -93,9 +93,9 @@ public:
       this->finer_.layout(), this->finer_.displacement, this->finer_.constraint, this->bricks_.displacement);
   }
 
-  /// Makes the state feasible. Hands and bones are thicker here and tissue between them is thinner, so that it may not
-  /// stretch as far as a handle goes: then the handle gives way. Else it would drag anchored bone along, and all around
-  /// it.
+  /// Makes the state feasible. Handles and bones are thicker here and tissue between them is thinner, so that it may
+  /// not stretch as far as a handle goes: then the handle gives way. Else it would drag anchored bone along, and all
+  /// around it.
   void makeFeasible(const Checkpoint& checkpoint)
   {
     this->feasibility_.run(this->propagation_, checkpoint);

@@ -17,7 +17,7 @@ using namespace chainmail;
 
 constexpr double tolerance = 1e-4;
 
-/// Tissue with two bones, a patch in hand and one face anchored.
+/// Tissue with two bones, a patch that is held and one face anchored.
 bench::Block tissue(int n)
 {
   bench::Block block = bench::heterogeneousBlock({ n, n, n });
@@ -26,7 +26,7 @@ bench::Block tissue(int n)
   return block;
 }
 
-Probe handIn(int n)
+Probe handleIn(int n)
 {
   return bench::probeAt({ 3 * n / 4, n / 2, n / 2 }, { 0.06 * n, 0.04 * n, -0.03 * n }, n / 16.0);
 }
@@ -47,7 +47,7 @@ SingleGrid bestSingleGrid(const bench::Block& block, const Simulation& pulled, d
   pulled.displacements(u.data());
   baseline::State start;
   std::vector<char> held(count, 0);
-  const Probe hand = handIn(n);
+  const Probe handle = handleIn(n);
   for (std::size_t v = 0; v < count; ++v)
   {
     const Index3 p = block.grid.indexOf(v);
@@ -55,9 +55,9 @@ SingleGrid bestSingleGrid(const bench::Block& block, const Simulation& pulled, d
     for (int a = 0; a < 3; ++a)
     {
       start[a].push_back(u[3 * v + a]);
-      square += (p[a] - hand.position[a]) * (p[a] - hand.position[a]);
+      square += (p[a] - handle.position[a]) * (p[a] - handle.position[a]);
     }
-    held[v] = p[0] == 0 || square <= hand.radius * hand.radius;
+    held[v] = p[0] == 0 || square <= handle.radius * handle.radius;
   }
   baseline::OverRelaxation relaxation(block.grid.size, block.constraints());
   constexpr int step = 5;
@@ -93,7 +93,7 @@ SingleGrid bestSingleGrid(const bench::Block& block, const Simulation& pulled, d
 void settle(bench::Session& session, int n)
 {
   const bench::Block block = tissue(n);
-  const std::vector<Probe> probes{ handIn(n) };
+  const std::vector<Probe> probes{ handleIn(n) };
   Simulation simulation = session.simulate(block.model());
   const auto start = [&](bool coarse)
   {
@@ -165,15 +165,15 @@ void settleGently(bench::Session& session, int n)
 {
   bench::Block block = bench::heterogeneousBlock({ n, n, n });
   block.anchors.faces[0] = true;
-  Probe hand = handIn(n);
-  hand.displacement = { 0.04, 0.02, -0.02 };
+  Probe handle = handleIn(n);
+  handle.displacement = { 0.04, 0.02, -0.02 };
   Simulation simulation = session.simulate(block.model());
   const auto start = [&](bool coarse, RelaxationMethod method)
   {
     simulation.setRelaxation(method, 1.0);
     simulation.setCoarseToFine(coarse);
     simulation.reset();
-    simulation.pull({ hand });
+    simulation.pull({ handle });
   };
   start(true, RelaxationMethod::Projected);
   const double optimum = bench::convergedEnergy(simulation);

@@ -6,7 +6,7 @@
 namespace
 {
 
-/// The same hand in the same tissue, without VTK.
+/// The same handle in the same tissue, without VTK.
 class EngineDrag
 {
 public:

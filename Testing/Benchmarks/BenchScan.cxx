@@ -55,7 +55,7 @@ void frames(bench::Session& session, const std::string& name, vtkImageData* scan
       parts[part].push_back(drag.field("Milliseconds", part));
     }
   };
-  // How far the hand has to go for about that share of the tissue to be displaced; what comes nearest will do.
+  // How far the handle has to go for about that share of the tissue to be displaced; what comes nearest will do.
   double low = 0.0;
   double high = 0.0;
   for (int tries = 0; tries < 12 && std::fabs(displaced / elements - share) > 0.1 * share; ++tries)

@@ -96,7 +96,7 @@ inline void addRods(Block& block)
   }
 }
 
-/// A hand on the element at these indices, or on all within `radius` of it.
+/// A handle on the element at these indices, or on all within `radius` of it.
 inline chainmail::Probe probeAt(const chainmail::Index3& p, const chainmail::Vector3& displacement, double radius = 0.0)
 {
   chainmail::Probe probe;

@@ -43,7 +43,7 @@ inline vtkSmartPointer<vtkPiecewiseFunction> softMaterial(double threshold, doub
   return function;
 }
 
-/// A hand in a scan in Interactive mode.
+/// A handle in a scan in Interactive mode.
 class Drag
 {
 public:
@@ -62,7 +62,7 @@ public:
 
   vtkChainMailDeformation* filter() { return this->filter_; }
 
-  /// Where the hand grabs, as a share of the scan's box from its middle on.
+  /// Where the handle grabs, as a share of the scan's box from its middle on.
   void grabAt(const FilterTest::Vector& share, double radius)
   {
     double bounds[6];
@@ -74,7 +74,7 @@ public:
     this->radius_ = radius;
   }
 
-  /// The hand lets go, and all is as it was.
+  /// The handle lets go, and all is as it was.
   void rest()
   {
     this->filter_->SetInputDataObject(1, FilterTest::MakeProbes({}));
@@ -82,7 +82,7 @@ public:
     this->filter_->Update();
   }
 
-  /// The hand goes so far [mm], and the filter follows.
+  /// The handle goes so far [mm], and the filter follows.
   void to(double far)
   {
     this->far_ = far;

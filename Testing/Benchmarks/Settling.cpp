@@ -11,7 +11,7 @@ namespace
 
 using namespace chainmail;
 
-/// Hands on a lattice that go in all directions, so that no element is far from one. `share`: of how far they go.
+/// Handles on a lattice that go in all directions, so that no element is far from one. `share`: of how far they go.
 std::vector<Probe> lattice(int n, double share)
 {
   Random random(7);
@@ -96,7 +96,7 @@ std::vector<double> denseSweep(Session& session, const Block& block)
   {
     simulation.reset();
     simulation.pull(lattice(n, 0.99));
-    simulation.relax(n / 4, 0.0);     // what is far from a hand has to hear of it first
+    simulation.relax(n / 4, 0.0);     // what is far from a handle has to hear of it first
     simulation.pull(lattice(n, 1.0)); // sweeps count from here: blocked groups have no turn among so few
   };
   double largestMove = 0.0;

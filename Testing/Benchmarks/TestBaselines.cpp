@@ -244,14 +244,14 @@ TEST(Baselines, OverRelaxationReachesTheOptimum)
   bench::Block block = bench::heterogeneousBlock(small, 6);
   bench::addRods(block);
   oracle::Block plain = oracleOf(block);
-  const std::size_t hand = block.grid.at(7, 3, 3);
+  const std::size_t handle = block.grid.at(7, 3, 3);
   std::vector<char> held(plain.count(), 0);
   for (std::size_t v = 0; v < plain.count(); v += small[0])
   {
     held[v] = 1; // the face x = 0
   }
-  held[hand] = 1;
-  const std::vector<oracle::Vector3> start = expected(block, hand, { 0.2, -0.3, 0.25 });
+  held[handle] = 1;
+  const std::vector<oracle::Vector3> start = expected(block, handle, { 0.2, -0.3, 0.25 });
   ASSERT_LE(oracle::maxLinkExcess(plain, start), 1e-9);
   baseline::State state;
   for (int a = 0; a < 3; ++a)

@@ -177,7 +177,7 @@ int TestChainMailErrors(int, char*[])
       { s.Image->SetDirectionMatrix(1.0, 0.3, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0); } },
     { "unknown device", { "no such device as this", "" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetDevice("no such device as this"); }, true },
-    { "odd block size", { "block size", "power" }, [](Scene&, vtkChainMailDeformation* f) { f->SetBrickSize(5, 4, 4); },
+    { "odd brick size", { "brick size", "power" }, [](Scene&, vtkChainMailDeformation* f) { f->SetBrickSize(5, 4, 4); },
       true },
     { "model reduction by 3", { "model reduction", "1, 2, 4 or 8" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetModelReduction(3); }, true },

@@ -661,9 +661,9 @@ void TestErrors(Checks& check)
   filter->SetDevice("");
   bench.Expect(check, bar, "after an unknown device");
   filter->SetBrickSize(5, 5, 5);
-  fails("block size", { "power" });
+  fails("brick size", { "power" });
   filter->SetBrickSize(0, 0, 0);
-  bench.Expect(check, bar, "after a bad block size");
+  bench.Expect(check, bar, "after a bad brick size");
   bench.Probe(std::nan(""), 1.0);
   fails("probe nowhere", { "finite" });
   bench.Probe(8.0, 0.0);

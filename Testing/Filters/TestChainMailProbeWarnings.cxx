@@ -70,16 +70,16 @@ void TestEmptyHandsAreCounted(Checks& check)
     {
       bench.Probes.push_back(At(8.0, 8.0, 8.0, { { 0.5, 0.0, 0.0 } }, n / 100.0));
     }
-    const std::string warning = bench.Update(check, "empty hands");
-    check.Equal(Count(warning, "Warning"), 1, "empty hands: one warning");
-    check.Contains(warning, "19 of 20 probes have no tissue of their own", "empty hands: counted");
+    const std::string warning = bench.Update(check, "empty handles");
+    check.Equal(Count(warning, "Warning"), 1, "empty handles: one warning");
+    check.Contains(warning, "19 of 20 probes have no tissue of their own", "empty handles: counted");
     check.Contains(warning,
       "They are Probes input 0, point 1 at (8, 8, 8); Probes input 0, point 2 at (8, 8, 8); Probes input 0, point 3 at "
       "(8, 8, 8); and 16 more.",
-      "empty hands: the first are named");
+      "empty handles: the first are named");
     bench.Probes[0].Displacement[0] = 0.75;
     bench.Probes[7].Displacement[0] = 0.75;
-    check.Equal(bench.Update(check, "empty hands"), std::string(), "empty hands: a drag does not warn again");
+    check.Equal(bench.Update(check, "empty handles"), std::string(), "empty handles: a drag does not warn again");
     // Interactive, the tissue has been pulled away from there: the next one grabs what came in its place.
     bench.Probes.push_back(At(8.0, 8.0, 8.0, { { 0.0, 0.0, 0.0 } }, 0.2));
     const std::string more = bench.Update(check, "one more");

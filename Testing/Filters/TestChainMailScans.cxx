@@ -323,7 +323,7 @@ void TestScan(Checks& check, const std::string& file, const std::string& name)
     check.Near(Difference(envelope, timestamp, tissue), 0.0, tolerance, what + ": the methods agree");
     filter->SetPropagationMethodToEnvelope();
 
-    // Bits: on one scan with both methods and all block sizes, on the others as time allows.
+    // Bits: on one scan with both methods and all brick sizes, on the others as time allows.
     const bool thorough = name == "heart_cta";
     const auto sameBits = [&](const Snapshot& first, const std::string& how)
     {

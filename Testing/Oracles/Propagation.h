@@ -47,8 +47,8 @@ inline std::vector<double> shortest(
   return distance;
 }
 
-/// A hand, as the oracle sees it: these elements go to one displacement (fractions of the spacing), or stay.
-struct Hand
+/// A handle, as the oracle sees it: these elements go to one displacement (fractions of the spacing), or stay.
+struct Handle
 {
   std::vector<std::size_t> elements;
   Vector3 target{};
@@ -58,15 +58,15 @@ struct Hand
 struct Propagated
 {
   std::vector<Vector3> state;
-  std::vector<Vector3> reached; ///< per hand; for an anchor what its first element has
+  std::vector<Vector3> reached; ///< per handle; for an anchor what its first element has
 };
 
-/// Formula (P*): u0 clamped between the largest t_k - d(k, i) and the smallest t_k + d(k, i), with policy Limit: a hand
-/// gives way to earlier ones and to anchored tissue. A hand's target is clamped to the bounds of what is held already
-/// at each of its elements.
-inline Propagated propagate(const Block& block, const std::vector<Vector3>& before, const std::vector<Hand>& hands)
+/// Formula (P*): u0 clamped between the largest t_k - d(k, i) and the smallest t_k + d(k, i), with policy Limit: a
+/// handle gives way to earlier ones and to anchored tissue. A handle's target is clamped to the bounds of what is held
+/// already at each of its elements.
+inline Propagated propagate(const Block& block, const std::vector<Vector3>& before, const std::vector<Handle>& handles)
 {
-  Propagated result{ before, std::vector<Vector3>(hands.size()) };
+  Propagated result{ before, std::vector<Vector3>(handles.size()) };
   for (int axis = 0; axis < 3; ++axis)
   {
     // value of every held element: min of value + d is the upper envelope, max of value - d = -(min of -value + d).
@@ -83,41 +83,41 @@ inline Propagated propagate(const Block& block, const std::vector<Vector3>& befo
         hold(v, before[v][axis]);
       }
     }
-    // Tissue that a hand only holds is where it is already, so it is compatible with everything held.
-    for (const Hand& hand : hands)
+    // Tissue that a handle only holds is where it is already, so it is compatible with everything held.
+    for (const Handle& handle : handles)
     {
-      for (const std::size_t v : hand.elements)
+      for (const std::size_t v : handle.elements)
       {
-        if (hand.anchor)
+        if (handle.anchor)
         {
           hold(v, before[v][axis]);
         }
       }
     }
-    for (std::size_t h = 0; h < hands.size(); ++h)
+    for (std::size_t h = 0; h < handles.size(); ++h)
     {
-      const Hand& hand = hands[h];
-      if (hand.elements.empty())
+      const Handle& handle = handles[h];
+      if (handle.elements.empty())
       {
         continue;
       }
-      if (hand.anchor)
+      if (handle.anchor)
       {
-        result.reached[h][axis] = before[hand.elements.front()][axis];
+        result.reached[h][axis] = before[handle.elements.front()][axis];
         continue;
       }
       const std::vector<double> upper = shortest(block, axis, up);
       const std::vector<double> lower = shortest(block, axis, down);
       double high = std::numeric_limits<double>::infinity();
       double low = -high;
-      for (const std::size_t v : hand.elements)
+      for (const std::size_t v : handle.elements)
       {
         high = std::min(high, upper[v]);
         low = std::max(low, -lower[v]);
       }
-      const double reached = std::min(std::max(hand.target[axis], low), high);
+      const double reached = std::min(std::max(handle.target[axis], low), high);
       result.reached[h][axis] = reached;
-      for (const std::size_t v : hand.elements)
+      for (const std::size_t v : handle.elements)
       {
         hold(v, reached);
       }

@@ -75,11 +75,11 @@ for what, y in (("material function that reaches 1", 1.0), ("material function b
     deformation.MaterialFunction.Points = good_points
     recovers(what)
 
-# Block sizes outside what the property documents.
+# Brick sizes outside what the property documents.
 deformation.BrickSize = [5, 4, 4]
 expect_error(deformation, reports, "5")
 deformation.BrickSize = [0, 0, 0]
-recovers("block size that is no power of two")
+recovers("brick size that is no power of two")
 
 # Probes.
 air = ChainMailProbe(registrationName="lost probe", Position=[1.0, 7.0, 6.0], Target=[2.0, 7.0, 6.0])

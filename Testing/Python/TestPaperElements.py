@@ -22,7 +22,7 @@ scene = scenes.heterogeneous_ring()
 n = scene.image.GetDimensions()[0]
 result = run(scene)
 oracle = result.oracle()
-(grabbed, pull), = result.hands(oracle)
+(grabbed, pull), = result.handles(oracle)
 corner = 2 * n + n - 3
 top = np.flatnonzero(result.tissue.reshape(n, n)[-3]) + (n - 3) * n
 over_the_top = oracle.fraction[top[:-1]].sum() / 2 + oracle.fraction[top[1:]].sum() / 2
@@ -34,9 +34,9 @@ second = scenes.grab((6, n - 3, 0), (pull[0] + 0.5, pull[1] - 0.25, 0))
 for probes in (scene.probes, scene.probes + [second], [second] + scene.probes):
     scene.probes = probes
     result = run(scene)
-    hands = result.hands(oracle)
-    expected = oracle.pulled(hands).astype(np.float32)
-    last = oracle.distances(hands[-1][0])
+    handles = result.handles(oracle)
+    expected = oracle.pulled(handles).astype(np.float32)
+    last = oracle.distances(handles[-1][0])
     for (method, number), block in itertools.product(
             METHODS.items(), ([0, 0, 0], [4, 2, 2], [4, 4, 4], [8, 2, 4], [16, 16, 2], [64, 32, 2])):
         result.again(PropagationMethod=number, BrickSize=block)
@@ -50,7 +50,7 @@ for probes in (scene.probes, scene.probes + [second], [second] + scene.probes):
             moved = result.displacement.any(axis=1)
             require((result.time[moved] == last[moved]).all(), "%s: times are off", what)
             require(result.time[corner] == 0.0, "%s: the corner is reached after %g", what, result.time[corner])
-print("figure 5: the corner follows the rigid branch in every order of probes, block size and method")
+print("figure 5: the corner follows the rigid branch in every order of probes, brick size and method")
 
 # A block of links of 0.25 mm: of a pull by 0.25 n mm the wave moves what is fewer than n links away and comes to what is n
 # links away, whatever block that is in; no wave comes to the rest.
@@ -76,9 +76,9 @@ x = np.broadcast_to(scenes.coordinates(scene.image)[0], scenes.values_of(scene.i
 for method, number in METHODS.items():
     result = run(scene, PropagationMethod=number, RelaxationIterations=0)
     oracle = result.oracle()
-    hands = result.hands(oracle)
-    require(np.isfinite(oracle.distances(hands[0][0])[result.tissue]).all(), "figure 10: the ring is broken")
-    expected = oracle.pulled(hands)
+    handles = result.handles(oracle)
+    require(np.isfinite(oracle.distances(handles[0][0])[result.tissue]).all(), "figure 10: the ring is broken")
+    expected = oracle.pulled(handles)
     error = np.abs(result.displacement - expected).max()
     require(error <= 1e-5, "figure 10, %s: off by up to %g mm", method, error)
     still = result.tissue & (expected == 0).all(axis=1)

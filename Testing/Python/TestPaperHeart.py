@@ -44,7 +44,7 @@ for method, number in METHODS.items():
     states[method] = result.displacement
     require(np.allclose(result.reached[0], asked, atol=1e-4), "%s: the probe reached %s", method, result.reached[0])
     require((result.displacement[(grabbed & (hu >= -300)).ravel()] == result.displacement[np.argmin(away)]).all(),
-            "%s: the tissue in hand does not move as one", method)
+            "%s: the tissue that is held does not move as one", method)
     # No link gives by less than a third of a voxel but rigid ones, and of these there are few: the wave ends.
     far = result.tissue & (away > 60.0).ravel()
     require(far.sum() > 100000 and not result.displacement[far].any(), "%s: the wave gets too far", method)

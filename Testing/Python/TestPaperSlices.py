@@ -18,9 +18,9 @@ GAP_TOLERANCE = 0.2
 def check_propagation(result, oracle, what):
     """Displacements against (P*) and times of the last probe's wave against Dijkstra, with both methods. Returns what the
     oracle has: displacements and distances [mm]."""
-    hands = result.hands(oracle)
-    expected = oracle.pulled(hands)
-    arrival = oracle.distances(hands[-1][0]) * oracle.spacing[0]
+    handles = result.handles(oracle)
+    expected = oracle.pulled(handles)
+    arrival = oracle.distances(handles[-1][0]) * oracle.spacing[0]
     moved = (np.abs(expected) > TOLERANCE).any(axis=1)
     require(moved.sum() > 2000, "%s: only %d elements move", what, moved.sum())
     for method, number in METHODS.items():

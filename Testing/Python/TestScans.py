@@ -79,13 +79,13 @@ for name, path in found.items():
     first = np.array(image.GetExtent())[::2]
     moved = points_of(model, "Displacement").reshape(*n[::-1], 3)
     at = tuple((index - first)[::-1])
-    require(np.allclose(moved[at], pull, atol=1e-4 * spacing.min()), "%s: the tissue in hand moved by %s", name, moved[at])
+    require(np.allclose(moved[at], pull, atol=1e-4 * spacing.min()), "%s: the tissue that is held moved by %s", name, moved[at])
     require(not moved[~tissue].any(), "%s: air moved", name)
     require(field(volume, "MaxLinkExcess")[0, 0] <= 1e-5, "%s: a link is %g too long", name,
             field(volume, "MaxLinkExcess")[0, 0])
     require((points_of(volume, "MetaImage") != before).any(), "%s: the volume shows nothing of it", name)
 
-    # A cut all through the image, across x and halfway between two layers of voxels next to the hand: nothing beyond
+    # A cut all through the image, across x and halfway between two layers of voxels next to the handle: nothing beyond
     # follows any more, and what is on this side does.
     far = (slice(None), slice(None), slice(at[2] + 2, None))
     require(moved[far].any(), "%s: the wave does not reach beyond the coming cut", name)
@@ -95,7 +95,7 @@ for name, path in found.items():
     deformation.Cuts = [Plane(Origin=edge, Point1=edge + width * [0, 1, 0], Point2=edge + width * [0, 0, 1])]
     _, model = update(deformation, reports)
     moved = points_of(model, "Displacement").reshape(*n[::-1], 3)
-    require(np.allclose(moved[at], pull, atol=1e-4 * spacing.min()), "%s, cut: the tissue in hand moved by %s", name,
+    require(np.allclose(moved[at], pull, atol=1e-4 * spacing.min()), "%s, cut: the tissue that is held moved by %s", name,
             moved[at])
     require(not moved[far].any(), "%s: tissue beyond the cut moved by up to %g", name, np.abs(moved[far]).max())
     print("%s: fitted, identical at rest, pulled, cut (%.1f s)" % (name, time.time() - started), flush=True)

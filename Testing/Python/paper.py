@@ -43,7 +43,7 @@ class Result:
         return Tissue(self.tissue.reshape(self.shape), points_of(self.model, "Constraint").reshape(self.shape),
                       self.model.GetSpacing(), severed)
 
-    def hands(self, oracle):
+    def handles(self, oracle):
         """The scene's probes for the oracle: elements and displacement."""
         image = self.scene.image
         origin = np.array(image.GetOrigin()) + np.array(image.GetExtent()[::2]) * image.GetSpacing()

@@ -50,8 +50,8 @@ class Tissue:
         place = np.stack([x, y, z], axis=-1).reshape(-1, 3) * self.spacing + origin
         return np.flatnonzero(self.tissue & (((place - position) ** 2).sum(axis=1) <= radius**2 * (1 + 1e-12)))
 
-    def pulled(self, hands, start=0.0):
-        """(P*): `start` clamped between the cones of all hands, each (elements, displacement [mm]); in mm [voxel, 3]."""
+    def pulled(self, handles, start=0.0):
+        """(P*): `start` clamped between the cones of all handles, each (elements, displacement [mm]); in mm [voxel, 3]."""
         lower = np.full((self.tissue.size, 3), -np.inf)
         upper = np.full((self.tissue.size, 3), np.inf)
         for elements, displacement in hands:

@@ -6,7 +6,7 @@ get the same displacement. What cannot be the same is the material: a constraint
 import calculix
 import numpy as np
 
-SOFT = 0.4  # constraint of the tissue around: what is below the hand can be pulled 7.6 mm out
+SOFT = 0.4  # constraint of the tissue around: what is below the handle can be pulled 7.6 mm out
 CONTRAST = 100.0  # how many times stiffer the bar is
 
 
@@ -17,7 +17,7 @@ class Block:
         self.shape = (n, n, n)  # [z, y, x]
         z, y, x = np.indices(self.shape)
         self.held = z == 0
-        self.axis = (slice(None), middle, middle)  # the elements below the hand, from the table up
+        self.axis = (slice(None), middle, middle)  # the elements below the handle, from the table up
         self.top = (middle, middle, n - 1)
         self.radius = n / 8
         self.grabbed = (z == n - 1) & (np.hypot(x - middle, y - middle) <= self.radius)
@@ -52,7 +52,7 @@ def rigid_part(places, displacement):
 
 def compare(block, displacement, u, exact):
     """Figures of a field u against finite elements, both [z, y, x, axis] and with the same nodes given. `pull`: the length of
-    the hand's displacement, which all lengths are shares of."""
+    the handle's displacement, which all lengths are shares of."""
     pull = float(np.linalg.norm(displacement))
     towards = np.asarray(displacement, float) / pull
     free = ~(block.held | block.grabbed)

@@ -99,12 +99,12 @@ def block_scene(tissue, displacement, contrast=math.inf):
     # A ball so far above the block that it reaches into its uppermost layer alone.
     above = tissue.size / 2
     x, y, z = tissue.top
-    hand = ((x, y, z + above), displacement, math.hypot(above, tissue.radius))
-    return Scene(image, [hand], ConstraintArray="Constraint", TissueThreshold=0.5, AnchoredFaces=(0, 0, 0, 0, 1, 0))
+    handle = ((x, y, z + above), displacement, math.hypot(above, tissue.radius))
+    return Scene(image, [handle], ConstraintArray="Constraint", TissueThreshold=0.5, AnchoredFaces=(0, 0, 0, 0, 1, 0))
 
 
 def forearm_scene(size):
-    """The main job's: two hands on the skin, CT material 1.7 times as soft, no incision."""
+    """The main job's: two handles on the skin, CT material 1.7 times as soft, no incision."""
     image = make_forearm(size)
     function = vtkPiecewiseFunction()
     Deformation.GetPresetMaterial(Deformation.MATERIAL_CT, image.GetPointData().GetScalars().GetRange(), mutable(0.0), function)
@@ -166,7 +166,7 @@ class Pull:
                 getattr(self.filter, "Set" + name)(value)
 
     def update(self, share=1.0):
-        """The hands at so much of their way; the milliseconds until the outputs are there, by the clock and of all cores."""
+        """The handles at so much of their way; the milliseconds until the outputs are there, by the clock and of all cores."""
         places, displacements, radii = zip(*self.scene.probes)
         data, points = vtkPolyData(), vtkPoints()
         points.SetDataTypeToDouble()

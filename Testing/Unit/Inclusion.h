@@ -41,9 +41,9 @@ inline chainmail::Probe corner(const Scene& scene, const chainmail::Vector3& dis
 inline chainmail::Vector3 reachOfCorner(const Scene& scene)
 {
   const oracle::Block block = scene.block();
-  oracle::Hand hand = hands(block, { corner(scene, {}) })[0];
-  hand.target = { 1e3, 1e3, 1e3 };
-  return oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), { hand }).reached[0];
+  oracle::Handle handle = handles(block, { corner(scene, {}) })[0];
+  handle.target = { 1e3, 1e3, 1e3 };
+  return oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), { handle }).reached[0];
 }
 
 /// A pull at the corner by these shares of what the tissue allows.

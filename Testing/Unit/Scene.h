@@ -244,27 +244,27 @@ inline chainmail::Probe probeAt(
 }
 
 /// The probes as the oracle takes them. An element has one holder: an anchor, else the first probe that grabs it.
-inline std::vector<oracle::Hand> hands(const oracle::Block& block, const std::vector<chainmail::Probe>& probes)
+inline std::vector<oracle::Handle> handles(const oracle::Block& block, const std::vector<chainmail::Probe>& probes)
 {
-  std::vector<oracle::Hand> result;
+  std::vector<oracle::Handle> result;
   std::vector<char> taken = block.anchored;
   for (const chainmail::Probe& probe : probes)
   {
-    oracle::Hand hand;
+    oracle::Handle handle;
     for (const std::size_t voxel : oracle::grab(block, probe.position, probe.radius))
     {
       if (!taken[voxel])
       {
         taken[voxel] = 1;
-        hand.elements.push_back(voxel);
+        handle.elements.push_back(voxel);
       }
     }
-    hand.anchor = probe.anchor;
+    handle.anchor = probe.anchor;
     for (int a = 0; a < 3; ++a)
     {
-      hand.target[a] = probe.displacement[a] / block.spacing[a];
+      handle.target[a] = probe.displacement[a] / block.spacing[a];
     }
-    result.push_back(hand);
+    result.push_back(handle);
   }
   return result;
 }
@@ -277,12 +277,12 @@ inline std::vector<chainmail::Probe> compatibleProbes(
   const oracle::Block block = scene.block();
   Random random(seed);
   std::vector<chainmail::Probe> probes;
-  std::vector<oracle::Hand> before;
+  std::vector<oracle::Handle> before;
   while (static_cast<int>(probes.size()) < count)
   {
     const chainmail::Index3 p = randomElement(scene, random);
-    oracle::Hand hand;
-    hand.elements.assign(1, scene.grid.at(p[0], p[1], p[2]));
+    oracle::Handle handle;
+    handle.elements.assign(1, scene.grid.at(p[0], p[1], p[2]));
     chainmail::Probe probe = probeAt(scene, p, {});
     if (largestRadius > 0.0 && probes.size() % 2 == 0)
     {
@@ -292,40 +292,40 @@ inline std::vector<chainmail::Probe> compatibleProbes(
         x += random(-0.2, 0.2);
       }
       probes.push_back(probe);
-      hand.elements = hands(block, probes).back().elements;
+      handle.elements = handles(block, probes).back().elements;
       probes.pop_back();
-      if (hand.elements.empty())
+      if (handle.elements.empty())
       {
         continue;
       }
     }
-    for (double& t : hand.target)
+    for (double& t : handle.target)
     {
       t = random(-reach, reach);
     }
-    std::vector<oracle::Hand> all = before;
-    all.push_back(hand);
+    std::vector<oracle::Handle> all = before;
+    all.push_back(handle);
     const auto allowed = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), all).reached.back();
     // Halfway between what was wished and what is allowed lies outside; 0.98 of what is allowed may, too, where an
     // earlier probe pulls far: such a draw is not compatible and another is made.
     for (int a = 0; a < 3; ++a)
     {
-      all.back().target[a] = hand.target[a] = 0.98 * allowed[a];
+      all.back().target[a] = handle.target[a] = 0.98 * allowed[a];
     }
     const auto again = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), all).reached.back();
     bool compatible = true;
     for (int a = 0; a < 3; ++a)
     {
-      compatible = compatible && again[a] == hand.target[a];
+      compatible = compatible && again[a] == handle.target[a];
     }
     if (!compatible)
     {
       continue;
     }
-    before.push_back(hand);
+    before.push_back(handle);
     for (int a = 0; a < 3; ++a)
     {
-      probe.displacement[a] = hand.target[a] * scene.grid.spacing[a];
+      probe.displacement[a] = handle.target[a] * scene.grid.spacing[a];
     }
     probes.push_back(probe);
   }

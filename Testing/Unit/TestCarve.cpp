@@ -554,10 +554,12 @@ TEST(Carve, TheWaveGoesAroundTheHole)
       const std::vector<Probe> probes{ probeAt(scene, { 6, 4, 3 }, { 8.0, -7.0, 9.0 }) };
       simulation.pull(probes);
       const oracle::Block block = without(scene, simulation).block();
-      const auto expected = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), hands(block, probes));
+      const auto expected =
+        oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), handles(block, probes));
       EXPECT_LT(largestDifference(block, state(simulation), expected.state), 1e-5);
       const oracle::Block whole = scene.block();
-      const auto straight = oracle::propagate(whole, std::vector<oracle::Vector3>(whole.count()), hands(whole, probes));
+      const auto straight =
+        oracle::propagate(whole, std::vector<oracle::Vector3>(whole.count()), handles(whole, probes));
       const std::size_t behind = scene.grid.at(15, 4, 3);
       EXPECT_GT(expected.state[behind][0], 0.1) << "the wave does not get around";
       EXPECT_LT(expected.state[behind][0], straight.state[behind][0] - 1.0) << "the wave needs no way around";
@@ -590,16 +592,16 @@ TEST(Carve, TheWaveGoesOnFromADeformedState)
     for (const Index3& brick : brickSizes())
     {
       Simulation simulation = simulate(scene, brick);
-      const Index3 hand = { 4, 9, 8 };
+      const Index3 handle = { 4, 9, 8 };
       scene.scalar[scene.grid.at(4, 9, 8)] = 1.0f;
-      std::vector<Probe> probes{ probeAt(scene, hand, { 3.0, 2.0, -1.0 }) };
+      std::vector<Probe> probes{ probeAt(scene, handle, { 3.0, 2.0, -1.0 }) };
       simulation.pull(probes);
       expectWhatIsInside(scene, simulation, sphere({ 13.2, 9.1, 8.3 }, 3.9, 9, 12));
       const oracle::Block block = without(scene, simulation).block();
       const std::vector<oracle::Vector3> before = state(simulation);
       probes[0].displacement = { 6.0, 5.0, -4.0 };
       simulation.pull(probes);
-      const auto expected = oracle::propagate(block, before, hands(block, probes));
+      const auto expected = oracle::propagate(block, before, handles(block, probes));
       EXPECT_LT(largestDifference(block, state(simulation), expected.state), 1e-5);
       expectConsistent(scene, simulation);
     }
@@ -672,7 +674,7 @@ TEST(Carve, AProbeLetsGoOfWhatIsCarved)
   const std::size_t whole = simulation.pull(probes)[0].elements;
   ASSERT_EQ(whole, 33u);
 
-  // The lower half of the first hand's tissue, which is two voxels further now.
+  // The lower half of the first handle's tissue, which is two voxels further now.
   expectWhatIsInside(scene, simulation, box({ 5.4, 5.4, 4.4 }, { 10.6, 10.6, 6.6 }));
   auto results = simulation.probes();
   EXPECT_EQ(results[0].elements, 33u - 10u);
@@ -783,7 +785,7 @@ TEST(Carve, CutsAndCarvesTogether)
     carved.pull(probes);
     cut.pull(probes);
     EXPECT_TRUE(sameBits(displacements(carved), displacements(cut)));
-    const auto wave = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), hands(block, probes));
+    const auto wave = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), handles(block, probes));
     EXPECT_LT(largestDifference(block, state(carved), wave.state), 1e-5);
   }
 }
@@ -845,7 +847,7 @@ TEST(Carve, SingleSlice)
     const std::vector<Probe> probes{ probeAt(scene, grabbed, { 2.0, 1.0, 3.0 }) };
     simulation.pull(probes);
     const oracle::Block block = without(scene, simulation).block();
-    const auto wave = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), hands(block, probes));
+    const auto wave = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), handles(block, probes));
     EXPECT_LT(largestDifference(block, state(simulation), wave.state), 1e-5);
     // The slice as a whole at its place along the axis: a solid beside it does not reach it.
     low[axis] = 10.0;

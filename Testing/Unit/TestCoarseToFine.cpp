@@ -79,8 +79,8 @@ TEST(CoarseToFine, StateStaysFeasibleAndHeldTissueStays)
         EXPECT_EQ(u[v], oracle::Vector3{});
       }
     }
-    const auto hand = hands(block, probes);
-    for (const oracle::Hand& h : hand)
+    const auto handle = handles(block, probes);
+    for (const oracle::Handle& h : handle)
     {
       for (const std::size_t v : h.elements)
       {
@@ -243,12 +243,12 @@ TEST(CoarseToFine, PiecesThatHangOnNothingThatMovesStay)
 
 TEST(CoarseToFine, WhatWasCutOffIsNotDraggedAlong)
 {
-  // A lump cut out of tissue in hand, still strained, beside the bed that is pulled on.
+  // A lump cut out of tissue that is held, still strained, beside the bed that is pulled on.
   Scene scene({ 32, 32, 32 }, 0.3f);
   scene.anchors.faces[4] = true;
   Simulation simulation = simulate(scene);
-  const auto hand = [&](double reach) { return probeAt(scene, { 16, 16, 8 }, { reach, 0.0, 0.5 * reach }, 2.0); };
-  simulation.pull({ hand(3.0) });
+  const auto handle = [&](double reach) { return probeAt(scene, { 16, 16, 8 }, { reach, 0.0, 0.5 * reach }, 2.0); };
+  simulation.pull({ handle(3.0) });
   simulation.relax(20, 0.0);
   Surface blade;
   blade.points = { { -9, -9, 12.4 }, { 49, -9, 18.4 }, { 49, 49, 24.4 }, { -9, 49, 18.4 } }; // askew to every grid
@@ -273,7 +273,7 @@ TEST(CoarseToFine, WhatWasCutOffIsNotDraggedAlong)
   const double mean = meanOfLump();
   EXPECT_GT(mean, 0.1);
   simulation.setCoarseToFine(true);
-  simulation.pull({ hand(9.0) });
+  simulation.pull({ handle(9.0) });
   simulation.relax(10, 0.0);
   // Its own strain lets it go on to settle, around a mean that stays about where it is.
   EXPECT_NEAR(meanOfLump(), mean, 0.05);
@@ -281,9 +281,9 @@ TEST(CoarseToFine, WhatWasCutOffIsNotDraggedAlong)
 
 TEST(CoarseToFine, ARoughCorrectionIsSmoothedNotDropped)
 {
-  // Lumps that harden towards their middles, from soft tissue to bone, and a hand that goes as far as they let it. What
-  // comes from coarser grids is near the optimum and yet so rough, where tissue hardly gives, that it has more energy
-  // than the state before.
+  // Lumps that harden towards their middles, from soft tissue to bone, and a handle that goes as far as they let it.
+  // What comes from coarser grids is near the optimum and yet so rough, where tissue hardly gives, that it has more
+  // energy than the state before.
   Scene scene({ 40, 36, 32 }, 0.25f);
   scene.anchors.faces.fill(true);
   Random random(4202);

@@ -90,7 +90,7 @@ double constraintAt(const Nodes& nodes, double scalar)
   return nodes.back()[1];
 }
 
-/// A hand of some millimetres that goes some millimetres to centimetres: many go as far as tissue lets them.
+/// A handle of some millimetres that goes some millimetres to centimetres: many go as far as tissue lets them.
 Probe randomPull(const Scan& scan, double threshold, Random& random)
 {
   Probe probe;

@@ -165,9 +165,9 @@ TEST(Conflicts, NoRoomOnOneAxisLeavesTheOthers)
   }
 }
 
-// Two earlier probes strain the tissue in a hand so far that the hand as a whole has no place on that axis. Its wave
-// comes to one of them long before the other, so it learns of one at a time. It keeps its tissue where it is there, and
-// moves along the others.
+// Two earlier probes strain the tissue in a handle so far that the handle as a whole has no place on that axis. Its
+// wave comes to one of them long before the other, so it learns of one at a time. It keeps its tissue where it is
+// there, and moves along the others.
 TEST(Conflicts, AHandThatOthersPullApartMovesAlongOtherAxes)
 {
   const Scene scene({ 100, 1, 1 }, 0.25f);

@@ -315,7 +315,7 @@ TEST(Cut, Figure7OfThePaper)
     const std::vector<float> after = displacements(simulation);
     oracle::Block block = whole;
     takeLinks(block, links(simulation));
-    const auto expected = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), hands(block, probes));
+    const auto expected = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), handles(block, probes));
     EXPECT_LT(largestDifference(block, state(simulation), expected.state), 1e-5);
     if (through)
     {
@@ -357,7 +357,7 @@ TEST(Cut, BothSidesOfAnIncisionMoveApart)
   // Together they ask for 3; the way around the incision's floor is 6 + 1 + 6 links of 0.3 = 3.9.
   EXPECT_EQ(results[0].reached[0], -1.5);
   EXPECT_EQ(results[1].reached[0], 1.5);
-  const auto expected = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), hands(block, probes));
+  const auto expected = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), handles(block, probes));
   EXPECT_LT(largestDifference(block, state(simulation), expected.state), 1e-5);
   simulation.relax(30, 0.0);
   EXPECT_LE(oracle::maxLinkExcess(block, state(simulation)), 1e-5);

@@ -51,7 +51,7 @@ private:
 double pullAgainstFormula(Simulation& simulation, const oracle::Block& block, const std::vector<Probe>& probes)
 {
   simulation.pull(probes);
-  const auto expected = oracle::propagate(block, Values(block.count()), hands(block, probes));
+  const auto expected = oracle::propagate(block, Values(block.count()), handles(block, probes));
   return largestDifference(block, state(simulation), expected.state);
 }
 
@@ -99,9 +99,9 @@ TEST(Extremes, StiffnessOfOneToAMillion)
   simulation.relax(5000, 0.0);
   const Values relaxed = state(simulation);
   std::vector<char> held = block.anchored;
-  for (const oracle::Hand& hand : hands(block, probes))
+  for (const oracle::Handle& handle : handles(block, probes))
   {
-    for (const std::size_t v : hand.elements)
+    for (const std::size_t v : handle.elements)
     {
       held[v] = 1;
     }

@@ -145,7 +145,7 @@ TEST(HeldBy, OfAReducedModelTheFaceOfTheWholeOne)
 
 /// How far what is named lets a probe go on an axis, by Dijkstra's algorithm: the least over its elements of
 /// sign * u(h) + d(h, s) - (sign * u(s)), which is 0 where it binds.
-double roomTo(const oracle::Block& block, const std::vector<oracle::Vector3>& u, const std::vector<std::size_t>& hand,
+double roomTo(const oracle::Block& block, const std::vector<oracle::Vector3>& u, const std::vector<std::size_t>& handle,
   const std::vector<std::size_t>& holder, int axis, double sign)
 {
   std::vector<std::pair<std::size_t, double>> sources;
@@ -155,7 +155,7 @@ double roomTo(const oracle::Block& block, const std::vector<oracle::Vector3>& u,
   }
   const std::vector<double> bound = oracle::shortest(block, axis, sources);
   double room = std::numeric_limits<double>::infinity();
-  for (const std::size_t v : hand)
+  for (const std::size_t v : handle)
   {
     room = std::min(room, bound[v] - sign * u[v][axis]);
   }
@@ -185,12 +185,12 @@ TEST(HeldBy, InRandomTissueItBinds)
     }
     probes[2].anchor = true;
     Simulation simulation = simulate(scene);
-    const auto hand = hands(block, [&] { // anchors grab first
+    const auto handle = handles(block, [&] { // anchors grab first
       std::vector<Probe> anchorsFirst = probes;
       std::rotate(anchorsFirst.begin(), anchorsFirst.begin() + 2, anchorsFirst.begin() + 3);
       return anchorsFirst;
     }());
-    const auto handOf = [&](std::size_t n) { return hand[n == 2 ? 0 : n < 2 ? n + 1 : n].elements; };
+    const auto handleOf = [&](std::size_t n) { return handle[n == 2 ? 0 : n < 2 ? n + 1 : n].elements; };
     const auto results = simulation.pull(probes);
     simulation.relax(seed % 3 == 0 ? 4 : 0, 0.0);
     const auto u = state(simulation);
@@ -199,7 +199,7 @@ TEST(HeldBy, InRandomTissueItBinds)
       SCOPED_TRACE("probe " + std::to_string(n));
       const HeldBy heldBy = simulation.heldBy(n);
       ++named[static_cast<int>(heldBy.what)];
-      if (probes[n].anchor || handOf(n).empty())
+      if (probes[n].anchor || handleOf(n).empty())
       {
         EXPECT_EQ(heldBy.what, What::Nothing);
         continue;
@@ -233,11 +233,11 @@ TEST(HeldBy, InRandomTissueItBinds)
       {
         if (m != n && (heldBy.what == What::Nothing || (heldBy.what == What::Probe && heldBy.probe == m)))
         {
-          const auto elements = handOf(m);
+          const auto elements = handleOf(m);
           holder.insert(holder.end(), elements.begin(), elements.end());
         }
       }
-      const double room = roomTo(block, u, handOf(n), holder, axis, sign);
+      const double room = roomTo(block, u, handleOf(n), holder, axis, sign);
       if (heldBy.what == What::Nothing)
       {
         EXPECT_LE(std::abs(lack), 1e-4) << "it got less than it asked for";
@@ -245,7 +245,7 @@ TEST(HeldBy, InRandomTissueItBinds)
       else
       {
         EXPECT_GT(std::abs(lack), 0.0);
-        EXPECT_NEAR(room, 0.0, 1e-2); // a hand that is held on both sides has a little
+        EXPECT_NEAR(room, 0.0, 1e-2); // a handle that is held on both sides has a little
       }
     }
   }

@@ -181,7 +181,7 @@ TEST(ManyProbes, OneThatDoesNotFitCostsFewWaves)
   }
 }
 
-// The forces of all hands are found together. One hand alone, which the others do not touch, has the same.
+// The forces of all handles are found together. One handle alone, which the others do not touch, has the same.
 TEST(ManyProbes, ForcesAreThoseOfSingleProbes)
 {
   Scene scene = randomScene({ 24, 20, 18 }, 1, 3400, 0.1, 0.3);
@@ -193,11 +193,11 @@ TEST(ManyProbes, ForcesAreThoseOfSingleProbes)
   const auto results = simulation.probes();
   const auto u = state(simulation);
   const std::vector<int> bones = oracle::clusters(block, 0);
-  const auto hand = hands(block, probes);
+  const auto handle = handles(block, probes);
   for (std::size_t n = 0; n < probes.size(); ++n)
   {
     std::vector<char> together(block.count(), 0);
-    for (const std::size_t held : hand[n].elements)
+    for (const std::size_t held : handle[n].elements)
     {
       for (std::size_t v = 0; v < block.count(); ++v)
       {

@@ -92,7 +92,7 @@ struct Reduction
     return this->block.at(p[0] / this->factor[0], p[1] / this->factor[1], p[2] / this->factor[2]);
   }
 
-  /// The elements of which a hand that grabs these voxels has at least half, else the one of which it has most.
+  /// The elements of which a handle that grabs these voxels has at least half, else the one of which it has most.
   std::vector<std::size_t> held(const std::vector<std::size_t>& voxels) const
   {
     std::map<std::size_t, int> grabbed, all;
@@ -231,23 +231,23 @@ TEST(ModelReduction, PropagationIsThatOfTheReducedGrid)
       Random random(77 + seed);
       const Index3 p = randomElement(scene, random);
       const Probe probe = probeAt(scene, p, { 1.5, -2.5, 2.0 }, seed % 3 == 0 ? 3.0 : 0.0);
-      oracle::Hand hand;
+      oracle::Handle handle;
       for (const std::size_t e : oracle.held(oracle::grab(oracle.whole, probe.position, probe.radius)))
       {
         if (!oracle.block.anchored[e])
         {
-          hand.elements.push_back(e);
+          handle.elements.push_back(e);
         }
       }
       for (int a = 0; a < 3; ++a)
       {
-        hand.target[a] = probe.displacement[a] / oracle.block.spacing[a];
+        handle.target[a] = probe.displacement[a] / oracle.block.spacing[a];
       }
       const std::vector<oracle::Vector3> rest(oracle.block.count());
-      const oracle::Propagated expected = oracle::propagate(oracle.block, rest, { hand });
+      const oracle::Propagated expected = oracle::propagate(oracle.block, rest, { handle });
       Simulation simulation = reduced(scene, n, brickSizes()[seed % 3]);
       const std::vector<ProbeResult> results = simulation.pull({ probe });
-      EXPECT_EQ(results[0].elements, hand.elements.size());
+      EXPECT_EQ(results[0].elements, handle.elements.size());
       for (int a = 0; a < 3; ++a)
       {
         EXPECT_NEAR(results[0].reached[a], expected.reached[0][a] * oracle.block.spacing[a], 1e-5);
@@ -267,7 +267,7 @@ TEST(ModelReduction, EverythingMovesAsOneExactly)
   {
     Scene scene({ 23, 18, 13 }, 0.0f);
     scene.grid.spacing = { 0.5, 0.7, 1.1 };
-    // Half of it soft, with holes, held all over: the hands carry every element.
+    // Half of it soft, with holes, held all over: the handles carry every element.
     scene.each(
       [&](int i, int j, int k)
       {
@@ -375,7 +375,7 @@ TEST(ModelReduction, AWallOfASingleVoxelHoldsTogetherAndAGapKeepsApart)
 {
   for (const int n : reductions)
   {
-    // A wall, bent, alone in air, from a held face to a hand: pulled taut, all of it must come along.
+    // A wall, bent, alone in air, from a held face to a handle: pulled taut, all of it must come along.
     Scene scene({ 36, 20, 20 }, 0.1f);
     scene.anchors.faces[0] = true;
     scene.each(
@@ -448,8 +448,8 @@ TEST(ModelReduction, ACutStaysACutToTheVoxel)
         const auto right = [&](int i, int j) { return i > place + slope * (j - 13.0); };
         Simulation simulation = reduced(scene, n);
         EXPECT_GT(simulation.cut(blade), 26u * 26u - 1);
-        const Index3 hand{ 36, 13, 13 };
-        simulation.pull({ probeAt(scene, hand, { 5.0, 3.0, 0.0 }, 2.0) });
+        const Index3 handle{ 36, 13, 13 };
+        simulation.pull({ probeAt(scene, handle, { 5.0, 3.0, 0.0 }, 2.0) });
         simulation.relax(300, 1e-5);
         const Statistics statistics = simulation.measure();
         EXPECT_LT(statistics.maxLinkExcess, 1e-5);
@@ -464,7 +464,7 @@ TEST(ModelReduction, ACutStaysACutToTheVoxel)
           });
         simulation.mend();
         EXPECT_EQ(links(simulation), links(reduced(scene, n)));
-        simulation.pull({ probeAt(scene, hand, { 40.0, 0.0, 0.0 }, 2.0) });
+        simulation.pull({ probeAt(scene, handle, { 40.0, 0.0, 0.0 }, 2.0) });
         EXPECT_GT(displacements(simulation)[3 * scene.grid.at(8, 13, 13)], 0.5f) << "mended tissue pulls";
       }
     }
@@ -539,7 +539,7 @@ TEST(ModelReduction, ThroughAHoleMadeByCarvingNothingPulls)
     EXPECT_GT(inside, 0u);
     simulation.relax(300, 0.0);
     EXPECT_LT(simulation.measure().energy, 1e-2) << n;
-    // All that is around the hand: elements are emptied and the probe holds nothing more.
+    // All that is around the handle: elements are emptied and the probe holds nothing more.
     EXPECT_GT(simulation.carve(sphere({ 39, 13, 11 }, 30.0, 12, 24)), 0u);
     EXPECT_EQ(simulation.probes()[0].elements, 0u);
     simulation.mend();
@@ -589,7 +589,7 @@ TEST(ModelReduction, NearTheWholeModelsOptimum)
     EXPECT_GT(error, last) << n;
     EXPECT_GT(error, 0.002 * moved) << n; // it is a coarser model
     EXPECT_LT(error, 0.05 * n * moved) << n;
-    // n^2 links for one: the energies compare, whatever the reduction. The hand's own size is that of whole elements.
+    // n^2 links for one: the energies compare, whatever the reduction. The handle's own size is that of whole elements.
     EXPECT_NEAR(energyOf / energy, 1.0, 0.1 * n) << n;
     EXPECT_NEAR(forceOf / force, 1.0, 0.1 * n) << n;
     last = error;

@@ -68,30 +68,30 @@ TEST(Oracles, ClampFormulaEqualsLinkByLinkShifting)
   const oracle::Block block = scene.block();
   Random random(2);
   const chainmail::Index3 p = randomElement(scene, random);
-  oracle::Hand hand;
-  hand.elements.assign(1, scene.grid.at(p[0], p[1], p[2]));
-  hand.target = { 1.5, -2.0, 0.4 };
+  oracle::Handle handle;
+  handle.elements.assign(1, scene.grid.at(p[0], p[1], p[2]));
+  handle.target = { 1.5, -2.0, 0.4 };
   const std::vector<oracle::Vector3> rest(block.count());
-  const auto result = oracle::propagate(block, rest, { hand });
+  const auto result = oracle::propagate(block, rest, { handle });
 
   std::vector<oracle::Vector3> shifted = rest;
-  shifted[hand.elements[0]] = hand.target;
+  shifted[handle.elements[0]] = handle.target;
   for (int axis = 0; axis < 3; ++axis)
   {
     // Elements enter in order of their distance from the source, each shifted into the box of the one it was reached
     // by.
-    const std::vector<double> d = oracle::shortest(block, axis, { { hand.elements[0], 0.0 } });
+    const std::vector<double> d = oracle::shortest(block, axis, { { handle.elements[0], 0.0 } });
     const auto neighbours = oracle::graph(block, axis);
     std::vector<std::size_t> order;
     for (std::size_t v = 0; v < block.count(); ++v)
     {
-      if (std::isfinite(d[v]) && v != hand.elements[0])
+      if (std::isfinite(d[v]) && v != handle.elements[0])
       {
         order.push_back(v);
       }
     }
     std::vector<char> done(block.count(), 0);
-    done[hand.elements[0]] = 1;
+    done[handle.elements[0]] = 1;
     while (!order.empty())
     {
       std::size_t next = order.size(), from = 0;
@@ -125,8 +125,8 @@ TEST(Oracles, LimitShortensToWhatAChainAllows)
 {
   const oracle::Block block = chain({ 0.25, 0.25, 0.25, 0.25, 0.25 });
   const std::vector<oracle::Vector3> rest(5);
-  oracle::Hand first{ { 0 }, { 1.0, 0.0, 0.0 }, false };
-  oracle::Hand second{ { 4 }, { 5.0, -3.0, 0.5 }, false };
+  oracle::Handle first{ { 0 }, { 1.0, 0.0, 0.0 }, false };
+  oracle::Handle second{ { 4 }, { 5.0, -3.0, 0.5 }, false };
   const auto result = oracle::propagate(block, rest, { first, second });
   EXPECT_EQ(result.reached[0], (oracle::Vector3{ 1.0, 0.0, 0.0 }));
   EXPECT_EQ(result.reached[1], (oracle::Vector3{ 2.0, -1.0, 0.5 }));
@@ -205,12 +205,12 @@ TEST(Oracles, OptimumIsProvenAndNoTrialBeatsIt)
   scene.anchors.faces[0] = true;
   oracle::Block block = scene.block();
   std::vector<char> held(block.anchored);
-  oracle::Hand hand;
-  hand.elements.assign(1, block.at(5, 3, 3));
-  block.tissue[hand.elements[0]] = 1;
-  hand.target = { 1.0, -0.5, 3.0 };
-  const auto pulled = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), { hand });
-  held[hand.elements[0]] = 1;
+  oracle::Handle handle;
+  handle.elements.assign(1, block.at(5, 3, 3));
+  block.tissue[handle.elements[0]] = 1;
+  handle.target = { 1.0, -0.5, 3.0 };
+  const auto pulled = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), { handle });
+  held[handle.elements[0]] = 1;
   const oracle::Optimum best = oracle::minimise(block, held, pulled.state);
   EXPECT_LE(best.gap(), 1e-5);
   EXPECT_GE(best.gap(), -1e-9); // a bound above a feasible energy would be a wrong proof
@@ -222,10 +222,10 @@ TEST(Oracles, OptimumIsProvenAndNoTrialBeatsIt)
   for (int trial = 0; trial < 200; ++trial)
   {
     // On the way from the optimum to some feasible state everything is feasible: (P*) of another pull from there.
-    oracle::Hand other;
+    oracle::Handle other;
     const chainmail::Index3 p = randomElement(scene, random);
     other.elements.assign(1, block.at(p[0], p[1], p[2]));
-    std::vector<oracle::Hand> all{ { { hand.elements[0] }, best.state[hand.elements[0]], false }, other };
+    std::vector<oracle::Handle> all{ { { handle.elements[0] }, best.state[handle.elements[0]], false }, other };
     for (int a = 0; a < 3; ++a)
     {
       all[1].target[a] = best.state[other.elements[0]][a] + random(-0.05, 0.05);

@@ -50,9 +50,9 @@ std::vector<oracle::Vector3> iterate(
 std::vector<char> heldIn(const oracle::Block& block, const std::vector<Probe>& probes)
 {
   std::vector<char> held = block.anchored;
-  for (const oracle::Hand& hand : hands(block, probes))
+  for (const oracle::Handle& handle : handles(block, probes))
   {
-    for (const std::size_t v : hand.elements)
+    for (const std::size_t v : handle.elements)
     {
       held[v] = 1;
     }
@@ -380,7 +380,7 @@ TEST(Paper, ProjectedAfterwardsIsFeasibleAgain)
     {
       for (int a = 0; held[v] && a < 3; ++a)
       {
-        ASSERT_EQ(state(simulation)[v][a], pulled[v][a]) << "in hand";
+        ASSERT_EQ(state(simulation)[v][a], pulled[v][a]) << "held";
       }
     }
     const oracle::Optimum best = oracle::minimise(block, held, pulled);

@@ -37,7 +37,7 @@ void expectOptimum(const Scene& scene, double recovery, const Vector3& shares, c
   simulation.pull({ probe });
   const std::vector<oracle::Vector3> pulled = state(simulation);
   std::vector<char> held = block.anchored;
-  const std::size_t grabbed = hands(block, { probe })[0].elements[0];
+  const std::size_t grabbed = handles(block, { probe })[0].elements[0];
   held[grabbed] = 1;
   const oracle::Optimum best = oracle::minimise(block, held, pulled);
   ASSERT_LT(best.gap(), 1e-5) << "the oracle has no proof";
@@ -55,7 +55,7 @@ void expectOptimum(const Scene& scene, double recovery, const Vector3& shares, c
   EXPECT_LE(oracle::maxLinkExcess(block, relaxed), 1e-5);
   for (int a = 0; a < 3; ++a)
   {
-    EXPECT_EQ(relaxed[grabbed][a], pulled[grabbed][a]); // in hand
+    EXPECT_EQ(relaxed[grabbed][a], pulled[grabbed][a]); // held
   }
 }
 
@@ -194,7 +194,7 @@ TEST(Plastic, ForceIsTheGradientOfTheRelaxedEnergy)
   scene.grid.spacing = { 1.0, 0.5, 2.0 };
   const oracle::Block block = plasticBlock(scene, 0.8);
   std::vector<char> held = block.anchored;
-  const std::size_t grabbed = hands(block, { corner(scene, {}) })[0].elements[0];
+  const std::size_t grabbed = handles(block, { corner(scene, {}) })[0].elements[0];
   held[grabbed] = 1;
   // So short that no limit is reached when the tissue has relaxed.
   const Vector3 reach = reachOfCorner(scene);
@@ -223,11 +223,11 @@ TEST(Plastic, ForceIsTheGradientOfTheRelaxedEnergy)
     // 1 % for the third derivative where links begin to cost something, and for what sweeps in float32 leave.
     EXPECT_NEAR(force[a], slope, 0.01 * std::abs(slope)) << a;
     EXPECT_GT(std::abs(slope), 0.05) << "no force: a poor test";
-    EXPECT_GT(force[a] * place[a], 0.0) << "the hand pulls outwards";
+    EXPECT_GT(force[a] * place[a], 0.0) << "the handle pulls outwards";
   }
 }
 
-/// A bar of uneven tissue, anchored at its left end, with a hand around its right end.
+/// A bar of uneven tissue, anchored at its left end, with a handle around its right end.
 struct Bar
 {
   static constexpr int length = 12;
@@ -244,8 +244,8 @@ struct Bar
     }
     this->scene.anchors.faces[0] = true;
     const oracle::Block block = this->scene.block();
-    const oracle::Hand hand = hands(block, { this->grip(0.0) })[0];
-    EXPECT_EQ(hand.elements.size(), 25u) << "the hand holds the whole end";
+    const oracle::Handle handle = handles(block, { this->grip(0.0) })[0];
+    EXPECT_EQ(handle.elements.size(), 25u) << "the handle holds the whole end";
     std::vector<std::pair<std::size_t, double>> anchored;
     for (std::size_t v = 0; v < block.count(); ++v)
     {
@@ -257,13 +257,13 @@ struct Bar
     const std::vector<double> distances = oracle::shortest(block, 0, anchored);
     this->distance = distances[this->end()];
     this->reach = this->distance;
-    for (const std::size_t v : hand.elements)
+    for (const std::size_t v : handle.elements)
     {
       this->reach = std::min(this->reach, distances[v]);
     }
   }
 
-  /// The same hand, moved along x by a share of the reach.
+  /// The same handle, moved along x by a share of the reach.
   Probe grip(double share) const
   {
     // A ball that takes in the corners of the end and not the middle of the layer before it.
@@ -276,7 +276,8 @@ struct Bar
   double displacementOfEnd(const Simulation& simulation) const { return state(simulation)[this->end()][0]; }
 };
 
-/// Force at the hand along x, with the tissue relaxed, where the hand is moved to these shares of the reach in turn.
+/// Force at the handle along x, with the tissue relaxed, where the handle is moved to these shares of the reach in
+/// turn.
 std::vector<double> forces(Simulation& simulation, const Bar& bar, const std::vector<double>& shares)
 {
   std::vector<double> result;
@@ -291,7 +292,7 @@ std::vector<double> forces(Simulation& simulation, const Bar& bar, const std::ve
 
 const std::vector<double> loading{ 0.0, 0.06, 0.12, 0.18, 0.3, 0.45, 0.6, 0.75 };
 
-// The relaxed energy depends on where the hand is and on nothing else: it is the minimum of a convex problem. So does
+// The relaxed energy depends on where the handle is and on nothing else: it is the minimum of a convex problem. So does
 // the force, its slope. Loading and unloading therefore give one curve for every recovery, elastic or not. What differs
 // is where it begins: as long as some state keeps every link within its slack, nothing pulls, and by the Lipschitz
 // extension there is one exactly up to slack times the reach.
@@ -338,7 +339,7 @@ TEST(Plastic, LoadingAndUnloadingAreOneCurveThatBeginsAtTheSlack)
 }
 
 // What remembers is the tissue: let go, elastic tissue comes back; at 80 % recovery each link keeps up to a fifth of
-// its limit. A hand that pulls on from there feels at once what it did not feel in tissue that had never been pulled.
+// its limit. A handle that pulls on from there feels at once what it did not feel in tissue that had never been pulled.
 TEST(Plastic, ReleasedTissueKeepsItsShareOfStrain)
 {
   const Bar bar;

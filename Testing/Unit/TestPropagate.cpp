@@ -22,12 +22,12 @@ constexpr double overshootTolerance = 3e-6; // of the displacement asked
 std::vector<Probe> inDeformedTissue(
   const oracle::Block& block, const std::vector<oracle::Vector3>& now, std::vector<Probe> probes)
 {
-  const auto hand = hands(block, probes);
+  const auto handle = handles(block, probes);
   for (std::size_t p = 0; p < probes.size(); ++p)
   {
-    for (int a = 0; a < 3 && !hand[p].elements.empty(); ++a)
+    for (int a = 0; a < 3 && !handle[p].elements.empty(); ++a)
     {
-      const double u = now[hand[p].elements.front()][a] * block.spacing[a];
+      const double u = now[handle[p].elements.front()][a] * block.spacing[a];
       probes[p].position[a] += u;
       probes[p].displacement[a] -= u;
     }
@@ -41,8 +41,8 @@ void expectFormula(Simulation& simulation, const oracle::Block& block, const std
 {
   SCOPED_TRACE(what);
   const std::vector<oracle::Vector3> before = state(simulation);
-  const auto hand = hands(block, probes);
-  const oracle::Propagated expected = oracle::propagate(block, before, hand);
+  const auto handle = handles(block, probes);
+  const oracle::Propagated expected = oracle::propagate(block, before, handle);
   const std::vector<ProbeResult> results = simulation.pull(inDeformedTissue(block, before, probes));
   const std::vector<oracle::Vector3> got = state(simulation);
   EXPECT_LT(largestDifference(block, got, expected.state), near);
@@ -59,13 +59,13 @@ void expectFormula(Simulation& simulation, const oracle::Block& block, const std
   EXPECT_EQ(statistics.displaced, displaced);
   for (std::size_t p = 0; p < probes.size(); ++p)
   {
-    EXPECT_EQ(results[p].elements, hand[p].elements.size()) << "probe " << p;
+    EXPECT_EQ(results[p].elements, handle[p].elements.size()) << "probe " << p;
     for (int a = 0; a < 3; ++a)
     {
       const double h = block.spacing[a];
-      if (!hand[p].elements.empty())
+      if (!handle[p].elements.empty())
       {
-        const double grabbed = before[hand[p].elements.front()][a];
+        const double grabbed = before[handle[p].elements.front()][a];
         EXPECT_NEAR(results[p].reached[a], (expected.reached[p][a] - grabbed) * h, near * h)
           << "probe " << p << " axis " << a;
       }

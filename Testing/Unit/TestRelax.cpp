@@ -27,7 +27,7 @@ void expectOptimum(Scene& scene, const Vector3& displacement, const char* what, 
   simulation.pull(probes);
   const std::vector<oracle::Vector3> pulled = state(simulation);
   std::vector<char> held = block.anchored;
-  const std::size_t grabbed = hands(block, probes)[0].elements[0];
+  const std::size_t grabbed = handles(block, probes)[0].elements[0];
   held[grabbed] = 1;
   const oracle::Optimum best = oracle::minimise(block, held, pulled);
   ASSERT_LT(best.gap(), 1e-5) << "the oracle has no proof";
@@ -44,7 +44,7 @@ void expectOptimum(Scene& scene, const Vector3& displacement, const char* what, 
   EXPECT_LE(simulation.measure().maxLinkExcess, 1e-5);
   for (int a = 0; a < 3; ++a)
   {
-    EXPECT_EQ(relaxed[grabbed][a], pulled[grabbed][a]); // in hand
+    EXPECT_EQ(relaxed[grabbed][a], pulled[grabbed][a]); // held
   }
 }
 
@@ -94,7 +94,7 @@ TEST(Relax, ReachesTheOptimumWhereChainsOfLinksAreAtTheirLimits)
     scene.anchors.faces[0] = true;
     scene.scalar[scene.grid.at(n - 2, n - 3, n / 2)] = 1.0f;
     const oracle::Block block = scene.block();
-    oracle::Hand far{ { scene.grid.at(n - 2, n - 3, n / 2) }, { 50.0, 50.0, 50.0 }, false };
+    oracle::Handle far{ { scene.grid.at(n - 2, n - 3, n / 2) }, { 50.0, 50.0, 50.0 }, false };
     const double reach = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), { far }).reached[0][0];
     expectOptimum(scene, { 0.9 * reach, -0.6 * reach, 0.99 * reach }, "near the limit");
   }
@@ -358,7 +358,7 @@ TEST(Relax, LargestMoveIsWhatMoved)
   }
 }
 
-// Force = gradient of the energy with respect to where the hand is: by the envelope theorem the change of the relaxed
+// Force = gradient of the energy with respect to where the handle is: by the envelope theorem the change of the relaxed
 // energy under a small change of the pull.
 TEST(Relax, ForceIsTheGradientOfTheRelaxedEnergy)
 {
@@ -388,7 +388,7 @@ TEST(Relax, ForceIsTheGradientOfTheRelaxedEnergy)
     const double slope = (relaxedEnergy(more, nullptr) - relaxedEnergy(less, nullptr)) / (2.0 * step);
     // The energy is quadratic here, so the central difference is exact; 1 % for what 3000 sweeps in float32 leave.
     EXPECT_NEAR(force[a], slope, 0.01 * std::abs(slope)) << a;
-    EXPECT_GT(force[a] * pull[a], 0.0) << "the hand pulls outwards";
+    EXPECT_GT(force[a] * pull[a], 0.0) << "the handle pulls outwards";
   }
 }
 

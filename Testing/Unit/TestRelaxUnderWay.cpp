@@ -93,7 +93,7 @@ struct Pair
     this->simulation.setPropagation(PropagationMethod::Timestamp, ConflictPolicy::Limit);
     this->simulation.setRelaxation(method, 1.0);
     const Probe probe = pullBy(this->scene, pull);
-    const std::size_t grabbed = hands(this->block, { probe })[0].elements[0];
+    const std::size_t grabbed = handles(this->block, { probe })[0].elements[0];
     this->simulation.hold({ probe });
     this->waves.held[grabbed] = 1;
     this->waves.start(grabbed, probe.displacement, 1);

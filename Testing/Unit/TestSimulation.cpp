@@ -88,7 +88,7 @@ TEST(Simulation, BadProbesNameThemselvesAndLoseNothing)
       EXPECT_TRUE(contains(error.what(), "Probe 1")) << error.what();
       EXPECT_TRUE(contains(error.what(), error.problem)) << error.what();
     }
-    // Nothing is lost: the state is that before the call, hands included, and the next pull works.
+    // Nothing is lost: the state is that before the call, handles included, and the next pull works.
     EXPECT_TRUE(sameBits(displacements(simulation), before));
     EXPECT_EQ(simulation.probes().size(), 1u);
   }
@@ -241,7 +241,7 @@ TEST(Simulation, AbortLeavesItAtRestAndUsable)
   }
 }
 
-// Resampling only looks: stopped, it leaves the state, its hands and a wave that is under way as they were.
+// Resampling only looks: stopped, it leaves the state, its handles and a wave that is under way as they were.
 TEST(Simulation, AbortedResamplingLosesNothing)
 {
   Scene scene({ 40, 30, 30 }, 0.1f);
@@ -323,7 +323,7 @@ TEST(Simulation, StatisticsOfAKnownState)
   EXPECT_LE(statistics.maxLinkExcess, 1e-6);
   EXPECT_GE(statistics.allocated, 3u);
   EXPECT_GT(statistics.deviceBytes, statistics.allocated * 12);
-  // 2 * w * stretch of the one link at the hand: see ProbeResult.
+  // 2 * w * stretch of the one link at the handle: see ProbeResult.
   const std::vector<ProbeResult> probes = simulation.probes();
   ASSERT_EQ(probes.size(), 1u);
   EXPECT_NEAR(probes[0].force[0], 2.0 * 0.5 / 0.500001, 1e-4);

@@ -333,17 +333,17 @@ TEST(Timestamp, LatestIsTheFormulaWaveByWave)
         const Index3 p = randomElement(scene, again);
         Probe probe = probeAt(scene, p, {});
         const auto now = state(simulation)[scene.grid.at(p[0], p[1], p[2])];
-        oracle::Hand hand;
-        hand.elements = { scene.grid.at(p[0], p[1], p[2]) };
+        oracle::Handle handle;
+        handle.elements = { scene.grid.at(p[0], p[1], p[2]) };
         for (int a = 0; a < 3; ++a)
         {
-          hand.target[a] = again(-4, 4);
+          handle.target[a] = again(-4, 4);
           probe.position[a] += now[a];
-          probe.displacement[a] = hand.target[a] - now[a];
+          probe.displacement[a] = handle.target[a] - now[a];
         }
         list.push_back(probe);
         simulation.pull(list);
-        expected = oracle::propagate(block, expected, { hand }).state;
+        expected = oracle::propagate(block, expected, { handle }).state;
         EXPECT_LT(largestDifference(block, state(simulation), expected), 2 * tolerance) << n;
       }
     }
