@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Exchange.h"
 
+#include "ImageParts.h"
+
 #include "Error.h"
 
 #include "vtkCellData.h"
@@ -36,132 +38,28 @@ enum Tags
   ARRAYS
 };
 
-using Extent = std::array<int, 6>;
-
-bool IsEmpty(const Extent& e)
-{
-  return e[0] > e[1] || e[2] > e[3] || e[4] > e[5];
-}
-
-bool Contains(const Extent& outer, const Extent& inner)
-{
-  return inner[0] >= outer[0] && inner[1] <= outer[1] && inner[2] >= outer[2] && inner[3] <= outer[3] &&
-         inner[4] >= outer[4] && inner[5] <= outer[5];
-}
-
-Extent ExtentOf(vtkImageData* image)
-{
-  Extent extent{ { 0, -1, 0, -1, 0, -1 } };
-  if (image)
-  {
-    image->GetExtent(extent.data());
-  }
-  return extent;
-}
-
 /// Sent as memory; bits, strings and variants, which are not laid out so, as a table with one column.
 bool IsRaw(vtkAbstractArray* array)
 {
   return vtkDataArray::SafeDownCast(array) && array->GetDataType() != VTK_BIT;
 }
 
-/// The same places in the same world.
-bool HasSameGrid(vtkImageData* a, vtkImageData* b)
-{
-  return std::equal(a->GetOrigin(), a->GetOrigin() + 3, b->GetOrigin()) &&
-         std::equal(a->GetSpacing(), a->GetSpacing() + 3, b->GetSpacing()) &&
-         std::equal(a->GetDirectionMatrix()->GetData(), a->GetDirectionMatrix()->GetData() + 9,
-           b->GetDirectionMatrix()->GetData());
 }
 
-/// Puts parts of an image together. Where they overlap they hold the same, but for voxels that one marks as ghosts, of
-/// which it may hold an old copy.
-vtkSmartPointer<vtkImageData> PutTogether(const std::vector<vtkSmartPointer<vtkImageData>>& parts, const Extent& whole)
+void Exchange::Wanted::Write(vtkMultiProcessStream& stream) const
 {
-  vtkImageData* first = parts.front();
-  auto image = vtkSmartPointer<vtkImageData>::New();
-  image->SetOrigin(first->GetOrigin());
-  image->SetSpacing(first->GetSpacing());
-  image->SetDirectionMatrix(first->GetDirectionMatrix());
-  image->SetExtent(whole[0], whole[1], whole[2], whole[3], whole[4], whole[5]);
-  image->GetFieldData()->ShallowCopy(first->GetFieldData());
-  const vtkIdType voxels = image->GetNumberOfPoints();
-  vtkPointData* arrays = image->GetPointData();
-  arrays->CopyAllOn();
-  arrays->CopyAllocate(first->GetPointData(), voxels);
-  arrays->SetNumberOfTuples(voxels);
-
-  enum : unsigned char
-  {
-    Missing,
-    Ghost,
-    Own
-  };
-  std::vector<unsigned char> known(voxels, Missing);
-  for (vtkImageData* part : parts)
-  {
-    if (!HasSameGrid(part, first))
-    {
-      throw chainmail::InputError("The parts of the image that the processes have differ in origin, spacing or "
-                                  "direction, so they are no parts of one image. Give one image.");
-    }
-    for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
-    {
-      const char* name = arrays->GetArrayName(a);
-      vtkAbstractArray* from = part->GetPointData()->GetAbstractArray(name);
-      if (!from || from->GetDataType() != arrays->GetAbstractArray(a)->GetDataType() ||
-          from->GetNumberOfComponents() != arrays->GetAbstractArray(a)->GetNumberOfComponents())
-      {
-        throw chainmail::InputError("The point array \"" + std::string(name ? name : "") +
-                                    "\" is not the same in all parts of the image that the processes have. Give all "
-                                    "parts the same arrays.");
-      }
-    }
-    vtkUnsignedCharArray* ghosts = part->GetPointGhostArray();
-    const Extent e = ExtentOf(part);
-    vtkIdType from = 0;
-    for (int k = e[4]; k <= e[5]; ++k)
-    {
-      for (int j = e[2]; j <= e[3]; ++j)
-      {
-        for (int i = e[0]; i <= e[1]; ++i, ++from)
-        {
-          if (i < whole[0] || i > whole[1] || j < whole[2] || j > whole[3] || k < whole[4] || k > whole[5])
-          {
-            continue;
-          }
-          int at[3] = { i, j, k };
-          const vtkIdType to = image->ComputePointId(at);
-          const bool ghost = ghosts && (ghosts->GetValue(from) & vtkDataSetAttributes::DUPLICATEPOINT);
-          if (known[to] < (ghost ? Ghost : Own))
-          {
-            known[to] = ghost ? Ghost : Own;
-            for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
-            {
-              arrays->GetAbstractArray(a)->SetTuple(
-                to, from, part->GetPointData()->GetAbstractArray(arrays->GetArrayName(a)));
-            }
-          }
-        }
-      }
-    }
-  }
-  if (const auto missing = std::count(known.begin(), known.end(), Missing))
-  {
-    throw chainmail::InputError("The parts of the image that the processes have leave out " + std::to_string(missing) +
-                                " of its " + std::to_string(voxels) + " voxels. Give the whole image.");
-  }
-  // In the whole image no voxel is the copy of another process's.
-  if (vtkUnsignedCharArray* ghosts = image->GetPointGhostArray())
-  {
-    for (vtkIdType v = 0; v < voxels; ++v)
-    {
-      ghosts->SetValue(v, ghosts->GetValue(v) & ~vtkDataSetAttributes::DUPLICATEPOINT);
-    }
-  }
-  return image;
+  stream << static_cast<int>(this->Numbers.size());
+  std::for_each(this->Numbers.begin(), this->Numbers.end(), [&](int n) { stream << n; });
+  stream << this->Image;
 }
 
+void Exchange::Wanted::Read(vtkMultiProcessStream& stream)
+{
+  int count;
+  stream >> count;
+  this->Numbers.resize(count);
+  std::for_each(this->Numbers.begin(), this->Numbers.end(), [&](int& n) { stream >> n; });
+  stream >> this->Image;
 }
 
 Exchange::Exchange(vtkMultiProcessController* controller)
@@ -191,8 +89,6 @@ Inputs Exchange::Gather(const Inputs& mine) const
   {
     return mine;
   }
-  const int processes = this->Controller->GetNumberOfProcesses();
-
   // First what there is, so that nothing travels that the root has already.
   vtkMultiProcessStream about;
   about << mine.Problem << static_cast<int>(mine.Leaves.size());
@@ -200,103 +96,99 @@ Inputs Exchange::Gather(const Inputs& mine) const
   {
     about << leaf.Port << leaf.Input << leaf.Block << leaf.GetFingerprint();
   }
-  const bool hasImage = mine.Image && mine.Image->GetNumberOfPoints() > 0;
-  about << hasImage;
+  about << static_cast<bool>(mine.Image && mine.Image->GetNumberOfPoints() > 0);
   std::vector<vtkMultiProcessStream> abouts;
   this->Controller->Gather(about, abouts, root);
 
   Inputs all;
-  vtkMultiProcessStream wanted; // of each process: the numbers of leaves, and whether its part of the image
-  std::vector<std::vector<Leaf>> leavesFrom(processes);
-  std::vector<bool> imageFrom(processes, false);
+  std::vector<Wanted> wanted(this->Controller->GetNumberOfProcesses());
+  vtkMultiProcessStream wishes;
   if (this->IsRoot())
   {
-    all.WholeExtent = mine.WholeExtent;
-    const bool needsParts = !hasImage || !Contains(ExtentOf(mine.Image), mine.WholeExtent);
-    std::vector<std::tuple<int, int, int, Fingerprint>> known;
-    for (int p = 0; p < processes; ++p)
-    {
-      std::string problem;
-      int count;
-      abouts[p] >> problem >> count;
-      all.Problem = all.Problem.empty() ? problem : all.Problem;
-      std::vector<int> numbers;
-      for (int n = 0; n < count; ++n)
-      {
-        Leaf leaf;
-        Fingerprint fingerprint;
-        abouts[p] >> leaf.Port >> leaf.Input >> leaf.Block >> fingerprint;
-        leaf.Process = p;
-        // Alike on the same process are two datasets; alike on two processes they are one that both have.
-        const auto key = std::make_tuple(leaf.Port, leaf.Input, leaf.Block, fingerprint);
-        if (p == root || std::find(known.begin(), known.end(), key) == known.end())
-        {
-          known.push_back(key);
-          numbers.push_back(n);
-          leavesFrom[p].push_back(leaf);
-        }
-      }
-      bool has;
-      abouts[p] >> has;
-      imageFrom[p] = has && needsParts;
-      wanted << static_cast<int>(numbers.size());
-      for (const int n : numbers)
-      {
-        wanted << n;
-      }
-      wanted << static_cast<bool>(imageFrom[p]);
-    }
+    wanted = Choose(mine, abouts, all.Problem);
+    std::for_each(wanted.begin(), wanted.end(), [&](const Wanted& one) { one.Write(wishes); });
   }
-  this->Controller->Broadcast(wanted, root);
-
-  for (int p = 0; p < processes; ++p)
+  this->Controller->Broadcast(wishes, root);
+  if (this->IsRoot())
   {
+    this->Receive(mine, wanted, all);
+  }
+  else
+  {
+    std::for_each(wanted.begin(), wanted.end(), [&](Wanted& one) { one.Read(wishes); });
+    this->Send(mine, wanted[this->Controller->GetLocalProcessId()]);
+  }
+  return all;
+}
+
+std::vector<Exchange::Wanted> Exchange::Choose(
+  const Inputs& mine, std::vector<vtkMultiProcessStream>& abouts, std::string& problem)
+{
+  const bool hasAll =
+    mine.Image && mine.Image->GetNumberOfPoints() > 0 && Contains(ExtentOf(mine.Image), mine.WholeExtent);
+  std::vector<std::tuple<int, int, int, Fingerprint>> known;
+  std::vector<Wanted> wanted(abouts.size());
+  for (int p = 0; p < static_cast<int>(abouts.size()); ++p)
+  {
+    std::string problemThere;
     int count;
-    wanted >> count;
-    std::vector<int> numbers(count);
-    for (int& n : numbers)
+    abouts[p] >> problemThere >> count;
+    problem = problem.empty() ? problemThere : problem;
+    for (int n = 0; n < count; ++n)
     {
-      wanted >> n;
-    }
-    bool image;
-    wanted >> image;
-    if (p != root && p == this->Controller->GetLocalProcessId())
-    {
-      for (const int n : numbers)
+      Leaf leaf;
+      Fingerprint fingerprint;
+      abouts[p] >> leaf.Port >> leaf.Input >> leaf.Block >> fingerprint;
+      leaf.Process = p;
+      // Alike on the same process are two datasets; alike on two processes they are one that both have.
+      const auto key = std::make_tuple(leaf.Port, leaf.Input, leaf.Block, fingerprint);
+      if (p == root || std::find(known.begin(), known.end(), key) == known.end())
       {
-        this->Controller->Send(mine.Leaves[n].Data, root, LEAVES);
-      }
-      if (image)
-      {
-        this->Send(mine.Image, root);
+        known.push_back(key);
+        wanted[p].Numbers.push_back(n);
+        wanted[p].Leaves.push_back(leaf);
       }
     }
-    else if (p == root && this->IsRoot())
-    {
-      for (std::size_t n = 0; n < numbers.size(); ++n)
-      {
-        leavesFrom[p][n].Data = mine.Leaves[numbers[n]].Data;
-      }
-    }
+    bool hasImage;
+    abouts[p] >> hasImage;
+    wanted[p].Image = hasImage && !hasAll;
   }
-  if (!this->IsRoot())
-  {
-    return all;
-  }
+  return wanted;
+}
 
-  std::vector<vtkSmartPointer<vtkImageData>> parts;
-  for (int p = 0; p < processes; ++p)
+void Exchange::Send(const Inputs& mine, const Wanted& wanted) const
+{
+  for (const int n : wanted.Numbers)
   {
-    for (Leaf& leaf : leavesFrom[p])
+    this->Controller->Send(mine.Leaves[n].Data, root, LEAVES);
+  }
+  if (wanted.Image)
+  {
+    this->Send(mine.Image, root);
+  }
+}
+
+void Exchange::Receive(const Inputs& mine, const std::vector<Wanted>& wanted, Inputs& all) const
+{
+  all.WholeExtent = mine.WholeExtent;
+  std::vector<vtkSmartPointer<vtkImageData>> parts;
+  for (int p = 0; p < static_cast<int>(wanted.size()); ++p)
+  {
+    for (std::size_t n = 0; n < wanted[p].Numbers.size(); ++n)
     {
-      if (p != root)
+      Leaf leaf = wanted[p].Leaves[n];
+      if (p == root)
+      {
+        leaf.Data = mine.Leaves[wanted[p].Numbers[n]].Data;
+      }
+      else
       {
         leaf.Data = vtkSmartPointer<vtkPolyData>::New();
         this->Controller->Receive(leaf.Data, p, LEAVES);
       }
       all.Leaves.push_back(leaf);
     }
-    if (imageFrom[p])
+    if (wanted[p].Image)
     {
       parts.push_back(p == root ? mine.Image : this->Receive(p));
     }
@@ -317,7 +209,6 @@ Inputs Exchange::Gather(const Inputs& mine) const
       all.Problem = error.what();
     }
   }
-  return all;
 }
 
 void Exchange::Share(Outcome& outcome) const

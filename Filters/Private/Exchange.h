@@ -10,6 +10,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 class vtkDataObject;
 class vtkMultiProcessController;
@@ -49,6 +50,23 @@ public:
   vtkSmartPointer<vtkImageData> Deliver(vtkImageData* whole, const std::array<int, 6>& extent) const;
 
 private:
+  /// What one process is to send to the root.
+  struct Wanted
+  {
+    std::vector<int> Numbers; ///< of its leaves
+    std::vector<Leaf> Leaves; ///< these, still without data; known to the root alone
+    bool Image = false;       ///< its part of it
+
+    void Write(vtkMultiProcessStream& stream) const;
+    void Read(vtkMultiProcessStream& stream);
+  };
+
+  /// Of all that the processes say they have what the root lacks. `problem`: the first that one of them has.
+  static std::vector<Wanted> Choose(
+    const Inputs& mine, std::vector<vtkMultiProcessStream>& abouts, std::string& problem);
+  void Send(const Inputs& mine, const Wanted& wanted) const;
+  void Receive(const Inputs& mine, const std::vector<Wanted>& wanted, Inputs& all) const;
+
   void Send(vtkImageData* image, int to) const;
   vtkSmartPointer<vtkImageData> Receive(int from) const;
 

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ImageParts.h"
+
+#include "Error.h"
+
+#include "vtkFieldData.h"
+#include "vtkMatrix3x3.h"
+#include "vtkPointData.h"
+#include "vtkUnsignedCharArray.h"
+
+#include <algorithm>
+#include <string>
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+/// What is known of a voxel.
+enum Knowledge : unsigned char
+{
+  Missing,
+  Ghost,
+  Own
+};
+
+/// The same places in the same world.
+bool HasSameGrid(vtkImageData* a, vtkImageData* b)
+{
+  return std::equal(a->GetOrigin(), a->GetOrigin() + 3, b->GetOrigin()) &&
+         std::equal(a->GetSpacing(), a->GetSpacing() + 3, b->GetSpacing()) &&
+         std::equal(a->GetDirectionMatrix()->GetData(), a->GetDirectionMatrix()->GetData() + 9,
+           b->GetDirectionMatrix()->GetData());
+}
+
+/// Refuses a part that cannot be one of this image.
+void Check(vtkImageData* part, vtkImageData* image)
+{
+  if (!HasSameGrid(part, image))
+  {
+    throw chainmail::InputError("The parts of the image that the processes have differ in origin, spacing or "
+                                "direction, so they are no parts of one image. Give one image.");
+  }
+  vtkPointData* arrays = image->GetPointData();
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    const char* name = arrays->GetArrayName(a);
+    vtkAbstractArray* from = part->GetPointData()->GetAbstractArray(name);
+    if (!from || from->GetDataType() != arrays->GetAbstractArray(a)->GetDataType() ||
+        from->GetNumberOfComponents() != arrays->GetAbstractArray(a)->GetNumberOfComponents())
+    {
+      throw chainmail::InputError("The point array \"" + std::string(name ? name : "") +
+                                  "\" is not the same in all parts of the image that the processes have. Give all "
+                                  "parts the same arrays.");
+    }
+  }
+}
+
+/// Copies the voxels of a part that are not known yet, or known from an old copy alone.
+void Copy(vtkImageData* part, vtkImageData* image, std::vector<Knowledge>& known)
+{
+  vtkPointData* arrays = image->GetPointData();
+  vtkUnsignedCharArray* ghosts = part->GetPointGhostArray();
+  const Extent whole = ExtentOf(image);
+  const Extent e = ExtentOf(part);
+  vtkIdType from = 0;
+  for (int k = e[4]; k <= e[5]; ++k)
+  {
+    for (int j = e[2]; j <= e[3]; ++j)
+    {
+      for (int i = e[0]; i <= e[1]; ++i, ++from)
+      {
+        if (!Contains(whole, { { i, i, j, j, k, k } }))
+        {
+          continue;
+        }
+        int at[3] = { i, j, k };
+        const vtkIdType to = image->ComputePointId(at);
+        const Knowledge now = ghosts && (ghosts->GetValue(from) & vtkDataSetAttributes::DUPLICATEPOINT) ? Ghost : Own;
+        if (known[to] < now)
+        {
+          known[to] = now;
+          for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+          {
+            arrays->GetAbstractArray(a)->SetTuple(
+              to, from, part->GetPointData()->GetAbstractArray(arrays->GetArrayName(a)));
+          }
+        }
+      }
+    }
+  }
+}
+
+}
+
+bool IsEmpty(const Extent& e)
+{
+  return e[0] > e[1] || e[2] > e[3] || e[4] > e[5];
+}
+
+bool Contains(const Extent& outer, const Extent& inner)
+{
+  return inner[0] >= outer[0] && inner[1] <= outer[1] && inner[2] >= outer[2] && inner[3] <= outer[3] &&
+         inner[4] >= outer[4] && inner[5] <= outer[5];
+}
+
+Extent ExtentOf(vtkImageData* image)
+{
+  Extent extent{ { 0, -1, 0, -1, 0, -1 } };
+  if (image)
+  {
+    image->GetExtent(extent.data());
+  }
+  return extent;
+}
+
+vtkSmartPointer<vtkImageData> PutTogether(const std::vector<vtkSmartPointer<vtkImageData>>& parts, const Extent& whole)
+{
+  vtkImageData* first = parts.front();
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  image->SetOrigin(first->GetOrigin());
+  image->SetSpacing(first->GetSpacing());
+  image->SetDirectionMatrix(first->GetDirectionMatrix());
+  image->SetExtent(whole[0], whole[1], whole[2], whole[3], whole[4], whole[5]);
+  image->GetFieldData()->ShallowCopy(first->GetFieldData());
+  const vtkIdType voxels = image->GetNumberOfPoints();
+  vtkPointData* arrays = image->GetPointData();
+  arrays->CopyAllOn();
+  arrays->CopyAllocate(first->GetPointData(), voxels);
+  arrays->SetNumberOfTuples(voxels);
+
+  std::vector<Knowledge> known(voxels, Missing);
+  for (vtkImageData* part : parts)
+  {
+    Check(part, image);
+    Copy(part, image, known);
+  }
+  if (const auto missing = std::count(known.begin(), known.end(), Missing))
+  {
+    throw chainmail::InputError("The parts of the image that the processes have leave out " + std::to_string(missing) +
+                                " of its " + std::to_string(voxels) + " voxels. Give the whole image.");
+  }
+  // In the whole image no voxel is the copy of another process's.
+  if (vtkUnsignedCharArray* ghosts = image->GetPointGhostArray())
+  {
+    for (vtkIdType v = 0; v < voxels; ++v)
+    {
+      ghosts->SetValue(v, ghosts->GetValue(v) & ~vtkDataSetAttributes::DUPLICATEPOINT);
+    }
+  }
+  return image;
+}
+
+}
