@@ -1,9 +1,8 @@
-// Reads or writes single elements of a field, whatever its values of 4 bytes are: values[n * components + axis] <-> field[axis * pitch + addresses[n]].
-// The host guarantees: addresses are valid and, for scatter, distinct.
+// Reads or writes single elements of a field, whatever its values of 4 bytes are: values[n * components + axis] <->
+// field[axis * pitch + addresses[n]]. The host guarantees: addresses are valid and, for scatter, distinct.
 
 kernel void scatter(
-  global uint* field, uint pitch, int components, global const uint* addresses, global const uint* values,
-  uint count)
+  global uint* field, uint pitch, int components, global const uint* addresses, global const uint* values, uint count)
 {
   const size_t n = get_global_id(0);
   if (n >= count)

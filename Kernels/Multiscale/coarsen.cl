@@ -52,7 +52,8 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, g
 }
 
 // Leaves elements so much of the way from where they were before.
-kernel void goBack(global const int* list, uint pitch, float share, global const float* before, global float* displacement)
+kernel void goBack(
+  global const int* list, uint pitch, float share, global const float* before, global float* displacement)
 {
   const uint first = list[get_group_id(0)] * ELEMENTS;
   for (int axis = 0; axis < 3; ++axis)
@@ -222,12 +223,12 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
 }
 
 // Takes the elements of the finer grid that are not held where the coarser one is: interpolated between the up to eight
-// coarser elements around, those that no cut divides from the one it belongs to (shareOut). For rigid ones the rigid of these
-// alone count, axis by axis: so bone comes out where the coarser bone is.
-kernel void refine(global const int* list, uint finerPitch, global const int* finerTable,
-  global const int* finerPlace, int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS,
-  global const float* displacement, global const float* constraint, global const uchar* cut,
-  global const float* finerConstraint, global float* finerDisplacement)
+// coarser elements around, those that no cut divides from the one it belongs to (shareOut). For rigid ones the rigid of
+// these alone count, axis by axis: so bone comes out where the coarser bone is.
+kernel void refine(global const int* list, uint finerPitch, global const int* finerTable, global const int* finerPlace,
+  int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global const float* finerConstraint,
+  global float* finerDisplacement)
 {
   local float layers[3 * LAYER];
   const uint finerSlot = list[get_group_id(0)];

@@ -73,8 +73,8 @@ RULE int joinAt(
 }
 
 // From link to link.
-kernel void join(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut,
-  global int* marks)
+kernel void join(
+  FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut, global int* marks)
 {
   FIXED_POINT_BEGIN
 #define JOIN(odd) joinAt(odd, &s, constraint, cut, marks)

@@ -1,9 +1,9 @@
 // The displacements of voxels from those of the larger elements that stand for FX x FY x FZ of them. Displacements
 // are fractions of each grid's own spacing; the centre of an element is the middle of its voxels.
 //
-// The host guarantees: both grids have bricks of the same size, WIDTH is 1; `whole` arguments belong to the voxels, tables
-// are as brick.clh says; listed voxels are at rest; every voxel that is no air has an element, and with OWNERS its own
-// one where `owner` is 0, else element owner - 1.
+// The host guarantees: both grids have bricks of the same size, WIDTH is 1; `whole` arguments belong to the voxels,
+// tables are as brick.clh says; listed voxels are at rest; every voxel that is no air has an element, and with OWNERS
+// its own one where `owner` is 0, else element owner - 1.
 
 #include "brick.clh"
 
@@ -17,8 +17,8 @@ inline float mix2(float a, float b, float c, float d, float3 w)
 // equal gives just that. Rigid voxels exactly as their own one; anchored ones stay.
 kernel void expand(global const int* list, uint wholePitch, global const int* wholeTable, global const int* wholePlace,
   int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY, int strideZ, int4 size,
-  global const float* displacement, global const float* constraint, global const uchar* cut,
-  global const int* owner, global const float* wholeConstraint, global float* wholeDisplacement)
+  global const float* displacement, global const float* constraint, global const uchar* cut, global const int* owner,
+  global const float* wholeConstraint, global float* wholeDisplacement)
 {
   const uint slot = list[get_group_id(0)];
   const int3 origin = brickAt(wholePlace[slot], wholeStrideY, wholeStrideZ) * (int3)(BX, BY, BZ);
@@ -89,7 +89,8 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
       {
         if (reached >> d & 1)
         {
-          const float share = (d & 1 ? w.x : 1.0f - w.x) * (d >> 1 & 1 ? w.y : 1.0f - w.y) * (d >> 2 ? w.z : 1.0f - w.z);
+          const float share =
+            (d & 1 ? w.x : 1.0f - w.x) * (d >> 1 & 1 ? w.y : 1.0f - w.y) * (d >> 2 ? w.z : 1.0f - w.z);
           weight += share;
           for (int a = 0; a < 3; ++a)
           {

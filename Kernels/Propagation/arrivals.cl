@@ -1,8 +1,8 @@
 // When an envelope wave came to each element: the length of the shortest path of links from the probe through elements
 // that the wave moved. In place, in any order: times only fall.
 //
-// The host guarantees: `before` is the state in front of the wave and `displacement` the one behind it, `arrival` is 0 at
-// the probes and else +infinity at first, brick.clh's promise of bricks that are ready.
+// The host guarantees: `before` is the state in front of the wave and `displacement` the one behind it, `arrival` is 0
+// at the probes and else +infinity at first, brick.clh's promise of bricks that are ready.
 //
 // arrival: the time; its sign bit is set where the element did not move and so does not pass the wave on.
 

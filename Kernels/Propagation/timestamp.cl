@@ -1,9 +1,9 @@
-// One iteration of the published propagation (Rodriguez, Leon and Arroyo, algorithms 1 and 2), for all elements at once:
-// `arriveNext` finds what each one takes over from its neighbours as they are, `shift` makes that the state.
+// One iteration of the published propagation (Rodriguez, Leon and Arroyo, algorithms 1 and 2), for all elements at
+// once: `arriveNext` finds what each one takes over from its neighbours as they are, `shift` makes that the state.
 //
-// A neighbour counts if it shifted in the iteration before. One of a newer wave takes the element over, time and all; one
-// of the same wave does if it would be there earlier; one of an older wave is ignored. Neighbours that are there at the
-// same time all count, so that nothing depends on their order.
+// A neighbour counts if it shifted in the iteration before. One of a newer wave takes the element over, time and all;
+// one of the same wave does if it would be there earlier; one of an older wave is ignored. Neighbours that are there at
+// the same time all count, so that nothing depends on their order.
 //
 // The host guarantees: WIDTH is 1, both kernels run over the same bricks, which contain every element beside one that
 // shifted, brick.clh's promise.

@@ -7,12 +7,13 @@
 // activity, log, turn: see sweep.clh.
 
 #include "brick.clh"
-#include "sweep.clh"
 #include "element.clh"
+#include "sweep.clh"
 
 // chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4]: the fields of Neighbours.
-kernel void clusterGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links, global const float* places, float slack,
-  uint pitch, global const float* displacement, global const float* constraint, global float* partial, uint count)
+kernel void clusterGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
+  global const float* places, float slack, uint pitch, global const float* displacement, global const float* constraint,
+  global float* partial, uint count)
 {
   if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
   {
@@ -101,8 +102,8 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
 }
 
 // member: address, cluster.
-kernel void clusterScatter(global int* activity, int4 turn, global const uint2* members, global const int4* clusters, global const float* places,
-  global const float* moves, uint pitch, global float* displacement, uint count)
+kernel void clusterScatter(global int* activity, int4 turn, global const uint2* members, global const int4* clusters,
+  global const float* places, global const float* moves, uint pitch, global float* displacement, uint count)
 {
   if (get_global_id(0) >= count)
   {

@@ -4,12 +4,12 @@
 // WAVES: of these elements only those that wavefronts.clh says.
 //
 // The host guarantees: a work-group for each slot but 0, brick.clh's promise of bricks that are ready (sweep.clh); at
-// first both copies are the same. A brick has its turn once more after one in which nothing in it moved, and so they are
-// wherever it has none.
+// first both copies are the same. A brick has its turn once more after one in which nothing in it moved, and so they
+// are wherever it has none.
 
 #include "brick.clh"
-#include "sweep.clh"
 #include "element.clh"
+#include "sweep.clh"
 #include "wavefronts.clh"
 
 kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT_ARGUMENTS,

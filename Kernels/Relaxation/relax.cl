@@ -7,8 +7,8 @@
 // ready (sweep.clh).
 
 #include "brick.clh"
-#include "sweep.clh"
 #include "element.clh"
+#include "sweep.clh"
 #include "wavefronts.clh"
 
 // One piece of work; `odd`: see BY_PARITY. Returns the largest move. What is summed up neighbour by
