@@ -44,8 +44,8 @@ COMMANDS = [
     (r"cmake --install build", "", {ROLES + "Installed.cmake": ['--install "${BUILD}"']}),
     (r"ctest --test-dir build -L \w+( -R \w+)? --output-on-failure", "", {"Testing/run-all.sh": [
         'ctest --test-dir "$build" --output-on-failure']}),
-    (r'export HWLOC_SYNTHETIC="numa:1\(memory=\d+\) pu:\d+"', "", {"Testing/prepare.sh": [
-        'export HWLOC_SYNTHETIC="numa:1(memory=', ') pu:']}),
+    (r'export HWLOC_SYNTHETIC="numa:1\(memory=\d+\) core:\d+ pu:1"', "", {"Testing/prepare.sh": [
+        'export HWLOC_SYNTHETIC="numa:1(memory=', ') core:', ' pu:1"']}),
     (r"export ASAN_OPTIONS=detect_leaks=0", "", {ROLES + "EngineAlone.cmake": ["ENV{ASAN_OPTIONS} detect_leaks=0"]}),
     (r"mpirun -np 4 pvbatch", "", {"Testing/Python/TestRanks.py": ["mpiexec("]}),
     (r"mpiexec -n 4 pvserver", "", {"Testing/Python/TestClientServer.py": ["mpiexec(2, pvserver)"]}),
