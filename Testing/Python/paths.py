@@ -54,7 +54,7 @@ class Tissue:
         """(P*): `start` clamped between the cones of all handles, each (elements, displacement [mm]); in mm [voxel, 3]."""
         lower = np.full((self.tissue.size, 3), -np.inf)
         upper = np.full((self.tissue.size, 3), np.inf)
-        for elements, displacement in hands:
+        for elements, displacement in handles:
             distance = self.distances(elements)[:, None] * self.spacing
             lower = np.maximum(lower, np.asarray(displacement) - distance)
             upper = np.minimum(upper, np.asarray(displacement) + distance)
