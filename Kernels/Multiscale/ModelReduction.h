@@ -97,7 +97,6 @@ private:
   std::vector<std::size_t> findOwners(const std::set<std::size_t>& changed);
   void removeLinks(const std::set<std::size_t>& changed);
   std::set<int> displacedBricks();
-  std::shared_ptr<const Model> reducedModel();
 
   Bricks& whole_;
   Index3 factor_;
