@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <mutex>
 
 namespace chainmail
 {
@@ -30,6 +31,9 @@ std::string trimmed(std::string text)
 /// Best first. A platform that fails (a driver without its card, say) only hides its own devices.
 std::vector<cl::Device> findDevices()
 {
+  // The first call makes a driver look for its devices; not every driver takes a second call meanwhile.
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> lock(mutex);
   std::vector<cl::Platform> platforms;
   try
   {
