@@ -115,6 +115,88 @@ private:
   std::shared_ptr<std::vector<float>> table_;
 };
 
+int axesOf(const ArrayView& fractions)
+{
+  if (fractions.components != 1 && fractions.components != 3)
+  {
+    throw InputError("The constraint array has " + std::to_string(fractions.components) +
+                     " components; it needs 1 (the same on every axis) or 3 (one per axis).");
+  }
+  return fractions.components;
+}
+
+Model::RowReader readerOfArray(const ArrayView& scalars, const Material& material)
+{
+  const ArrayView& fractions = material.constraintArray;
+  return dispatch(scalars,
+    [&](const auto* scalar) -> Model::RowReader
+    {
+      return dispatch(fractions,
+        [&](const auto* fraction) -> Model::RowReader
+        {
+          const double threshold = material.tissueThreshold;
+          const std::size_t stride = scalars.components;
+          const int axes = fractions.components;
+          scalar += scalars.component;
+          return [=](std::size_t first, int count, float* out)
+          {
+            for (int n = 0; n < count; ++n)
+            {
+              const double value = static_cast<double>(scalar[(first + n) * stride]);
+              const bool tissue = std::isfinite(value) && value >= threshold;
+              for (int a = 0; a < axes; ++a)
+              {
+                out[n * axes + a] = !tissue
+                                      ? air
+                                      : checkedConstraint(static_cast<double>(fraction[(first + n) * axes + a]), [&]
+                                          { return "in the constraint array at voxel " + std::to_string(first + n); });
+              }
+            }
+          };
+        });
+    });
+}
+
+Model::RowReader readerOfFunction(const ArrayView& scalars, const Material& material)
+{
+  if (!material.constraint)
+  {
+    throw InputError("No material was given: neither a function from scalar to constraint nor an array.");
+  }
+  return dispatch(scalars,
+    [&](const auto* scalar) -> Model::RowReader
+    {
+      using T = std::decay_t<decltype(*scalar)>;
+      const FunctionOfScalar<T> function(material);
+      const std::size_t stride = scalars.components;
+      scalar += scalars.component;
+      return [=](std::size_t first, int count, float* out)
+      {
+        for (int n = 0; n < count; ++n)
+        {
+          out[n] = function(scalar[(first + n) * stride]);
+        }
+      };
+    });
+}
+
+std::size_t countNonFinite(const ArrayView& scalars, std::size_t voxels)
+{
+  return dispatch(scalars,
+    [&](const auto* scalar) -> std::size_t
+    {
+      std::size_t count = 0;
+      if constexpr (std::is_floating_point<std::decay_t<decltype(*scalar)>>::value)
+      {
+        for (std::size_t n = 0; n < voxels; ++n)
+        {
+          count += !std::isfinite(scalar[n * scalars.components + scalars.component]);
+        }
+      }
+      return count;
+    });
+}
+
 }
 
 void Grid::check() const
@@ -147,65 +229,8 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
     throw InputError("The image has no scalars to tell tissue from air: choose an array.");
   }
 
-  if (material.constraintArray)
-  {
-    const ArrayView& fractions = material.constraintArray;
-    if (fractions.components != 1 && fractions.components != 3)
-    {
-      throw InputError("The constraint array has " + std::to_string(fractions.components) +
-                       " components; it needs 1 (the same on every axis) or 3 (one per axis).");
-    }
-    this->axes_ = fractions.components;
-    this->read_ = dispatch(scalars,
-      [&](const auto* scalar) -> RowReader
-      {
-        return dispatch(fractions,
-          [&](const auto* fraction) -> RowReader
-          {
-            const double threshold = material.tissueThreshold;
-            const std::size_t stride = scalars.components;
-            const int axes = this->axes_;
-            scalar += scalars.component;
-            return [=](std::size_t first, int count, float* out)
-            {
-              for (int n = 0; n < count; ++n)
-              {
-                const double value = static_cast<double>(scalar[(first + n) * stride]);
-                const bool tissue = std::isfinite(value) && value >= threshold;
-                for (int a = 0; a < axes; ++a)
-                {
-                  out[n * axes + a] =
-                    !tissue ? air
-                            : checkedConstraint(static_cast<double>(fraction[(first + n) * axes + a]),
-                                [&] { return "in the constraint array at voxel " + std::to_string(first + n); });
-                }
-              }
-            };
-          });
-      });
-  }
-  else
-  {
-    if (!material.constraint)
-    {
-      throw InputError("No material was given: neither a function from scalar to constraint nor an array.");
-    }
-    this->read_ = dispatch(scalars,
-      [&](const auto* scalar) -> RowReader
-      {
-        using T = std::decay_t<decltype(*scalar)>;
-        const FunctionOfScalar<T> function(material);
-        const std::size_t stride = scalars.components;
-        scalar += scalars.component;
-        return [=](std::size_t first, int count, float* out)
-        {
-          for (int n = 0; n < count; ++n)
-          {
-            out[n] = function(scalar[(first + n) * stride]);
-          }
-        };
-      });
-  }
+  this->axes_ = material.constraintArray ? axesOf(material.constraintArray) : 1;
+  this->read_ = material.constraintArray ? readerOfArray(scalars, material) : readerOfFunction(scalars, material);
 
   // One pass over everything: counts the elements and meets every constraint that is out of range before work begins.
   const int width = grid.size[0];
@@ -219,19 +244,7 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
       this->elements_ += row[static_cast<std::size_t>(i) * this->axes_] != air;
     }
   }
-  this->nonFinite_ = dispatch(scalars,
-    [&](const auto* scalar) -> std::size_t
-    {
-      std::size_t count = 0;
-      if constexpr (std::is_floating_point<std::decay_t<decltype(*scalar)>>::value)
-      {
-        for (std::size_t n = 0; n < grid.voxels(); ++n)
-        {
-          count += !std::isfinite(scalar[n * scalars.components + scalars.component]);
-        }
-      }
-      return count;
-    });
+  this->nonFinite_ = countNonFinite(scalars, grid.voxels());
   if (this->elements_ == 0)
   {
     throw InputError("The image is all air: no voxel has a finite scalar of at least the tissue threshold, " +

@@ -125,6 +125,56 @@ void Handles::mark(const std::vector<Pointer>& handles)
   this->bricks_.setConstraints(addresses, constraints);
 }
 
+/// Handles of new probes beside those that go on, which are null elsewhere. An element has one holder: whoever has it
+/// already, else an anchor, else the first probe that grabs it. The others take what is left, and are compatible with
+/// its holder only if the links between allow it.
+std::vector<Handles::Pointer> Handles::make(const std::vector<Probe>& probes,
+  const std::vector<std::vector<std::size_t>>& grabbed, const std::vector<Pointer>& goingOn)
+{
+  std::unordered_set<std::size_t> taken;
+  for (const Pointer& handle : goingOn)
+  {
+    if (handle)
+    {
+      taken.insert(handle->voxels.begin(), handle->voxels.end());
+    }
+  }
+  const Grid& grid = this->bricks_.model().grid();
+  const auto isAnchored = [&](std::size_t voxel)
+  {
+    const Index3 at = grid.indexOf(voxel);
+    float c[3];
+    this->bricks_.row(at[0], at[1], at[2], 1, c);
+    return std::signbit(c[0]);
+  };
+  std::vector<Pointer> made(probes.size());
+  std::vector<std::size_t> places(probes.size());
+  for (const bool anchors : { true, false })
+  {
+    for (std::size_t m = 0; m < made.size(); ++m)
+    {
+      if (probes[m].anchor != anchors)
+      {
+        continue;
+      }
+      made[m] = std::make_shared<Handle>();
+      made[m]->probe = probes[m];
+      for (const std::size_t voxel : grabbed[m])
+      {
+        if (!isAnchored(voxel) && taken.insert(voxel).second)
+        {
+          made[m]->voxels.push_back(voxel);
+        }
+      }
+      places[m] = made[m]->voxels.empty() ? grabbed[m].front() : made[m]->voxels.front();
+      made[m]->held = true;
+    }
+  }
+  this->fill(made, places);
+  this->mark(made);
+  return made;
+}
+
 Handles::Change Handles::take(const std::vector<Probe>& probes)
 {
   // First all that can fail for the caller's sake.
@@ -155,50 +205,11 @@ Handles::Change Handles::take(const std::vector<Probe>& probes)
   }
   const std::vector<std::vector<std::size_t>> grabbed = this->grab_(newProbes, newNumbers);
 
-  // An element has one holder: whoever has it already, else an anchor, else the first probe that grabs it. The others
-  // take what is left, and are compatible with its holder only if the links between allow it.
-  std::unordered_set<std::size_t> taken;
-  for (const Pointer& handle : next)
+  const std::vector<Pointer> made = this->make(newProbes, grabbed, next);
+  for (std::size_t m = 0; m < made.size(); ++m)
   {
-    if (handle)
-    {
-      taken.insert(handle->voxels.begin(), handle->voxels.end());
-    }
+    next[newNumbers[m]] = made[m];
   }
-  const Grid& grid = this->bricks_.model().grid();
-  const auto isAnchored = [&](std::size_t voxel)
-  {
-    const Index3 at = grid.indexOf(voxel);
-    float c[3];
-    this->bricks_.row(at[0], at[1], at[2], 1, c);
-    return std::signbit(c[0]);
-  };
-  std::vector<Pointer> made(newProbes.size());
-  std::vector<std::size_t> places(newProbes.size());
-  for (const bool anchors : { true, false })
-  {
-    for (std::size_t m = 0; m < made.size(); ++m)
-    {
-      if (newProbes[m].anchor != anchors)
-      {
-        continue;
-      }
-      made[m] = std::make_shared<Handle>();
-      made[m]->probe = newProbes[m];
-      for (const std::size_t voxel : grabbed[m])
-      {
-        if (!isAnchored(voxel) && taken.insert(voxel).second)
-        {
-          made[m]->voxels.push_back(voxel);
-        }
-      }
-      places[m] = made[m]->voxels.empty() ? grabbed[m].front() : made[m]->voxels.front();
-      made[m]->held = true;
-      next[newNumbers[m]] = made[m];
-    }
-  }
-  this->fill(made, places);
-  this->mark(made);
 
   Change change;
   std::transform(

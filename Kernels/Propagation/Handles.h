@@ -92,6 +92,8 @@ public:
   std::vector<ProbeResult> reached();
 
 private:
+  std::vector<Pointer> make(const std::vector<Probe>& probes, const std::vector<std::vector<std::size_t>>& grabbed,
+    const std::vector<Pointer>& goingOn);
   void fill(const std::vector<Pointer>& handles, const std::vector<std::size_t>& places);
   void mark(const std::vector<Pointer>& handles);
 
