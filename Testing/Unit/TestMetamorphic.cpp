@@ -271,7 +271,7 @@ TEST(Metamorphic, AnchorsAndConflictsMove)
     Simulation other = simulate(image);
     other.pull(motion(probes));
     const Outcome moved = outcome(other);
-    // 3e-6 of the displacement asked, as in TestPropagate: at most 37 spacings here.
+    // 3e-6 of the displacement asked, as in TestEnvelopePropagation: at most 37 spacings here.
     EXPECT_LT(difference(scene, motion, image, expected.u, moved.u), 3e-6 * 37.5);
     expectMovedProbes(motion, expected, moved, 3e-6 * 37.5);
   }

@@ -1,6 +1,6 @@
 // Resampling against closed forms. Offsets are in voxels: the material at voxel y came from y + offset.
 
-#include "../Oracles/Resampling.h"
+#include "../../Oracles/Resampling.h"
 #include "Blades.h"
 #include "Picture.h"
 
@@ -238,7 +238,7 @@ TEST(Resample, LinearStretchIsTheAnalyticPreimage)
           return;
         }
         ++inside;
-        // Relaxation leaves 2e-4 of a voxel (see TestRelax); the inversion itself is far better.
+        // Relaxation leaves 2e-4 of a voxel (see TestRelaxation); the inversion itself is far better.
         ASSERT_NEAR(picture(i, j, k)[0], x[0] - i, 5e-4) << i << ' ' << j << ' ' << k;
         ASSERT_NEAR(picture(i, j, k)[1], x[1] - j, 5e-4) << i << ' ' << j << ' ' << k;
         ASSERT_NEAR(picture(i, j, k)[2], 0.0, 5e-4);

@@ -1,7 +1,7 @@
 // Relaxation while a wave is under way: which elements may relax, and where they go, against a plain double-precision
 // run of the published rule.
 
-#include "../Oracles/Timestamps.h"
+#include "../../Oracles/Timestamps.h"
 #include "Inclusion.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // The published propagation and its maps of time and wavefronts, against a plain run of algorithms 1 and 2 and against
 // Dijkstra; the order of waves, their overlap, and what holds against them.
 
-#include "../Oracles/Timestamps.h"
+#include "../../Oracles/Timestamps.h"
 #include "Scene.h"
 
 #include <algorithm>

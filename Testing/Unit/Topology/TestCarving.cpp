@@ -1,6 +1,6 @@
 // Carves: which elements go, against winding numbers and closed forms; what is left behaves as if they had never been.
 
-#include "../Oracles/Inside.h"
+#include "../../Oracles/Inside.h"
 #include "Blades.h"
 #include "Picture.h"
 
@@ -627,7 +627,7 @@ TEST(Carve, RelaxationReachesTheOptimumAroundAHole)
   ASSERT_GT(oracle::energy(block, pulled), 1.05 * best.energy) << "nothing to relax: a poor test";
   simulation.relax(3000, 0.0);
   const double energy = oracle::energy(block, state(simulation));
-  // The tolerances of TestRelax.
+  // The tolerances of TestRelaxation.
   EXPECT_LT(energy, 1.001 * best.energy);
   EXPECT_GT(energy, 0.9999 * best.bound);
   expectConsistent(scene, simulation);

@@ -280,7 +280,7 @@ TEST(Paper, CheckerboardFlipsForEver)
     }
     EXPECT_NEAR(simulation.measure().energy, energy, 1e-3 * energy);
   }
-  // What the projected method makes of it: TestRelax, CheckerboardDecays.
+  // What the projected method makes of it: TestRelaxation, CheckerboardDecays.
 }
 
 // A bone that soft tissue pulls at hardly moves: each of its elements is held by its rigid neighbours, whose links
