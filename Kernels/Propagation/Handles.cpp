@@ -16,7 +16,7 @@ namespace chainmail
 namespace
 {
 
-// [voxels] Elements keep float32: far more than that is infinite there, and a wave of it would never end.
+// [voxels] A float32 displacement much larger than this would be infinite, and its wave would never end.
 constexpr double farthest = 1e9;
 
 void check(const Probe& probe, std::size_t number, const Vector3& spacing)
@@ -55,7 +55,7 @@ std::vector<float> Handle::displacedBy(const std::array<float, 3>& to) const
   return values;
 }
 
-/// For handles that know their probes and voxels. `places`: where each of them is near.
+/// Completes handles that have their probes and voxels. `places` gives an element near each of them.
 void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::size_t>& places)
 {
   const Grid& grid = this->bricks_.model().grid();
@@ -109,7 +109,7 @@ void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::s
   }
 }
 
-/// Tells the device what each of these does.
+/// Marks the elements of these handles on the device as held or not held.
 void Handles::mark(const std::vector<Pointer>& handles)
 {
   std::vector<std::uint32_t> addresses;
@@ -127,7 +127,7 @@ void Handles::mark(const std::vector<Pointer>& handles)
 
 Handles::Change Handles::take(const std::vector<Probe>& probes)
 {
-  // First all that can fail for the caller's sake.
+  // Everything that the caller's data can make fail comes first.
   using Place = std::pair<Vector3, double>;
   std::multimap<Place, Pointer> left;
   for (const Pointer& handle : this->handles_)
@@ -141,7 +141,7 @@ Handles::Change Handles::take(const std::vector<Probe>& probes)
   {
     check(probes[n], n, this->bricks_.model().grid().spacing);
     const Place place(probes[n].position, probes[n].radius);
-    const auto same = left.lower_bound(place); // the first of several
+    const auto same = left.lower_bound(place); // the first of several alike
     if (same != left.end() && same->first == place)
     {
       next[n] = same->second;
@@ -155,8 +155,8 @@ Handles::Change Handles::take(const std::vector<Probe>& probes)
   }
   const std::vector<std::vector<std::size_t>> grabbed = this->grab_(newProbes, newNumbers);
 
-  // An element has one holder: whoever has it already, else an anchor, else the first probe that grabs it. The others
-  // take what is left, and are compatible with its holder only if the links between allow it.
+  // An element has one holder: the handle that has it already, else an anchor, else the first probe that grabs it.
+  // Other probes take the rest, and are compatible with the holder only if the links between them allow it.
   std::unordered_set<std::size_t> taken;
   for (const Pointer& handle : next)
   {
@@ -273,7 +273,7 @@ void Handles::forget(const std::vector<std::size_t>& voxels)
     const bool placeCarved = carved.count(handle->place) > 0;
     if (placeCarved && kept.voxels.empty())
     {
-      kept.placeGrabbed.fill(0.0f); // carved tissue is at 0
+      kept.placeGrabbed.fill(0.0f); // a carved element has the displacement 0
     }
     else if (placeCarved)
     {
