@@ -104,8 +104,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       }
       if (!waves && clusters.anyActive() && this->schedule_.takesTurn(SweepSchedule::ofBodies))
       {
-        // Where limits do not count, members of a cluster may be apart. Only with a factor of 1 its place does not
-        // matter.
+        // Where limits do not count, members of a cluster may be apart. With a factor of 1 it does
+        // not matter where it is now.
         clusters.relax(elasticity.limited ? omega : 1.0f, still, elasticity,
           { this->schedule_.activity(), this->schedule_.log(), this->schedule_.turn() });
       }
