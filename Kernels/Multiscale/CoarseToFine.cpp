@@ -261,8 +261,7 @@ void CoarseToFine::cycle(
     finer = &grid;
     level->coarsen(held);
   }
-  this->levels_.back()->makeFeasible(
-    checkpoint); // the others become feasible after the next coarser one has refined them
+  this->levels_.back()->makeFeasible(checkpoint); // the other grids follow once they have been refined
   for (std::size_t n = this->levels_.size(); n-- > 0;)
   {
     Level& level = *this->levels_[n];
