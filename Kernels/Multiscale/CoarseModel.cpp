@@ -35,7 +35,6 @@ Grid halved(const Grid& finer)
 /// two, over the rows along all axes. With the mean of the eight alone, coarser grids carry a handle's pull too short a
 /// way: 128^3 patchy tissue with two bones then enters the finest grid with an energy of 1.33 times the least, but with
 /// this rule 1.05 times.
-/// with two bones then enters the finest grid with an energy of 1.33 times the least, so with 1.05 times.
 class Children
 {
 public:
