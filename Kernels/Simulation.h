@@ -17,7 +17,7 @@ namespace chainmail
 ///
 /// The state is the displacement of every element, in float32, as a fraction of the spacing. It is kept in bricks that
 /// are allocated when a deformation first reaches them. Between two calls the state is feasible: every link obeys
-/// u(i) - u(j)| <= D(i,j) on every axis, to float rounding. There are two exceptions: while a wave is under way, and
+/// |u(i) - u(j)| <= D(i,j) on every axis, to float rounding. There are two exceptions: while a wave is under way, and
 /// from a relaxation by the published method until the next projected one.
 ///
 /// With Settings::modelReduction n an element stands for n x n x n voxels and exists where any of them is tissue. Its
@@ -26,8 +26,8 @@ namespace chainmail
 /// every cut, and rigid voxels exactly as their own element. Calls that read or write the grid (displacements, times,
 /// clusters, links, cuts, carves, resampling) still work voxel by voxel. A probe holds the elements of which it grabs
 /// at least half the voxels, or else the one of which it grabs most. Energies and forces count a link n x n times, so
-/// that they compare with those of the whole model. Bodies closer than n voxels may stick together, and bone is up to n
-/// - 1 voxels thicker.
+/// that they compare with those of the whole model. Bodies closer than n voxels may stick together, and bone is up to
+/// n - 1 voxels thicker.
 ///
 /// Errors are exceptions of Error.h. Every call that needs the device may throw DeviceError or MemoryError; after that
 /// only the destructor may be called. After InputError the state is as before the call. Every call that reports
