@@ -53,6 +53,7 @@ public:
   /// simulations of this process on that device.
   std::size_t takePeakDeviceBytes();
 
+  /// The function that calls which take time report to from now on; null for none.
   void setProgress(Progress progress);
 
   /// How waves that start from now on travel. Finishes a wave that is under way first. Default: Envelope, Limit.
@@ -107,7 +108,7 @@ public:
   /// Calls hold() and propagate() to the end, and returns what each probe reached. Forces come from probes() alone.
   std::vector<ProbeResult> pull(const std::vector<Probe>& probes);
 
-  /// Lowers the energy by at most `iterations`. Stops after one in which no element moved more than `tolerance`, a
+  /// Lowers the energy in at most `iterations`. Stops after one in which no element moved more than `tolerance`, a
   /// fraction of the spacing. While a wave is under way, Timestamp relaxes the elements that the wave does not move,
   /// and Envelope none. Throws InputError where either number is negative.
   RelaxResult relax(int iterations, double tolerance);
@@ -120,6 +121,7 @@ public:
   /// probes that got much less than they asked for. Throws InputError where there is no probe of that number.
   HeldBy heldBy(std::size_t probe) const;
 
+  /// Energy, violations, displaced elements and memory of the present state.
   Statistics measure() const;
 
   /// Displacements of all voxels of the grid [mm], 3 interleaved floats each; 0 in air. Where the model is reduced,

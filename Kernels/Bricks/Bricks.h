@@ -47,7 +47,7 @@ public:
   bool ready(int brick) const { return this->status_[brick] == Status::Ready || this->status_[brick] == Status::Air; }
 
   /// keep() gives a field memory for all slots, filled with zeros, now and whenever there are more slots; drop() takes
-  /// it away. A kept field must outlive the bricks.
+  /// it away. A kept field must outlive the bricks or be dropped.
   void keep(Field& field);
   void drop(Field& field);
 
