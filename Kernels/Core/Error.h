@@ -22,7 +22,8 @@ public:
   using Error::Error;
 };
 
-/// A probe cannot be used as it is: it finds no tissue, or its numbers cannot be used.
+/// A probe cannot be used as it is: there is no tissue at its place, or its position, displacement or radius is
+/// invalid.
 class ProbeError : public InputError
 {
 public:

@@ -18,7 +18,7 @@ struct ClosedSurface
 };
 
 /// Removes the elements whose current place lies inside the surface. The decision is exact: where two surfaces share a
-/// face, every element beside it lies in one of them. Returns the removed elements (Grid::at), ascending.
+/// face, every element there lies in just one of them. Returns the removed elements (Grid::at), ascending.
 std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surface);
 
 }
