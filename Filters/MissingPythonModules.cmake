@@ -1,15 +1,15 @@
-# Debian 13 has a VTK and a ParaView that CMake refuses: their lists of imported Python modules (VTKPython-targets.cmake and
-# two of ParaView's) name files such as vtkCommonCore.so where the package holds
-# vtkCommonCore.cpython-313-x86_64-linux-gnu.so. No file of the system need change for that: CMake skips a list whose
-# targets are all defined already, so they are defined here first, from copies of the lists with the names put right.
+# Debian 13 has a VTK and a ParaView that CMake refuses. Their lists of imported Python modules (VTKPython-targets.cmake
+# and two of ParaView's) name files such as vtkCommonCore.so where the package holds
+# vtkCommonCore.cpython-313-x86_64-linux-gnu.so. No file of the system has to change for that: CMake skips a list whose
+# targets are all defined already, so they are defined here first, from copies of the lists with the right names.
 #
-# chainmail_name_python_modules(<VTK or ParaView>), to be called before find_package of it, does so where files are
-# missing and others of such a name are there, and nothing elsewhere. The installed package brings this file along for the
-# programs that find it.
+# chainmail_name_python_modules(<VTK or ParaView>), called before find_package of it, does so where files are missing
+# and others of such a name exist, and nothing elsewhere. The installed package brings this file along for the programs
+# that find it.
 function (chainmail_name_python_modules package)
   set(folder "${${package}_DIR}")
   if (NOT folder)
-    # Nobody has this version, so nothing is read but versions, and CMake says which packages it looked at.
+    # No package has this version, so CMake reads nothing but version files and says which packages it looked at.
     find_package(${package} 9999 CONFIG QUIET)
     unset(${package}_DIR CACHE)
     set(configs "${${package}_CONSIDERED_CONFIGS}")

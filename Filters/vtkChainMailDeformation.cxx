@@ -46,7 +46,7 @@ using vtkChainMail::Outcome;
 using vtkChainMail::PROBES;
 
 //------------------------------------------------------------------------------
-/// What is kept between updates. Turns the engine's exceptions into VTK's errors in one place.
+/// Keeps the state between updates, and is the one place that turns the engine's exceptions into VTK's errors.
 class vtkChainMailDeformation::vtkInternals
 {
 public:
@@ -58,7 +58,7 @@ public:
   {
   }
 
-  /// Computes what is shown of both outputs, also where that fails.
+  /// Computes both outputs or, where that fails, what they show instead.
   Outcome Compute(const Inputs& inputs)
   {
     Outcome outcome;
@@ -70,7 +70,7 @@ public:
     catch (const chainmail::Aborted&)
     {
       this->Engine.Stop();
-      outcome.Stopped = true; // no error: somebody wanted it
+      outcome.Stopped = true; // no error: somebody asked for it
     }
     catch (const chainmail::DeviceError& error)
     {
@@ -101,7 +101,7 @@ public:
   vtkChainMail::Shown Shows;
   vtkChainMail::InputWatch Watch;
 
-  /// What became of the last update, and whether it was made together with other processes.
+  /// The outcome of the last update, and whether it was computed together with other processes.
   Outcome Last;
   bool ComputedInParallel = false;
 
@@ -228,7 +228,7 @@ void vtkChainMailDeformation::Reset()
 bool vtkChainMailDeformation::GetNeedsUpdate()
 {
   const bool needed = this->Mode == MODE_INTERACTIVE && this->Internals->Last.NeedsUpdate;
-  // Of several processes perhaps one alone is asked. It would go on alone, and wait for the others without end.
+  // Of several processes perhaps only one is asked. If it updated alone, it would wait for the others without end.
   if (needed && !this->Internals->ComputedInParallel)
   {
     this->Modified();
@@ -237,7 +237,7 @@ bool vtkChainMailDeformation::GetNeedsUpdate()
 }
 
 //------------------------------------------------------------------------------
-// NaN differs from itself: vtkSetMacro would take every call for a change.
+// vtkSetMacro would take every call with NaN for a change, as NaN differs from itself.
 void vtkChainMailDeformation::SetTissueThreshold(double threshold)
 {
   if (this->TissueThreshold != threshold && !(std::isnan(this->TissueThreshold) && std::isnan(threshold)))
@@ -343,8 +343,8 @@ int vtkChainMailDeformation::FillInputPortInformation(int port, vtkInformation* 
 {
   const char* const types[] = { "vtkImageData", "vtkPointSet", "vtkPolyData", "vtkPolyData" };
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), types[port]);
-  // Else the executive would run the filter once for every block, with one simulation for all. Of several images in one
-  // input the user is told.
+  // Without this the executive would run the filter once for every block, with one simulation for all. An input that
+  // holds several images is an error that the update reports.
   info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkCompositeDataSet");
   if (port != IMAGE)
   {
@@ -361,7 +361,7 @@ int vtkChainMailDeformation::RequestInformation(
   using Pipeline = vtkStreamingDemandDrivenPipeline;
   vtkInformation* input = inputVector[IMAGE]->GetInformationObject(0);
   int extent[6] = { 0, -1, 0, -1, 0, -1 };
-  if (input->Has(Pipeline::WHOLE_EXTENT())) // not of a composite dataset
+  if (input->Has(Pipeline::WHOLE_EXTENT())) // a composite dataset has none
   {
     input->Get(Pipeline::WHOLE_EXTENT(), extent);
   }
@@ -370,7 +370,8 @@ int vtkChainMailDeformation::RequestInformation(
   model->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
   vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1); // Element
 
-  // No more than fits: the update will say that it does not, and nobody is to ask for extents beyond all memory.
+  // Offers no more padding than fits. The update will report the error, and nobody asks for an extent beyond all
+  // memory.
   chainmail::Index3 size;
   for (int a = 0; a < 3; ++a)
   {
@@ -388,10 +389,10 @@ int vtkChainMailDeformation::RequestInformation(
   for (vtkInformation* output : { deformed, model })
   {
     times.Tell(output);
-    // The executive turns the number of a piece into the extent to deliver.
+    // Lets the executive turn the number of a piece into the extent to deliver.
     output->Set(vtkAlgorithm::CAN_PRODUCE_SUB_EXTENT(), 1);
-    // An update that failed leaves what was asked of it, which the executive would combine with what is asked of this
-    // image: extents that it may not have.
+    // An update that failed leaves its request behind. The executive would combine it with the next one, to an extent
+    // that this image may not have.
     output->Remove(Pipeline::COMBINED_UPDATE_EXTENT());
   }
   return 1;
@@ -404,7 +405,7 @@ int vtkChainMailDeformation::RequestUpdateExtent(
   using Pipeline = vtkStreamingDemandDrivenPipeline;
   vtkChainMail::AskForAll(inputVector, this->GetNumberOfInputPorts());
 
-  // Both outputs are made together, and the executive takes both for that piece then.
+  // Both outputs are made together, and the executive then takes both for the same piece.
   vtkInformation* asked = outputVector->GetInformationObject(std::max(0, request->Get(Pipeline::FROM_OUTPUT_PORT())));
   for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
   {
@@ -428,8 +429,8 @@ int vtkChainMailDeformation::RequestData(
   vtkInformation* asked = outputVector->GetInformationObject(0);
   const int pieces = asked->Get(Pipeline::UPDATE_NUMBER_OF_PIECES());
 
-  // The processes of a parallel server ask for a piece each, all at once. Whoever asks otherwise, a writer that streams
-  // say, is alone.
+  // The processes of a parallel server ask for one piece each, all at once. Anything that asks in another way, say a
+  // writer that streams, is served alone.
   const bool parallel = this->Controller && pieces > 1 && this->Controller->GetNumberOfProcesses() == pieces &&
                         this->Controller->GetLocalProcessId() == asked->Get(Pipeline::UPDATE_PIECE_NUMBER());
   const Exchange exchange(parallel ? this->Controller.Get() : nullptr);
@@ -447,7 +448,7 @@ int vtkChainMailDeformation::RequestData(
     {
       internals.Engine.Leave();
     }
-    // Printed once, heard by all who listen.
+    // The root prints the error; on other processes it reaches those that listen for it.
     if (!internals.Last.Error.empty() && (exchange.IsRoot() || this->HasObserver(vtkCommand::ErrorEvent)))
     {
       vtkErrorMacro(<< internals.Last.Error);
@@ -470,10 +471,10 @@ int vtkChainMailDeformation::RequestData(
     output->GetCellData()->ShallowCopy(piece->GetCellData());
     output->GetFieldData()->ShallowCopy(piece->GetFieldData());
   }
-  // Not SetErrorCode(), which would make this update out of date.
+  // SetErrorCode() would make this update out of date.
   this->ErrorCode = internals.Last.Error.empty() ? vtkErrorCode::NoError : vtkErrorCode::UserError;
-  // An update that failed shows the last good result, or the image as it is. A pipeline that fails instead leaves views
-  // without anything to draw, also after the mistake was mended, and reports it over and over.
+  // An update that failed shows the last good result, or the image as it is. If the pipeline failed instead, views
+  // would have nothing to draw, even after the mistake was mended, and would report it over and over.
   return 1;
 }
 

@@ -3,10 +3,11 @@
  * @class   vtkChainMailProbeSource
  * @brief   one probe for vtkChainMailDeformation
  *
- * The output is one point at Position, with a vertex so that it can be seen, and the point arrays that
+ * The output is one point at Position, with a vertex so that it can be seen, and with the point arrays that
  * vtkChainMailDeformation reads from its `Probes` input: `Displacement` (3 doubles, Target - Position), `Radius` (1
- * double) and `Anchor` (1 unsigned char, 0 or 1). Several probes are several sources connected to the same port.
- * Lengths are in the physical units of the image (mm for medical data), in world axes.
+ * double) and `Anchor` (1 unsigned char, 0 or 1). For several probes, connect several sources to the same port. Lengths
+ * are in the physical units of the image (mm for medical data), in world axes. As with any VTK algorithm, one thread at
+ * a time may use a source.
  */
 
 #ifndef vtkChainMailProbeSource_h
@@ -24,8 +25,8 @@ public:
 
   ///@{
   /**
-   * Where tissue is grabbed [mm]: what rests there or, with MODE_INTERACTIVE, what is there when the probe appears.
-   * Default: 0 0 0.
+   * The place where tissue is grabbed [mm]: the tissue that rests there or, with MODE_INTERACTIVE, the tissue that is
+   * there when the probe appears. Default: 0 0 0.
    */
   vtkSetVector3Macro(Position, double);
   vtkGetVector3Macro(Position, double);
@@ -33,7 +34,7 @@ public:
 
   ///@{
   /**
-   * Where that place is dragged to [mm]. An anchor does not use it. Default: 0 0 0.
+   * The place to which the tissue at Position is dragged [mm]. An anchor does not use it. Default: 0 0 0.
    */
   vtkSetVector3Macro(Target, double);
   vtkGetVector3Macro(Target, double);
@@ -41,8 +42,8 @@ public:
 
   ///@{
   /**
-   * Elements within this distance of Position move together [mm], [0, VTK_DOUBLE_MAX]; 0: the nearest element alone.
-   * Default: 0.
+   * Elements within this distance of Position move together [mm], [0, VTK_DOUBLE_MAX]; 0 stands for the nearest element
+   * alone. Default: 0.
    */
   vtkSetClampMacro(Radius, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Radius, double);

@@ -13,7 +13,7 @@ namespace chainmail
 namespace
 {
 
-/// Links that lead out of handles, on one axis of the constraint, and what they pull with.
+/// The links that lead out of handles, for one axis of the constraint, and the forces of these links.
 class OutgoingLinks
 {
 public:
@@ -25,7 +25,7 @@ public:
   {
   }
 
-  /// Those of a handle: `voxels` (ascending) move with it.
+  /// Adds the links that lead out of a handle. The voxels (ascending) move with it.
   void add(std::size_t handle, const std::vector<std::size_t>& voxels)
   {
     const Grid& grid = this->bricks_.model().grid();
@@ -42,7 +42,7 @@ public:
           const float limit = rule::linkLimit(this->constraintOf(at), this->constraintOf(next));
           if (!std::isinf(limit))
           {
-            // An element without memory has not moved; slot 0 says so.
+            // An element without memory gets an address in slot 0, which is at rest.
             this->handles_.push_back(handle);
             this->inner_.push_back(this->bricks_.address(at[0], at[1], at[2]));
             this->outer_.push_back(this->bricks_.address(next[0], next[1], next[2]));
@@ -54,7 +54,7 @@ public:
 
   std::size_t count() const { return this->limits_.size(); }
 
-  /// Adds to each handle's force what its links pull with, and forgets them.
+  /// Adds to each handle's force the pull of its links, and forgets the links.
   void pull(std::vector<ProbeResult>& results)
   {
     const std::vector<float> ui = this->bricks_.displacements(this->inner_);
@@ -65,7 +65,7 @@ public:
       {
         if (this->bricks_.model().axes() == 1 || a == this->component_)
         {
-          // d/du of weight * pull^2 in physical units; spacings cancel.
+          // The derivative of weight * pull^2 by u, in physical units: spacings cancel.
           const double pull = this->elasticity_.pull(ui[3 * m + a], uj[3 * m + a], this->limits_[m]);
           results[this->handles_[m]].force[a] -=
             2.0 * this->linksPerLink_ * Elasticity::weight(this->limits_[m]) * pull;
@@ -224,7 +224,7 @@ void Readout::links(std::uint8_t* out) const
   }
 }
 
-/// Gradients of the energy where the voxels of a handle, with the bone they are part of, move together.
+/// Adds the gradients of the energy where the voxels of a handle move together with the bone that they are part of.
 void Readout::addForces(std::vector<ProbeResult>& results, const Handles& handles, const RigidClusters& clusters,
   const Elasticity& elasticity) const
 {

@@ -11,11 +11,11 @@
 namespace chainmail
 {
 
-/// What a simulation tells of its state, voxel by voxel, and what its probes pull with: see Simulation.
+/// Reads the state of a simulation, voxel by voxel, and the forces of its probes. See Simulation for the formats.
 class Readout
 {
 public:
-  /// `bricks` are those of the elements that deform: the voxels, or where the model is reduced those of `reduction`.
+  /// `bricks` are those of the elements that deform: `voxels` or, where the model is reduced, those of `reduction`.
   Readout(Bricks& voxels, Bricks& bricks, const ModelReduction* reduction)
     : voxels_(voxels)
     , bricks_(bricks)
@@ -23,7 +23,7 @@ public:
   {
   }
 
-  /// The voxels must be where they are now (ModelReduction::expand()).
+  /// The voxels must be at their current places (ModelReduction::expand()).
   void displacements(float* out, bool zeroed) const;
   void propagationTimes(const ArrivalTimes& arrivals, float* out) const;
   void wavefronts(const ArrivalTimes& arrivals, int* out, bool zeroed) const;
@@ -31,7 +31,7 @@ public:
   void elements(std::uint8_t* out) const;
   void links(std::uint8_t* out) const;
 
-  /// Adds the forces to the results of all probes. `clusters`: of the elements that deform.
+  /// Adds the forces to the results of all probes. `clusters` are those of the elements that deform.
   void addForces(std::vector<ProbeResult>& results, const Handles& handles, const RigidClusters& clusters,
     const Elasticity& elasticity) const;
 

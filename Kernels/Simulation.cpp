@@ -57,9 +57,9 @@ public:
   std::shared_ptr<const Model> model_;
   std::shared_ptr<Context> context_;
   Progress progress_;
-  Bricks voxels_;                             ///< one element each
-  std::unique_ptr<ModelReduction> reduction_; ///< null: none
-  Bricks& bricks_;                            ///< of the elements that deform: the voxels, or those of the reduction
+  Bricks voxels_;                             ///< an element for every voxel
+  std::unique_ptr<ModelReduction> reduction_; ///< null where the model is not reduced
+  Bricks& bricks_;                            ///< the elements that deform: the voxels, or those of the reduction
   Readout readout_;
   Handles handles_;
   Waves waves_;
@@ -73,7 +73,7 @@ private:
   Relaxer& relaxer();
   void tissueChanged();
 
-  /// Runs a public call that checkpoints may stop.
+  /// Runs a public call that a progress callback may stop. Tissue is then at rest.
   template <typename Body> auto stoppable(Body&& body) -> decltype(body())
   {
     try
@@ -90,7 +90,7 @@ private:
   PaperRelaxation paperRelaxation_;
   RelaxationMethod relaxationMethod_ = RelaxationMethod::Projected;
   Elasticity elasticity_;
-  bool beyondLimits_ = false; ///< links may be, since the published method relaxed
+  bool beyondLimits_ = false; ///< whether links may be, since the published method has relaxed
   Resampling resampling_;
   std::optional<RigidClusters> clusters_;
 };
@@ -103,7 +103,7 @@ void Simulation::Impl::checkpoint(double share)
   }
 }
 
-/// The voxels where they are now.
+/// The voxels, at their current places.
 Bricks& Simulation::Impl::voxels()
 {
   if (this->reduction_)
@@ -113,7 +113,7 @@ Bricks& Simulation::Impl::voxels()
   return this->voxels_;
 }
 
-/// Elements may be elsewhere from now on.
+/// To be called when elements may have moved.
 void Simulation::Impl::moved()
 {
   if (this->reduction_)
@@ -179,8 +179,8 @@ void Simulation::Impl::mend()
 
 std::size_t Simulation::Impl::cut(const Surface& surface)
 {
-  fixedPoints(surface, this->model_->grid(), "cut"); // refuses before anything moves
-  this->propagate(0);                                // a wave that is under way knows the links it has passed
+  fixedPoints(surface, this->model_->grid(), "cut"); // refuses a bad surface before anything moves
+  this->propagate(0);                                // a wave under way relies on the links that it has passed
   const std::size_t removed = cutLinks(this->voxels(), surface);
   if (removed > 0)
   {
@@ -196,7 +196,7 @@ std::size_t Simulation::Impl::cut(const Surface& surface)
 std::size_t Simulation::Impl::carve(const Surface& surface)
 {
   const ClosedSurface closed(surface, this->model_->grid());
-  this->propagate(0); // a wave that is under way knows the tissue it has passed
+  this->propagate(0); // a wave under way relies on the tissue that it has passed
   const std::vector<std::size_t> removed = carveElements(this->voxels(), closed);
   if (!removed.empty())
   {
@@ -232,7 +232,7 @@ PropagateResult Simulation::Impl::propagate(int iterations)
   return this->stoppable(
     [&]
     {
-      // How many launches it takes is not known beforehand: the share approaches 1.
+      // The number of launches is not known beforehand, so the share approaches 1.
       int launches = 0;
       return this->waves_.run(iterations,
         [&]
@@ -277,7 +277,7 @@ HeldBy Simulation::Impl::heldBy(std::size_t probe)
   const int axis = static_cast<int>(most - lack.begin());
   if (std::fabs(*most) <= 1e-5 * (std::fabs(handle.probe.displacement[axis]) + this->model_->grid().spacing[axis]))
   {
-    return heldBy; // rounding
+    return heldBy; // no more than rounding
   }
   const std::optional<Grip> grip = findGrip(this->bricks_, handles, handle, axis, *most > 0.0 ? 1.0 : -1.0);
   if (!grip)
@@ -319,7 +319,7 @@ RigidClusters& Simulation::Impl::rigidClusters()
   return *this->clusters_;
 }
 
-/// The one that is asked for.
+/// The relaxation that was chosen.
 Relaxer& Simulation::Impl::relaxer()
 {
   switch (this->relaxationMethod_)
@@ -331,7 +331,7 @@ Relaxer& Simulation::Impl::relaxer()
   }
 }
 
-/// Links or elements are gone, or are back again.
+/// To be called when links or elements are gone, or are back again.
 void Simulation::Impl::tissueChanged()
 {
   this->clusters_.reset();

@@ -10,32 +10,36 @@
 namespace chainmail
 {
 
-/// Deformable tissue on an OpenCL device. Each call finishes before it returns. A simulation is for one thread at a
-/// time; others, on the same device, too, may be used in other threads meanwhile: there they take turns, and a kernel
-/// that one has to build the others wait for.
+/// Deformable tissue on an OpenCL device. Every call returns when its work is done.
 ///
-/// The state is the displacement of every element, in float32, as a fraction of the spacing, kept in bricks that are
-/// allocated when a deformation first reaches them. Between any two calls the state is feasible: every link obeys
-/// |u(i) - u(j)| <= D(i,j) on every axis, to float rounding. Exceptions: while a wave is under way, and after a
-/// relaxation by the published method, until the next one by the projected.
+/// Threads: a simulation may be used by one thread at a time. Different simulations may be used in different threads at
+/// once, even on the same device, where they take turns; a kernel that one of them is building makes the others wait.
 ///
-/// With Settings::modelReduction n an element stands for n x n x n voxels and is where one of them is. It gives as much
-/// as they do on average, and is rigid or anchored where one of them is; a link is where any of its voxels has one to a
-/// voxel of the neighbour. Voxels are displaced as the elements around are, in between, on their own side of every cut,
-/// and rigid ones exactly as their own element. What reads or writes the grid (displacements, times, clusters, links,
-/// cuts, carves, resampling) does so voxel by voxel as ever. A probe holds the elements of which it grabs at least half
-/// the voxels, else the one of which it grabs most. Energies and forces count n x n links for one, so that they compare
-/// with those of the whole model. Bodies closer than n voxels may stick together, and bone is up to n - 1 voxels
-/// thicker.
+/// The state is the displacement of every element, in float32, as a fraction of the spacing. It is kept in bricks that
+/// are allocated when a deformation first reaches them. Between two calls the state is feasible: every link obeys
+/// |u(i) - u(j)| <= D(i,j) on every axis, to float rounding. There are two exceptions: while a wave is under way, and
+/// from a relaxation by the published method until the next projected one.
 ///
-/// Errors are exceptions of Error.h. After InputError the state is as before the call. After Aborted it is at rest, but
-/// for resample(), which changes no state. After DeviceError only the destructor may be called.
+/// With Settings::modelReduction n an element stands for n x n x n voxels and exists where any of them is tissue. Its
+/// constraint is their mean; it is rigid or anchored where any of them is. Two elements are linked where any of their
+/// voxels are. Voxels are displaced by interpolation between the elements around them that are on their own side of
+/// every cut, and rigid voxels exactly as their own element. Calls that read or write the grid (displacements, times,
+/// clusters, links, cuts, carves, resampling) still work voxel by voxel. A probe holds the elements of which it grabs
+/// at least half the voxels, or else the one of which it grabs most. Energies and forces count a link n x n times, so
+/// that they compare with those of the whole model. Bodies closer than n voxels may stick together, and bone is up to
+/// n - 1 voxels thicker.
+///
+/// Errors are exceptions of Error.h. Every call that needs the device may throw DeviceError or MemoryError; after that
+/// only the destructor may be called. After InputError the state is as before the call. Every call that reports
+/// progress may throw Aborted; the tissue is then at rest with all probes released, except after resample(), which
+/// changes no state.
 class Simulation
 {
 public:
-  /// Called with the share done, 0 to 1; returns false to stop the call, which then throws Aborted.
+  /// Called with the share that is done, 0 to 1. Returning false stops the call, which then throws Aborted.
   using Progress = std::function<bool(double)>;
 
+  /// Throws InputError where a setting cannot be used, and DeviceError where there is no such device.
   Simulation(std::shared_ptr<const Model> model, const Settings& settings);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
@@ -45,89 +49,96 @@ public:
   const std::string& deviceName() const;
   Index3 brickSize() const;
 
-  /// The most bytes that buffers took on the device at once since the last call: those of all simulations of this
-  /// process there.
+  /// The most bytes of buffers that were on the device at once since the last call of this function, summed over all
+  /// simulations of this process on that device.
   std::size_t takePeakDeviceBytes();
 
+  /// The function that calls which take time report to from now on; null for none.
   void setProgress(Progress progress);
 
-  /// How waves that start from now on travel; one that is under way is finished first. Default: Envelope, Limit.
+  /// How waves that start from now on travel. Finishes a wave that is under way first. Default: Envelope, Limit.
   void setPropagation(PropagationMethod method, ConflictPolicy policy);
 
-  /// Whether propagationTimes() and wavefronts() are wanted; Timestamp always keeps them. Default: off. Applies to
-  /// waves that start from now on.
+  /// Whether to keep what propagationTimes() and wavefronts() report, for waves that start from now on. Timestamp
+  /// always keeps it. Default: off.
   void setPropagationTimes(bool wanted);
 
-  /// How tissue settles from now on. `elasticRecovery`, r in [0, 1]: strain of a link up to (1 - r) of its limit costs
-  /// no energy, so that much stays when tissue is released. Default: Projected, 1.
+  /// How tissue settles from now on. With `elasticRecovery` r, strain of a link up to (1 - r) of its limit costs no
+  /// energy, so that much of it stays when tissue is released. Default: Projected, 1. Throws InputError where r is not
+  /// in [0, 1].
   void setRelaxation(RelaxationMethod method, double elasticRecovery);
 
-  /// Whether the first relaxation after a wave, cut or carve starts on coarser grids (Projected only). The energy does
-  /// not rise: of a correction that would raise it only a part is taken, or none. Default: off.
+  /// Whether the first relaxation after a wave, cut or carve starts on coarser grids (Projected only). The energy still
+  /// does not rise: a correction that would raise it is taken only in part, or not at all. Default: off.
   void setCoarseToFine(bool wanted);
 
-  /// Everything back to its rest place, all probes released. Cuts and carves stay.
+  /// Puts everything back to its rest place and releases all probes. Cuts and carves stay.
   void reset();
 
-  /// reset(), all links whole again and all carved tissue back.
+  /// Does what reset() does, and restores all links and all carved tissue.
   void mend();
 
-  /// Removes the links whose segment, between the current places of their two elements, crosses the surface.
-  /// Exact: neighbouring triangles leave no gap. Returns the number of links removed.
+  /// Finishes the waves that are under way, then removes the links whose segment, between the current places of their
+  /// two elements, crosses the surface. The decision is exact: neighbouring triangles leave no gap. Returns the number
+  /// of links removed. Throws InputError where a point is not finite or too far away, or a triangle names a point that
+  /// is missing.
   std::size_t cut(const Surface& surface);
 
-  /// Removes the elements whose current place lies inside a closed surface, with their links; probes let go of them.
-  /// Exact as cut(). Returns their number. Throws InputError where the surface is not closed.
+  /// Finishes the waves that are under way, then removes the elements whose current place lies inside a closed surface,
+  /// with their links; probes let go of them. Exact like cut(). Returns the number of elements removed. Throws
+  /// InputError as cut() does, and where the surface is not closed.
   std::size_t carve(const Surface& surface);
 
-  /// Holds exactly these probes from now on. A probe of the same position and radius as one that is held already is
-  /// that one, moved where its displacement changed; others grab the tissue that is at their place now, and probes that
-  /// are no longer in the list are released where they are. Moves nothing yet: propagate() does.
+  /// Holds exactly these probes from now on. A probe with the position and radius of one that is already held is that
+  /// same probe, moved where its displacement changed. Any other probe grabs the tissue that is at its place now.
+  /// Probes that are no longer in the list are released where they are. Moves nothing yet: propagate() does. Throws
+  /// ProbeError for a probe without tissue at its place, or with an invalid position, displacement or radius.
   void hold(const std::vector<Probe>& probes);
 
-  /// Lets the waves of moved probes travel, in the order in which the probes were moved, for at most so many iterations
-  /// (0: until nothing changes). An iteration of Timestamp is one link; of Envelope, one pass over all bricks that a
-  /// wave has reached.
+  /// Lets the waves of moved probes travel, in the order in which the probes were moved, for at most `iterations` (0:
+  /// until nothing changes). An iteration of Timestamp is one link; one of Envelope is a pass over all bricks that a
+  /// wave has reached. Throws InputError where the number is negative.
   ///
-  /// Envelope: probes that one call of hold() moved are one wave where they are compatible with each other and with
-  /// what is held; else one half of them goes before the other, and so on. A wave starts when those before it have
-  /// finished; with Timestamp, which gives each probe a wave of its own, and Latest it starts at once, and where waves
-  /// overlap the later one prevails.
+  /// With Envelope, probes that one call of hold() moved form one wave if they are compatible with each other and with
+  /// the tissue that is held; if not, one half of them goes before the other, and so on. With Timestamp each probe has
+  /// a wave of its own. A wave starts when those before it have finished; with Timestamp and Latest it starts at once,
+  /// and where waves overlap the later one prevails.
   PropagateResult propagate(int iterations = 0);
 
-  /// hold(), propagate() to the end, and what was reached; forces come from probes().
+  /// Calls hold() and propagate() to the end, and returns what each probe reached. Forces come from probes() alone.
   std::vector<ProbeResult> pull(const std::vector<Probe>& probes);
 
-  /// Lowers the energy by at most so many iterations; stops when no element moved more than `tolerance` (a fraction of
-  /// the spacing) in one. While a wave is under way, Timestamp relaxes the elements that it does not move, Envelope
-  /// none.
+  /// Lowers the energy in at most `iterations`. Stops after one in which no element moved more than `tolerance`, a
+  /// fraction of the spacing. While a wave is under way, Timestamp relaxes the elements that the wave does not move,
+  /// and Envelope none. Throws InputError where either number is negative.
   RelaxResult relax(int iterations, double tolerance);
 
-  /// The probes of the last hold() in the current state.
+  /// The probes of the last hold(), in their order, with how far they have come and what they pull with now.
   std::vector<ProbeResult> probes() const;
 
-  /// What keeps one of these probes from going further, on the axis on which it lacks most [mm]: the nearest where
-  /// several do. A search on the host through the tissue that the probe strains: meant for a few probes that got much
-  /// less than they asked for.
+  /// What keeps a probe, given by its number, from going further on the axis on which it lacks most [mm]; the nearest
+  /// where several do. This searches on the host through the tissue that the probe strains, so it is meant for the few
+  /// probes that got much less than they asked for. Throws InputError where there is no probe of that number.
   HeldBy heldBy(std::size_t probe) const;
 
+  /// Energy, violations, displaced elements and memory of the present state.
   Statistics measure() const;
 
   /// Displacements of all voxels of the grid [mm], 3 interleaved floats each; 0 in air. Where the model is reduced,
-  /// those of a cut's lips change with the cut. `zeroed`: all of `out` is 0 already; then only memory of tissue that
-  /// may have moved is written to.
+  /// voxels at a cut may be displaced differently after it. `zeroed` says that `out` is already all 0; then only the
+  /// values of tissue that may have moved are written.
   void displacements(float* out, bool zeroed = false) const;
 
-  /// When the last wave that came to each element did so: the length of the shortest path of links from the probe
-  /// [fractions of the spacing], `axes()` interleaved values a voxel; -1 where none came.
+  /// When the last wave that reached each element arrived there: the length of the shortest path of links from the
+  /// probe, as a fraction of the spacing. `axes()` interleaved values a voxel; -1 where no wave came.
   void propagationTimes(float* out) const;
 
-  /// The number of that wave since reset(), from 1 on, likewise; 0 where none came. `zeroed` as for
-  /// displacements().
+  /// The number of the last wave that reached each element, counted since reset() from 1 on; 0 where none came. Laid
+  /// out as in propagationTimes(); `zeroed` as in displacements().
   void wavefronts(int* out, bool zeroed = false) const;
 
-  /// Rigid cluster of each element and axis: equal numbers move as one; -1 where the element is not rigid. `axes()`
-  /// interleaved values a voxel, numbered from 0 in order of the clusters' first voxels.
+  /// The rigid cluster of each element and axis: elements of equal numbers move as one; -1 where the element is not
+  /// rigid. `axes()` interleaved values a voxel, numbered from 0 in the order of the clusters' first voxels.
   void clusters(int* out) const;
 
   /// 1 where there is tissue now, 0 in air and where it was carved away. One value a voxel.
@@ -136,8 +147,9 @@ public:
   /// Which of an element's links exist: bit 0 x-, 1 x+, 2 y-, 3 y+, 4 z-, 5 z+. One value a voxel, 0 in air.
   void links(std::uint8_t* out) const;
 
-  /// Finds where the material of each output voxel comes from; `visit` is called with boxes that do not overlap and
-  /// cover every voxel that changed. Output voxels are those of the grid and `padding` more on every side.
+  /// Finds where the material of each output voxel comes from. Output voxels are those of the grid and `padding` more
+  /// on every side. `visit` gets boxes that do not overlap and that together cover every voxel that changed. Throws
+  /// InputError where a padding is negative.
   void resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit) const;
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Arrays of numbers that may be as large as a scan.
+// Allocates and copies arrays of numbers that may be as large as a scan.
 
 #ifndef Arrays_h
 #define Arrays_h
@@ -14,8 +14,9 @@
 namespace vtkChainMail
 {
 
-/// Room for so many tuples of a number of bytes; of `zeros`, the system gives memory to what is written to, when it is.
-/// Throws std::bad_alloc, where VTK's own allocation would end the process unless VTK was built for release.
+/// Allocates memory for so many tuples. With `zeros` it holds 0, and the system provides each part of it only when it
+/// is written to. Throws std::bad_alloc, where VTK's own allocation would end the process unless VTK was built for
+/// release.
 inline void Allocate(vtkDataArray* array, vtkIdType tuples, bool zeros = false)
 {
   const vtkIdType values = tuples * array->GetNumberOfComponents();
@@ -40,8 +41,8 @@ inline void Describe(vtkAbstractArray* array, vtkAbstractArray* like)
   }
 }
 
-/// An array of numbers whose tuples lie one after the other in memory: `array` itself, or a copy of one that is stored
-/// in another way (by component, mapped, ...). Not for bits.
+/// An array whose tuples lie one after the other in memory: `array` itself, or a copy where it is stored in another way
+/// (by component, mapped, ...). Not for bits.
 inline vtkSmartPointer<vtkDataArray> Interleaved(vtkDataArray* array)
 {
   if (array->HasStandardMemoryLayout())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the engine reads of VTK's data.
+// Converts VTK's arrays and functions to what the engine reads.
 
 #ifndef Convert_h
 #define Convert_h
@@ -15,14 +15,15 @@
 namespace vtkChainMail
 {
 
-/// What the engine can read: bits as bytes, anything else in its own type, interleaved.
+/// The array in a form that the engine can read: bits as bytes, anything else in its own type, interleaved.
 vtkSmartPointer<vtkDataArray> ToEngineArray(vtkDataArray* array);
 
-/// A view of such an array; none of null.
+/// A view of an array from ToEngineArray(); of null, a view of nothing.
 chainmail::ArrayView View(vtkDataArray* array);
 
-/// The values of a function, which is kept. vtkPiecewiseFunction::GetValue() is slow, and the engine asks for every
-/// voxel of a scan: where straight lines join the nodes, as they nearly always do, this is much faster.
+/// A function of the same values, which shares the ownership of `function`. It is much faster where straight lines join
+/// the nodes, as they nearly always do; vtkPiecewiseFunction::GetValue() is slow, and the engine asks for every voxel
+/// of a scan.
 std::function<double(double)> ToEngineFunction(const vtkSmartPointer<vtkPiecewiseFunction>& function);
 
 }

@@ -30,15 +30,15 @@ namespace
 
 constexpr int root = 0;
 
-// Messages from one process to another come in the order in which they were sent; the tags are for whoever looks at
-// them.
+// Messages from one process to another arrive in the order in which they were sent, so the tags only help debugging.
 enum Tags
 {
   LEAVES = 7101,
   ARRAYS
 };
 
-/// Sent as memory; bits, strings and variants, which are not laid out so, as a table with one column.
+/// Whether an array is sent as its memory. Bits, strings and variants are stored otherwise and are sent as a table with
+/// one column.
 bool IsRaw(vtkAbstractArray* array)
 {
   return vtkDataArray::SafeDownCast(array) && array->GetDataType() != VTK_BIT;
@@ -89,7 +89,7 @@ Inputs Exchange::Gather(const Inputs& mine) const
   {
     return mine;
   }
-  // First what there is, so that nothing travels that the root has already.
+  // Each process first says what it has, so that nothing travels that the root already has.
   vtkMultiProcessStream about;
   about << mine.Problem << static_cast<int>(mine.Leaves.size());
   for (const Leaf& leaf : mine.Leaves)
@@ -140,7 +140,7 @@ std::vector<Exchange::Wanted> Exchange::Choose(
       Fingerprint fingerprint;
       abouts[p] >> leaf.Port >> leaf.Input >> leaf.Block >> fingerprint;
       leaf.Process = p;
-      // Alike on the same process are two datasets; alike on two processes they are one that both have.
+      // Equal data on the same process are two datasets; equal data on two processes are one dataset that both have.
       const auto key = std::make_tuple(leaf.Port, leaf.Input, leaf.Block, fingerprint);
       if (p == root || std::find(known.begin(), known.end(), key) == known.end())
       {
@@ -273,7 +273,7 @@ vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Exten
 
 void Exchange::Send(vtkImageData* image, int to) const
 {
-  // The name and components of an array travel with its memory, its type and place do not.
+  // The name and components of an array travel with its memory; its type and its place among the arrays are sent here.
   vtkMultiProcessStream about;
   for (const int e : ExtentOf(image))
   {

@@ -31,7 +31,7 @@ Fingerprint Word(const char* at)
   return word;
 }
 
-/// Four lanes, so that a processor multiplies for one while it waits for another.
+/// Uses four lanes, so that a processor can multiply for one while it waits for another.
 Fingerprint OfPart(const char* data, std::size_t bytes)
 {
   constexpr Fingerprint odd = 0x9e3779b97f4a7c15u;
@@ -59,7 +59,7 @@ Fingerprint OfPart(const char* data, std::size_t bytes)
 
 Fingerprint FingerprintOf(const void* data, std::size_t bytes, Fingerprint before)
 {
-  // The parts do not depend on the number of threads, so neither does what comes out.
+  // The parts do not depend on the number of threads, so neither does the result.
   constexpr std::size_t part = std::size_t(1) << 20;
   std::vector<Fingerprint> parts((bytes + part - 1) / part);
   vtkSMPTools::For(0, static_cast<vtkIdType>(parts.size()),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether data are the same as before, told by their contents: an upstream filter that runs again gives equal values in
-// a new array, and an array that is written to stays the same object.
+// Tells by their contents whether data are the same as before. An upstream filter that runs again gives equal values in
+// a new array, and an array that is written to stays the same object, so addresses would tell the wrong thing.
 
 #ifndef Fingerprint_h
 #define Fingerprint_h
@@ -17,22 +17,22 @@ namespace vtkChainMail
 
 using Fingerprint = vtkTypeUInt64;
 
-/// 64 bits that stand for the contents of memory: different contents have the same ones with a chance of 2^-64. For
-/// this process's own use: they depend on the order of bytes in a word.
+/// 64 bits that stand for the contents of memory: different contents have the same bits with a chance of 2^-64. They
+/// depend on the order of bytes in a word, and so are for this process alone.
 Fingerprint FingerprintOf(const void* data, std::size_t bytes, Fingerprint before = 0);
 
-/// Those of all values of an array, its type and its number of components; 0 for null.
+/// The fingerprint of an array's values, type and number of components; 0 for null.
 Fingerprint FingerprintOf(vtkDataArray* array);
 
-/// An array by its contents: an upstream filter that runs again gives the same values in another one.
+/// An array that is compared by its contents.
 struct ArrayContents
 {
   vtkSmartPointer<vtkDataArray> Array;
   vtkMTimeType Time = 0;
   Fingerprint Values = 0;
 
-  /// `imageTime`: voxels are also written in place, and then somebody says so of the image alone. What is known of the
-  /// array from `before` is not looked at again.
+  /// `imageTime` is when the image was last modified: some programs write voxels in place and tell it to the image
+  /// alone. An array that `before` knows with the same times is not read again.
   void Take(vtkDataArray* array, vtkMTimeType imageTime, const ArrayContents& before)
   {
     this->Array = array;
@@ -43,8 +43,8 @@ struct ArrayContents
   bool operator==(const ArrayContents& other) const { return this->Values == other.Values; }
 };
 
-/// An array that outputs share from update to update, as long as nobody has written to it: what reads an output may
-/// also write to it, as far as this filter can tell.
+/// An array that outputs share from update to update as long as nobody has written to it. A filter downstream may write
+/// to it without this filter's knowledge, so IsIntact() compares its contents.
 template <typename ArrayType> class SharedArray
 {
 public:

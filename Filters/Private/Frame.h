@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where an image is in the world.
+// Converts between the world's axes and the engine's.
 
 #ifndef Frame_h
 #define Frame_h
@@ -19,7 +19,7 @@ namespace vtkChainMail
 
 using chainmail::Vector3;
 
-/// World space against the engine's: lengths along the image's axes from the centre of its first voxel.
+/// World space and the engine's space: lengths [mm] along the image's axes from the centre of its first voxel.
 class Frame
 {
 public:
@@ -43,7 +43,7 @@ public:
         {
           product += this->Direction[3 * row + a] * this->Direction[3 * row + b];
         }
-        // Direction cosines in image files are often written with six digits.
+        // Image files often hold direction cosines of six digits.
         if (!(std::fabs(product - (a == b ? 1.0 : 0.0)) < 1e-4))
         {
           throw chainmail::InputError(

@@ -25,7 +25,7 @@ enum Knowledge : unsigned char
   Own
 };
 
-/// The same places in the same world.
+/// Whether two images have their voxels at the same places of the world.
 bool HasSameGrid(vtkImageData* a, vtkImageData* b)
 {
   return std::equal(a->GetOrigin(), a->GetOrigin() + 3, b->GetOrigin()) &&
@@ -34,7 +34,7 @@ bool HasSameGrid(vtkImageData* a, vtkImageData* b)
            b->GetDirectionMatrix()->GetData());
 }
 
-/// Refuses a part that cannot be one of this image.
+/// Throws InputError for a part that does not belong to this image.
 void Check(vtkImageData* part, vtkImageData* image)
 {
   if (!HasSameGrid(part, image))
@@ -57,7 +57,7 @@ void Check(vtkImageData* part, vtkImageData* image)
   }
 }
 
-/// Copies the voxels of a part that are not known yet, or known from an old copy alone.
+/// Copies the voxels of a part that are not known yet, or known only from a ghost copy.
 void Copy(vtkImageData* part, vtkImageData* image, std::vector<Knowledge>& known)
 {
   vtkPointData* arrays = image->GetPointData();
@@ -141,7 +141,7 @@ vtkSmartPointer<vtkImageData> PutTogether(const std::vector<vtkSmartPointer<vtkI
     throw chainmail::InputError("The parts of the image that the processes have leave out " + std::to_string(missing) +
                                 " of its " + std::to_string(voxels) + " voxels. Give the whole image.");
   }
-  // In the whole image no voxel is the copy of another process's.
+  // In the whole image no voxel is a copy of another process's voxel.
   if (vtkUnsignedCharArray* ghosts = image->GetPointGhostArray())
   {
     for (vtkIdType v = 0; v < voxels; ++v)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An image of which several processes have parts.
+// Puts together an image of which several processes have parts.
 
 #ifndef ImageParts_h
 #define ImageParts_h
@@ -18,11 +18,12 @@ using Extent = std::array<int, 6>;
 bool IsEmpty(const Extent& extent);
 bool Contains(const Extent& outer, const Extent& inner);
 
-/// Empty for null.
+/// The extent of an image; an empty one for null.
 Extent ExtentOf(vtkImageData* image);
 
-/// Puts parts of an image together. Where they overlap they hold the same, but for voxels that one marks as ghosts, of
-/// which it may hold an old copy. Throws InputError where they do not fit together or leave something out.
+/// Puts the parts of an image together. Where parts overlap they hold the same values, except for voxels that one of
+/// them marks as ghosts, which may be old copies. Throws InputError where parts do not fit together or leave voxels
+/// out.
 vtkSmartPointer<vtkImageData> PutTogether(const std::vector<vtkSmartPointer<vtkImageData>>& parts, const Extent& whole);
 
 }

@@ -32,7 +32,7 @@ Fingerprint OfCells(vtkCellArray* cells, Fingerprint before)
   return FingerprintOf(parts, sizeof(parts));
 }
 
-/// What an update reads of a dataset, without what it does not; null: nothing.
+/// The part of a dataset that an update reads; null where it reads nothing. `problem` says what is wrong with it.
 vtkSmartPointer<vtkPolyData> TakeLeaf(int port, vtkDataObject* data, std::string& problem)
 {
   auto leaf = vtkSmartPointer<vtkPolyData>::New();
@@ -91,7 +91,7 @@ Fingerprint Inputs::GetFingerprint() const
   Fingerprint h = FingerprintOf(this->Problem.data(), this->Problem.size());
   if (!this->Problem.empty())
   {
-    return h; // nothing else is looked at
+    return h; // nothing else is read
   }
   if (this->Image)
   {
@@ -154,7 +154,7 @@ Inputs CollectInputs(vtkInformationVector** inputs)
       all.Image->GetSpacing(grid.spacing.data());
       try
       {
-        grid.check(); // before anything is read of it
+        grid.check(); // before anything is read of the image
       }
       catch (const chainmail::InputError& error)
       {
@@ -204,7 +204,7 @@ Inputs CollectInputs(vtkInformationVector** inputs)
 
 bool InputWatch::IsUnchanged(vtkInformationVector** connected, const Inputs& inputs, vtkMTimeType filterTime)
 {
-  // Times tell soon that nothing changed, but not that something did: a reader runs again for every piece.
+  // Times tell quickly that nothing changed, but not that something did, since a reader runs again for every piece.
   decltype(this->Times) times;
   for (int port = 0; port < NUMBER_OF_PORTS; ++port)
   {
@@ -213,7 +213,7 @@ bool InputWatch::IsUnchanged(vtkInformationVector** connected, const Inputs& inp
       vtkDataObject* data = vtkDataObject::GetData(connected[port], input);
       times.emplace_back(data, data ? data->GetMTime() : 0, data ? data->GetUpdateTime() : 0);
     }
-    times.emplace_back(); // the next port
+    times.emplace_back(); // the end of a port
   }
   const vtkMTimeType filterBefore = this->FilterTime;
   const Fingerprint contentsBefore = this->Contents;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the pipeline gives to an update: the image, and the datasets of Probes, Cuts and Carves taken apart into their
-// leaves, so that composite data and data of several processes are one list.
+// The inputs of an update: the image, and the datasets of Probes, Cuts and Carves as one list of leaves, so that
+// composite data and data of several processes are handled alike.
 
 #ifndef Inputs_h
 #define Inputs_h
@@ -31,51 +31,51 @@ enum Ports
   NUMBER_OF_PORTS
 };
 
-/// One dataset of Probes, Cuts or Carves: what is connected, or a leaf of it where that is composite.
+/// One dataset of Probes, Cuts or Carves: a connected one, or a leaf of it where that is composite.
 struct Leaf
 {
   int Port = 0;
   int Input = 0;   ///< number of the connection
-  int Block = -1;  ///< flat index in a composite dataset, -1: it is none
-  int Process = 0; ///< of a parallel server
+  int Block = -1;  ///< flat index in a composite dataset; -1 where it is none
+  int Process = 0; ///< the process of a parallel server that has it
   /// Points with their arrays (Probes), or points, polygons and strips (Cuts, Carves).
   vtkSmartPointer<vtkPolyData> Data;
 
-  /// "Probes input 0", with block and process where that is not clear: for messages.
+  /// The name for messages: "Probes input 0", with block and process where it would be ambiguous.
   std::string ToString() const;
 
-  /// Of all that an update reads of it.
+  /// The fingerprint of everything that an update reads of it.
   Fingerprint GetFingerprint() const;
 };
 
 struct Inputs
 {
-  /// What is wrong with them, in a sentence for the user; empty: nothing.
+  /// What is wrong with the inputs, in a sentence for the user; empty where nothing is.
   std::string Problem;
   /// Null where the process has none.
   vtkSmartPointer<vtkImageData> Image;
   std::array<int, 6> WholeExtent{ { 0, -1, 0, -1, 0, -1 } };
-  /// In order of port, input, block and process.
+  /// In the order of port, input, block and process.
   std::vector<Leaf> Leaves;
 
-  /// Of all that can change an output.
+  /// The fingerprint of everything that can change an output.
   Fingerprint GetFingerprint() const;
 };
 
-/// This process's own. Empty datasets are left out.
+/// The inputs of this process. Empty datasets are left out.
 Inputs CollectInputs(vtkInformationVector** inputs);
 
 /// Tells whether an update has anything to do.
 class InputWatch
 {
 public:
-  /// Whether no property of the filter and nothing in its inputs changed since this was last asked. `inputs` are those
-  /// of `connected`, `filterTime` is when a property changed last.
+  /// Whether no property of the filter and nothing in its inputs has changed since the last call. `inputs` are the
+  /// contents of `connected`; `filterTime` is when a property last changed.
   bool IsUnchanged(vtkInformationVector** connected, const Inputs& inputs, vtkMTimeType filterTime);
 
 private:
   vtkMTimeType FilterTime = 0;
-  std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> Times; // of each dataset, and when it was made
+  std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> Times; // with times of change and update
   Fingerprint Contents = 0;
 };
 

@@ -27,11 +27,11 @@ namespace vtkChainMail
 namespace
 {
 
-/// One for each point array of the image.
+/// One sampler for each point array of the image.
 std::vector<std::unique_ptr<ArraySampler>> MakeSamplers(
   const Scene& scene, const Grids& grids, vtkDataArray* engineScalars)
 {
-  // As the model tells it, which may be asked by one thread alone.
+  // The same test as the model's, which only one thread at a time may use.
   const double threshold = scene.Tissue.Threshold;
   const auto isTissue = [engineScalars, threshold](vtkIdType voxel)
   {
@@ -60,8 +60,8 @@ std::vector<std::unique_ptr<ArraySampler>> MakeSamplers(
   return samplers;
 }
 
-/// The copies of the arrays that are the active ones of the image are those of `out`. Global ids would have to be
-/// unique: tissue that stretches shows one twice.
+/// Makes the copies of the image's active arrays the active ones of `out`. Global ids are left out: they would have to
+/// be unique, but tissue that stretches shows one twice.
 void CopyActiveAttributes(vtkPointData* arrays, vtkPointData* out)
 {
   for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
@@ -78,7 +78,7 @@ void CopyActiveAttributes(vtkPointData* arrays, vtkPointData* out)
   }
 }
 
-/// The grid of the scene's image, with more voxels on every side.
+/// Gives `output` the grid of the scene's image, with more voxels on every side.
 void CopyGrid(const Scene& scene, const std::array<int, 3>& padding, vtkImageData* output)
 {
   int extent[6];
@@ -219,7 +219,7 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   device->InsertNextValue(this->Source.GetSimulation().deviceName());
   fields->AddArray(device);
 
-  // Last: field data has as many rows as its first array, and where that is none ParaView shows and sends nothing.
+  // These come last: field data has as many rows as its first array, and with none ParaView shows and sends nothing.
   addVectors("ProbeReached", &chainmail::ProbeResult::reached);
   addVectors("ProbeForce", &chainmail::ProbeResult::force);
 }
@@ -291,7 +291,7 @@ void Outputs::FetchTimes(const Scene& scene, vtkPointData* output)
       {
         for (vtkIdType n = first * axes + a; n < last * axes; n += axes)
         {
-          // Where no wave came it is negative, and stays so.
+          // A negative time says that no wave came, and stays as it is.
           t[n] = t[n] > 0.0f ? static_cast<float>(t[n] * spacing[a]) : t[n];
         }
       }

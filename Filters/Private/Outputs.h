@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an update found, as the filter's two outputs.
+// Makes the filter's two outputs from what an update found.
 
 #ifndef Outputs_h
 #define Outputs_h
@@ -24,7 +24,7 @@ class vtkPointData;
 namespace vtkChainMail
 {
 
-/// Turns the state of a session into images. Throws the engine's exceptions, and std::bad_alloc.
+/// Turns the state of a session into images. Throws the engine's exceptions and std::bad_alloc.
 class Outputs
 {
 public:
@@ -34,7 +34,7 @@ public:
   {
   }
 
-  /// The deformed image, and the model at rest, after an update of the session with this scene.
+  /// Makes the deformed image and the model at rest, after an update of the session with this scene.
   std::array<vtkSmartPointer<vtkImageData>, 2> Write(const Scene& scene);
 
 private:
@@ -49,15 +49,15 @@ private:
   const Session& Source;
   Progress& Reports;
 
-  // Shared by the outputs of all updates that find nothing new; how often there was something new when they were
-  // fetched.
+  // Arrays that the outputs share as long as updates find nothing new, and the session's counts of changes when they
+  // were fetched.
   SharedArray<vtkFloatArray> Constraint;
   SharedArray<vtkUnsignedCharArray> Element;
   SharedArray<vtkIntArray> Cluster;
   int TissueChanges = 0;
   int LinkChanges = 0;
 
-  // Cell arrays that are not passed on and were warned about.
+  // Cell arrays that are not passed on, and that were warned about.
   std::set<std::string> LostArrays;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the pipeline is told before an update.
+// What the filter tells the pipeline before an update, and asks of it.
 
 #ifndef Pipeline_h
 #define Pipeline_h
@@ -12,20 +12,20 @@ class vtkInformationVector;
 namespace vtkChainMail
 {
 
-/// Times at which what comes in changes: whatever changes with time changes the outputs, be it the scan, or a probe
-/// while the scan does not.
+/// The times at which any input changes. An input that changes with time changes the outputs: the scan, or a probe
+/// alone.
 struct MergedTimes
 {
   MergedTimes(vtkInformationVector** inputs, int ports);
 
-  /// Tells them of an output; where there are none, that there are none.
+  /// Tells the times to an output, or that there are none.
   void Tell(vtkInformation* output) const;
 
   std::vector<double> Steps; ///< ascending
-  double Range[2];           ///< the first larger than the second: none
+  double Range[2];           ///< the first is larger than the second where there are none
 };
 
-/// Asks for all of all inputs, whatever is asked of the outputs: a wave can come from anywhere.
+/// Asks for all of all inputs, whatever is asked of the outputs, since a wave can come from anywhere.
 void AskForAll(vtkInformationVector** inputs, int ports);
 
 }

@@ -28,10 +28,11 @@ void GetPresetMaterial(int preset, const double range[2], double& tissueThreshol
   }
   else
   {
-    const bool valid = range[0] <= range[1] && std::isfinite(range[1] - range[0]); // not where nothing is finite
+    const bool valid = range[0] <= range[1] && std::isfinite(range[1] - range[0]); // false where no scalar is finite
     const double low = valid ? range[0] : 0.0;
     const double width = valid ? range[1] - range[0] : 0.0;
-    // Shares of the range. T1-weighted MR: tendon is dark, muscle grey, fat bright. Else brighter is taken as stiffer.
+    // Scalars here are shares of the range. In T1-weighted MR tendon is dark, muscle grey and fat bright. In other
+    // images a brighter voxel is taken to be stiffer.
     nodes = preset == vtkChainMailDeformation::MATERIAL_MR
               ? Nodes{ { 0.1, 0.15 }, { 0.3, 0.2 }, { 0.6, 0.3 }, { 1.0, 0.35 } }
               : Nodes{ { 0.1, 0.3 }, { 0.4, 0.2 }, { 1.0, 0.05 } };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the filter's presets stand for.
+// The values that the filter's presets stand for.
 
 #ifndef Presets_h
 #define Presets_h
@@ -21,7 +21,7 @@ struct Settling
   double Tolerance = 0.0;
 };
 
-/// That of the filter's RelaxationPreset.
+/// The settling of the filter's RelaxationPreset, or of its three properties.
 Settling GetSettling(vtkChainMailDeformation* filter);
 
 }

@@ -14,7 +14,7 @@ namespace vtkChainMail
 namespace
 {
 
-/// "a; b; c; and 240 more.": `name(p)` of the first few.
+/// Lists the names `name(p)` of the first few: "a; b; c; and 240 more."
 template <typename F> std::string List(const std::vector<std::size_t>& probes, const F& name)
 {
   constexpr std::size_t mostNamed = 3;
@@ -99,7 +99,7 @@ std::string ProbeWarnings::OfEmptyHandles(
 std::string ProbeWarnings::OfShortProbes(const Scene& scene, const std::vector<std::size_t>& held,
   const std::vector<chainmail::ProbeResult>& results, const chainmail::Simulation& simulation)
 {
-  // What is next to nothing beside a voxel may get lost.
+  // A displacement that is next to nothing beside a voxel may be lost without a warning.
   const Vector3& spacing = scene.Space.GetSpacing();
   const double least = 1e-3 * *std::min_element(spacing.begin(), spacing.end());
   std::vector<std::size_t> shortened;

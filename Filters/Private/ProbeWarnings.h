@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Warnings about one or a thousand probes.
+// Makes warnings about probes, be it one or a thousand, and gives each only once.
 
 #ifndef ProbeWarnings_h
 #define ProbeWarnings_h
@@ -16,14 +16,14 @@
 namespace vtkChainMail
 {
 
-/// Probes that give reason for a warning. Each is warned about when it begins to, and again only after it ceased to: a
-/// probe that is dragged is still the same.
+/// Probes that give reason for one kind of warning. A probe is warned about when it begins to, and again only after it
+/// has ceased to in between; a probe that is dragged is still the same.
 class WarnedProbes
 {
 public:
   void Clear() { this->Probes.clear(); }
 
-  /// `present`: the numbers of the probes that do so now. Returns those that did not before.
+  /// `present` are the numbers of the probes that give reason now. Returns those that did not at the last call.
   std::vector<std::size_t> Renew(const std::vector<chainmail::Probe>& probes, const std::vector<std::size_t>& present);
 
 private:
@@ -31,14 +31,14 @@ private:
   std::set<Place> Probes;
 };
 
-/// Probes that hold nothing, and those that got far less than they asked for.
+/// Warns about probes that hold nothing, and about those that got far less than they asked for.
 class ProbeWarnings
 {
 public:
   void Clear();
 
-  /// What there is to say after an update of these probes, which the simulation holds; empty: nothing, or nothing new.
-  /// `results`: of all probes of the scene.
+  /// The warning after an update; empty where there is none, or no new one. `held` are the numbers of the probes that
+  /// the simulation holds, `results` those of all probes of the scene.
   std::string OfEmptyHandles(
     const Scene& scene, const std::vector<std::size_t>& held, const std::vector<chainmail::ProbeResult>& results);
   std::string OfShortProbes(const Scene& scene, const std::vector<std::size_t>& held,

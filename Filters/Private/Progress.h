@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an update tells the user while it runs, and how long its parts took.
+// Tells the user how an update goes on while it runs, and how long its parts took.
 
 #ifndef Progress_h
 #define Progress_h
@@ -37,14 +37,14 @@ public:
   {
   }
 
-  /// An update begins.
+  /// To be called when an update begins.
   void Begin()
   {
     this->Milliseconds.fill(0.0);
     this->Shown = 0.0;
   }
 
-  /// Runs a part of the update: its time is added to a row of Milliseconds, and the engine's progress in it is mapped
+  /// Runs a part of the update. Its time is added to a row of Milliseconds, and the engine's progress in it is mapped
   /// to [from, to].
   template <typename F> void Run(Times time, double from, double to, F&& part)
   {
@@ -57,7 +57,7 @@ public:
     this->Milliseconds[time] += elapsed.count();
   }
 
-  /// Progress event; throws where somebody asked to stop.
+  /// Sends a progress event. Throws Aborted where somebody has asked to stop.
   void Report(double share)
   {
     if (!this->Show(share))
@@ -66,10 +66,10 @@ public:
     }
   }
 
-  /// Progress event; false where somebody asked to stop.
+  /// Sends a progress event. Returns false where somebody has asked to stop.
   bool Show(double share)
   {
-    // Of several calls of the engine in one part each counts from 0.
+    // Where a part calls the engine several times, each call counts from 0; the progress shown never goes back.
     this->Shown = std::max(this->Shown, this->From + share * (this->To - this->From));
     this->Filter->UpdateProgress(this->Shown);
 #if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 2, 20220823)
@@ -79,7 +79,7 @@ public:
 #endif
   }
 
-  /// Nothing, of an empty text.
+  /// Sends a warning; none where the text is empty.
   void Warn(const std::string& text)
   {
     if (!text.empty())

@@ -25,7 +25,7 @@
 namespace vtkChainMail
 {
 
-/// The size of an image of so many voxels with so many more on every side: axes with a single one have no sides.
+/// The size of an image with `padding` more voxels on every side. Axes with a single voxel are not padded.
 inline chainmail::Grid Padded(const std::array<int, 3>& size, int padding)
 {
   chainmail::Grid grid;
@@ -36,7 +36,7 @@ inline chainmail::Grid Padded(const std::array<int, 3>& size, int padding)
   return grid;
 }
 
-/// The most padding, up to `wanted`, with which there are no more voxels than can be handled.
+/// The most padding, up to `wanted`, with which the image has no more voxels than can be handled.
 inline int FittingPadding(const std::array<int, 3>& size, int wanted)
 {
   while (wanted > 0 && !Padded(size, wanted).fits())
@@ -46,8 +46,8 @@ inline int FittingPadding(const std::array<int, 3>& size, int wanted)
   return wanted;
 }
 
-/// The input's grid and the padded grid of the output. Indices are those of the input, from 0; an output voxel in the
-/// padding has a negative one, or one beyond the size.
+/// The input's grid and the padded grid of the output. Indices are those of the input, from 0, so output voxels in the
+/// padding have a negative index or one beyond the size.
 struct Grids
 {
   std::array<int, 3> Size;
@@ -57,7 +57,7 @@ struct Grids
   vtkIdType InputVoxels() const { return static_cast<vtkIdType>(this->Size[0]) * this->Size[1] * this->Size[2]; }
   vtkIdType OutputWidth(int axis) const { return this->Size[axis] + 2 * static_cast<vtkIdType>(this->Padding[axis]); }
   vtkIdType OutputVoxels() const { return this->OutputWidth(0) * this->OutputWidth(1) * this->OutputWidth(2); }
-  /// The grids of the cells between the voxels.
+  /// The same for the cells between the voxels.
   Grids Cells() const
   {
     Grids cells = *this;
@@ -78,8 +78,8 @@ struct Grids
   }
 };
 
-/// A box of output voxels and, 3 numbers a voxel, where the material of each comes from relative to it [voxels]: 0:
-/// from nowhere else; NaN: none is left.
+/// A box of output voxels with the offset from each to the place its material came from, 3 numbers a voxel [voxels]. 0:
+/// the voxel did not change. NaN: no material is left.
 struct Box
 {
   std::array<int, 3> First;
@@ -88,7 +88,7 @@ struct Box
 
   int Rows() const { return this->Size[1] * this->Size[2]; }
 
-  /// Calls f(voxel, offset) for those of a row that change.
+  /// Calls f(voxel, offset) for the voxels of a row that change.
   template <typename F> void ForChanged(int row, F&& f) const
   {
     std::array<int, 3> voxel = { { this->First[0], this->First[1] + row % this->Size[1],
@@ -96,7 +96,7 @@ struct Box
     const float* offset = this->Offset + 3 * static_cast<std::size_t>(row) * this->Size[0];
     for (int n = 0; n < this->Size[0]; ++n, ++voxel[0], offset += 3)
     {
-      // True for NaN.
+      // This is true for NaN, too.
       if (offset[0] != 0.0f || offset[1] != 0.0f || offset[2] != 0.0f)
       {
         f(voxel, offset);
@@ -105,23 +105,23 @@ struct Box
   }
 };
 
-/// Whether a voxel of the input is tissue at rest. Called from several threads.
+/// Tells whether a voxel of the input is tissue at rest. May be called from several threads.
 using TissueTest = std::function<bool(vtkIdType)>;
 
-/// One array of the output, made from one of the input.
+/// Makes one array of the output from one of the input.
 class ArraySampler
 {
 public:
   virtual ~ArraySampler() = default;
 
-  /// Overwrites what changes in the box.
+  /// Writes the values that change in the box.
   virtual void Sample(const Box& box) = 0;
 
-  /// The output's array: the input's own one when nothing was overwritten and there is no padding.
+  /// The output's array. It is the input's own one where nothing has changed and there is no padding.
   virtual vtkAbstractArray* GetOutput() = 0;
 };
 
-/// Arrays of numbers, stored interleaved: trilinear or nearest.
+/// Samples arrays of numbers, stored interleaved: trilinear or nearest.
 template <typename T> class NumericSampler : public ArraySampler
 {
 public:
@@ -179,13 +179,14 @@ public:
 private:
   static constexpr bool IsWide = std::is_integral<T>::value && sizeof(T) == 8;
 
-  /// The nearest value of the type.
+  /// The value of the type that is nearest to `value`.
   static T ToType(double value)
   {
     if constexpr (std::is_integral<T>::value)
     {
       const double rounded = std::floor(value + 0.5);
-      // Not std::clamp: the largest 64-bit integer, as a double, is one more, and converting that back would overflow.
+      // std::clamp would not do: the largest 64-bit integer becomes larger by one as a double, and overflows on the way
+      // back.
       return rounded <= static_cast<double>(std::numeric_limits<T>::lowest()) ? std::numeric_limits<T>::lowest()
              : rounded >= static_cast<double>(std::numeric_limits<T>::max())  ? std::numeric_limits<T>::max()
                                                                               : static_cast<T>(rounded);
@@ -196,8 +197,8 @@ private:
     }
   }
 
-  /// Interpolation is done with doubles. 64-bit integers do not fit into one, but their differences from a neighbour
-  /// do, unless those are as large as 2^53.
+  /// Interpolation is done in double. 64-bit integers do not fit into one, but their differences from a neighbour do,
+  /// unless they are as large as 2^53.
   static double ToDouble(T value, T base)
   {
     if constexpr (IsWide)
@@ -226,17 +227,17 @@ private:
       return ToType(value);
     }
   }
-  /// larger - smaller, which may not fit T.
+  /// larger - smaller, which may not fit into T.
   static std::uint64_t Magnitude(T larger, T smaller)
   {
     return static_cast<std::uint64_t>(larger) - static_cast<std::uint64_t>(smaller);
   }
 
-  /// Between a and b. Equal ends are returned as they are: neither rounding nor inf - inf.
+  /// A value between a and b. Equal ends are returned as they are, without rounding and without inf - inf.
   static double Between(double a, double b, double share) { return a == b ? a : a + share * (b - a); }
 
-  /// Linear along the axes up to `Axis`. Neighbours of weight 0 are not read: a place on the grid gets the value that
-  /// is there, whatever is beside it.
+  /// Interpolates along the axes up to `Axis`. Neighbours of weight 0 are not read: a place on the grid gets the value
+  /// that is there, whatever lies beside it.
   template <int Axis> double Interpolate(const T* corner, const double* share, T base) const
   {
     if constexpr (Axis < 0)
@@ -259,9 +260,9 @@ private:
     double Weight;
   };
 
-  /// As Interpolate(), but values beside tissue that are not finite have no weight: they would blot it out. Tissue's
-  /// own ones are kept, so that what is not known of it stays so. Where the nearest voxel is such a value, so is the
-  /// place: else tissue would grow by half a voxel on all sides.
+  /// Like Interpolate(), but values outside tissue that are not finite have no weight, since they would blot out tissue
+  /// beside them. Values within tissue count even so: what is unknown there stays unknown. A place whose nearest voxel
+  /// has no weight gets that voxel's value, as tissue would otherwise grow by half a voxel on all sides.
   template <int Axis> Weighted InterpolateKnown(const T* corner, const double* share) const
   {
     if constexpr (Axis < 0)
@@ -393,8 +394,8 @@ private:
   T* Out = nullptr;
 };
 
-/// Arrays of bits, strings and variants: nearest. Serial, since neighbouring bits share a byte and strings a look-up.
-/// The background is a bit of 0, an empty string or an invalid variant.
+/// Samples arrays of bits, strings and variants: nearest. It is serial, since neighbouring bits share a byte, and
+/// strings share a look-up table. The background is a bit of 0, an empty string or an invalid variant.
 class TupleSampler : public ArraySampler
 {
 public:
@@ -485,7 +486,8 @@ private:
   vtkSmartPointer<vtkAbstractArray> Output;
 };
 
-/// The sampler for an array. `background` NaN: the array's own smallest finite value, by component.
+/// Makes the sampler for an array. A `background` of NaN stands for the array's own smallest finite value, by
+/// component.
 inline std::unique_ptr<ArraySampler> MakeSampler(
   vtkAbstractArray* input, const Grids& grids, bool nearest, double background, const TissueTest& isTissue)
 {
@@ -500,8 +502,8 @@ inline std::unique_ptr<ArraySampler> MakeSampler(
   return std::make_unique<TupleSampler>(input, grids);
 }
 
-/// An array of the grid, not of what moves through it, such as which of its voxels are blank: it stays where it is,
-/// with 0 in the padding.
+/// Handles an array of the grid and not of the material, such as which voxels are blank: it stays where it is, with 0
+/// in the padding.
 class StillArray : public ArraySampler
 {
 public:

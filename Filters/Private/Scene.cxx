@@ -20,7 +20,7 @@ namespace vtkChainMail
 namespace
 {
 
-/// The value of an enumerated property. `names`: of all that it may have, from 0 on.
+/// Checks the value of an enumerated property. `names` are the names of all its values, from 0 on.
 int Choice(const char* property, int value, const std::vector<const char*>& names)
 {
   if (value >= 0 && value < static_cast<int>(names.size()))
@@ -61,7 +61,7 @@ Method ReadMethod(vtkChainMailDeformation* filter)
   return method;
 }
 
-/// An array that has to hold numbers.
+/// The array that a property names, as numbers. Throws InputError where it does not hold any.
 vtkDataArray* NumbersOf(const std::string& property, vtkAbstractArray* array)
 {
   vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
@@ -75,7 +75,7 @@ vtkDataArray* NumbersOf(const std::string& property, vtkAbstractArray* array)
 
 vtkDataArray* ReadScalars(vtkPointData* arrays, const ChosenArray& chosen)
 {
-  // A proxy that nobody has told of the image's arrays chooses one without a name.
+  // A proxy that was never told of the image's arrays chooses one without a name.
   const bool unnamed = chosen.Name && !*chosen.Name;
   vtkAbstractArray* scalars = chosen.Array || !unnamed ? chosen.Array : arrays->GetScalars();
   if (scalars && chosen.Association != vtkDataObject::FIELD_ASSOCIATION_POINTS)
@@ -98,7 +98,7 @@ vtkDataArray* ReadScalars(vtkPointData* arrays, const ChosenArray& chosen)
   return NumbersOf("The array of scalars", scalars);
 }
 
-/// Null: none is named.
+/// The array of constraints; null where no name is given.
 vtkDataArray* ReadConstraints(vtkPointData* arrays, const char* given)
 {
   const std::string name = given ? given : "";
@@ -116,7 +116,7 @@ vtkDataArray* ReadConstraints(vtkPointData* arrays, const char* given)
   return NumbersOf("ConstraintArray", array);
 }
 
-/// How many voxels are added on every side of the image, which must not become too large by that.
+/// The padding on every side of the image. Throws InputError where the image would become too large by it.
 chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, const chainmail::Index3& size)
 {
   const int padding = filter->GetOutputPadding();
@@ -164,7 +164,7 @@ Scene::Scene(
   this->ReadProbes();
   this->Cuts = ReadCuts(inputs, this->Space);
   this->Carves = ReadCarves(inputs, this->Space);
-  this->ReadMaterial(filter); // last: it may read all scalars for their range
+  this->ReadMaterial(filter); // last, since it may read all scalars for their range
 }
 
 std::string Scene::NameOf(std::size_t probe) const
@@ -191,7 +191,7 @@ void Scene::CheckPointArrays() const
   {
     check(arrays->GetAbstractArray(a), "point", this->Image->GetNumberOfPoints(), "voxels");
   }
-  // The only one of the cells that is read.
+  // This is the only array of the cells that is read.
   if (vtkAbstractArray* ghosts = this->Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
   {
     check(ghosts, "cell", this->Image->GetNumberOfCells(), "cells");
@@ -222,11 +222,11 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
 
   this->Image->GetDimensions(tissue.Size.data());
   tissue.Spacing = this->Space.GetSpacing();
-  tissue.GetGrid().check(); // the model does, too, but only after all scalars were read for their range
+  tissue.GetGrid().check(); // the model checks it, too, but only after all scalars were read for their range
   tissue.AnchorRigid = filter->GetAnchorRigid();
   for (int f = 0; f < 6; ++f)
   {
-    // A slice is not held by the two faces that all of it lies on.
+    // All of a slice lies on two of the faces, so these do not hold it.
     tissue.AnchoredFaces[f] = filter->GetAnchoredFaces()[f] != 0 && tissue.Size[f / 2] > 1;
   }
   tissue.Device = filter->GetDevice() ? filter->GetDevice() : "";
@@ -253,7 +253,7 @@ void Scene::ReadMaterial(vtkChainMailDeformation* filter)
   }
   if (tissue.Constraints.Array)
   {
-    return; // the function is not asked
+    return; // the function is not used
   }
   if (given)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an update is to do: its inputs and the filter's properties, checked and in the engine's terms.
+// What an update has to do: its inputs and the filter's properties, checked and in the engine's terms.
 
 #ifndef Scene_h
 #define Scene_h
@@ -26,7 +26,8 @@ class vtkChainMailDeformation;
 namespace vtkChainMail
 {
 
-/// All that the engine's model and simulation are made from. Equal sources: nothing has to be built anew.
+/// Everything that the engine's model and simulation are made from. Where sources are equal nothing has to be built
+/// anew.
 struct TissueSource
 {
   ArrayContents Scalars;
@@ -34,7 +35,7 @@ struct TissueSource
   chainmail::Index3 Size{};
   Vector3 Spacing{};
   double Threshold = 0.0;
-  std::vector<double> Function; // all that GetValue() of the material function depends on
+  std::vector<double> Function; // everything that GetValue() of the material function depends on
   bool AnchorRigid = false;
   std::array<bool, 6> AnchoredFaces{};
   std::string Device;
@@ -81,12 +82,12 @@ struct Method
   }
 };
 
-/// Where a probe came from, for messages.
+/// Where a probe comes from, for messages.
 struct ProbeOrigin
 {
-  std::size_t Leaf; // of the scene's inputs
+  std::size_t Leaf; // number among the scene's leaves
   vtkIdType Point;
-  Vector3 Position; // world
+  Vector3 Position; // in world axes
 };
 
 /// The array that the filter was told to take as the scalars, or the active one.
@@ -94,17 +95,17 @@ struct ChosenArray
 {
   vtkAbstractArray* Array;
   int Association;  ///< vtkDataObject::FieldAssociations
-  const char* Name; ///< that it was chosen by; null: by none
+  const char* Name; ///< the name by which it was chosen; null where none was given
 };
 
 struct Scene
 {
-  /// `tissueBefore`: that of the last update, whose arrays need not be looked at again where they are the same. Throws
-  /// InputError, which says what is wrong with which input or property.
+  /// `tissueBefore` is the tissue of the last update; arrays that it knows with the same times are not read again.
+  /// Throws InputError, whose message says what is wrong with which input or property.
   Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const ChosenArray& scalars,
     const TissueSource& tissueBefore);
 
-  /// "Probes input 0, point 3 at (1, 2, 3)", for messages.
+  /// The name of a probe for messages: "Probes input 0, point 3 at (1, 2, 3)".
   std::string NameOf(std::size_t probe) const;
 
   const Inputs& Given;
@@ -112,7 +113,7 @@ struct Scene
   Frame Space;
   vtkDataArray* Scalars = nullptr; // the image's own array
   TissueSource Tissue;
-  vtkSmartPointer<vtkPiecewiseFunction> Function; // a copy
+  vtkSmartPointer<vtkPiecewiseFunction> Function; // a copy of the filter's function
   std::vector<chainmail::Probe> Probes;
   std::vector<ProbeOrigin> ProbeOrigins;
   std::vector<InputSurface> Cuts;
@@ -121,7 +122,7 @@ struct Scene
   bool Interactive;
   Method How;
 
-  // What is wanted of the outputs.
+  // What the outputs are to have.
   bool PropagationTimes;
   chainmail::Index3 Padding{};
   double BackgroundValue;

@@ -26,14 +26,14 @@ template <typename T> bool Same(const std::vector<T>& a, const std::vector<T>& b
     a.begin(), a.end(), b.begin(), b.end(), [](const T& one, const T& other) { return Same(one, other); });
 }
 
-/// Parts what is present now from what was there before: for each element of `present` whether it was in `before`,
-/// which then keeps those that still are. Equal ones count one by one; their order does not matter.
+/// For each element of `present`: whether it was in `before`. Afterwards `before` keeps only the elements that were
+/// found again. Equal elements are counted one by one; their order does not matter.
 template <typename T> std::vector<bool> Recognize(const std::vector<T>& present, std::vector<T>& before)
 {
   std::vector<bool> known;
   std::vector<T> kept;
   std::vector<bool> gone(before.size(), false);
-  std::size_t next = 0; // most often they come in the order that they had
+  std::size_t next = 0; // they mostly come in the same order as before
   for (const T& one : present)
   {
     std::size_t tried = 0;
@@ -112,7 +112,7 @@ bool Session::IsUnsettled() const
 
 void Session::Build(const Scene& scene)
 {
-  // What there is stays until its successor is there: with tissue that cannot be used nothing is lost.
+  // The old model and simulation stay until their successors are there: tissue that cannot be used destroys nothing.
   const TissueSource& tissue = scene.Tissue;
   const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars.Array);
   const vtkSmartPointer<vtkDataArray> constraints =
@@ -144,11 +144,11 @@ void Session::Build(const Scene& scene)
   }
   catch (const chainmail::MemoryError&)
   {
-    throw; // what there is has to make room
+    throw; // the old simulation has to make room
   }
   catch (const chainmail::DeviceError& error)
   {
-    throw chainmail::InputError(error.what()); // no such device, say: the present one has no part in it
+    throw chainmail::InputError(error.what()); // no such device, say: the old simulation is not affected
   }
   simulation->setProgress([this](double share) { return this->Reports.Show(share); });
 
@@ -158,7 +158,7 @@ void Session::Build(const Scene& scene)
   this->Model = model;
   this->Simulation = std::move(simulation);
   this->AboutProbes.Clear();
-  this->MethodUsed = Method(); // as the engine's
+  this->MethodUsed = Method(); // as in a new simulation
   this->Tissue = tissue;
   this->Done = Stage::Built;
 }
@@ -306,7 +306,7 @@ void Session::Carve(const InputSurface& surface)
   this->Reports.Warn(this->CarveHistory.Worked(surface, elements));
 }
 
-/// Moves the probes with these numbers, and those alone.
+/// Holds the probes with these numbers, and those alone, and lets their waves travel.
 void Session::Pull(const Scene& scene, const std::vector<std::size_t>& held)
 {
   const Method& method = scene.How;
@@ -331,7 +331,7 @@ void Session::Pull(const Scene& scene, const std::vector<std::size_t>& held)
   }
   catch (const chainmail::ProbeError& error)
   {
-    // The user knows it by another name and place.
+    // The user knows the probe by another name and place.
     throw chainmail::InputError(scene.NameOf(held[error.probe]) + ": the probe " + error.problem);
   }
   this->Found.Propagation = this->Simulation->propagate(this->MethodUsed.PropagationIterations);
@@ -352,7 +352,7 @@ void Session::Relax(const Scene& scene, const std::vector<std::size_t>& held)
 void Session::Warn(const Scene& scene, const std::vector<std::size_t>& held)
 {
   this->Reports.Warn(this->AboutProbes.OfEmptyHandles(scene, held, this->Found.Probes));
-  if (this->Found.Propagation.finished) // else they may still come where they shall be
+  if (this->Found.Propagation.finished) // otherwise they may still get to where they are to go
   {
     this->Reports.Warn(this->AboutProbes.OfShortProbes(scene, held, this->Found.Probes, *this->Simulation));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The engine's model and simulation from update to update: what has to be done anew, and what goes on.
+// Keeps the engine's model and simulation from update to update, and decides what is computed anew.
 
 #ifndef Session_h
 #define Session_h
@@ -18,7 +18,7 @@
 namespace vtkChainMail
 {
 
-/// What an update found. The results of probes are those of the scene's, in their order.
+/// The results of an update. Those of probes are in the order of the scene's probes.
 struct Findings
 {
   std::vector<chainmail::ProbeResult> Probes;
@@ -27,7 +27,7 @@ struct Findings
   chainmail::Statistics Statistics;
 };
 
-/// Keeps the engine in step with scenes. Throws the engine's exceptions.
+/// Keeps the engine in step with scenes. Its functions throw the engine's exceptions. Not for several threads.
 class Session
 {
 public:
@@ -36,25 +36,25 @@ public:
   {
   }
 
-  /// From rest, or on from where the last interactive update was, as the scene says.
+  /// Brings the engine to a scene: from rest, or on from the last interactive update, as the scene says.
   void Update(const Scene& scene);
 
-  /// After an error of the device nothing on it can be trusted.
+  /// Forgets the model and the simulation: after an error of the device nothing on it can be trusted.
   void Drop();
 
-  /// After an update that was stopped. Where it was stopped is a matter of chance, where the next one goes on is not.
+  /// To be called after an update that was stopped. Where it stopped is chance, so tissue goes back to rest.
   void Stop();
 
-  /// Another process computes from now on.
+  /// Forgets everything, since another process computes from now on.
   void Leave();
 
-  /// The next interactive update begins with all tissue at rest and whole.
+  /// Makes the next interactive update begin with all tissue at rest and whole.
   void RequestReset() { this->ResetRequested = true; }
 
-  /// There is a state that interactive updates go on from.
+  /// Whether there is a state that interactive updates go on from.
   bool IsInteracting() const { return this->Interacting; }
 
-  /// The last update was an interactive one, and left waves under way or tissue that has not settled.
+  /// Whether the last update was interactive and left waves under way or tissue that has not settled.
   bool IsUnsettled() const;
 
   // For the outputs, after an update.
@@ -63,7 +63,7 @@ public:
   const chainmail::Model& GetModel() const { return *this->Model; }
   chainmail::Simulation& GetSimulation() const { return *this->Simulation; }
   const Findings& GetFindings() const { return this->Found; }
-  /// Count how often elements came or went, and how often links did: with them rigid clusters may be others.
+  /// How often elements came or went, and how often links did. With either, rigid clusters may change.
   int GetTissueChanges() const { return this->TissueChanges; }
   int GetLinkChanges() const { return this->LinkChanges; }
 
@@ -80,8 +80,8 @@ private:
 
   Progress& Reports;
 
-  // How far the engine is on its way from nothing to the state deformed from rest. Lowered before it is told to do
-  // something that may fail, raised after it has. An interactive state is none of these: it leaves Built.
+  // How far the engine has come from nothing to the state deformed from rest. It is lowered before the engine does
+  // something that may fail, and raised afterwards. During an interactive state it is Built.
   enum class Stage
   {
     Nothing,
@@ -94,24 +94,24 @@ private:
   bool ResetRequested = false;
 
   TissueSource Tissue;
-  vtkSmartPointer<vtkDataArray> EngineScalars; // read by the model as long as it lives
+  vtkSmartPointer<vtkDataArray> EngineScalars; // read by the model as long as that lives
   vtkSmartPointer<vtkDataArray> EngineConstraints;
   std::shared_ptr<const chainmail::Model> Model;
   std::unique_ptr<chainmail::Simulation> Simulation;
 
-  // What the stages Cut and Relaxed were reached with. Of an interactive state: the surfaces that the last update had
-  // and that have done their work.
+  // The surfaces with which the stages Cut and Relaxed were reached. In an interactive state: those of the last
+  // update's surfaces that have done their work.
   std::vector<InputSurface> Cuts;
   std::vector<InputSurface> Carves;
   std::vector<chainmail::Probe> Probes;
   Method MethodUsed;
   bool TimesKept = false;
 
-  // Of an interactive state: where the image was, and probes that are there but were released by a reset.
+  // In an interactive state: where the image was, and probes that are still connected but were released by a reset.
   std::unique_ptr<Frame> Space;
   std::vector<chainmail::Probe> Released;
 
-  // What was warned about.
+  // Warnings that were given.
   ProbeWarnings AboutProbes;
   SurfaceHistory CutHistory;
   SurfaceHistory CarveHistory;

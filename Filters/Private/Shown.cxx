@@ -25,7 +25,7 @@ void Shown::Again(const Inputs& inputs, const std::string& error)
   }
   for (auto& shown : this->Outputs)
   {
-    // What was shown of another image would not be where this one's readers of the output expect it.
+    // A result of another image would have an extent that readers of this output do not expect.
     const bool fits = shown && inputs.Image && std::equal(extent, extent + 6, this->ImageExtent.begin()) &&
                       shown->GetNumberOfPoints() > 0;
     auto again = vtkSmartPointer<vtkImageData>::New();

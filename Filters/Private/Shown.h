@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the filter's outputs show, also where an update fails.
+// Holds the whole outputs that the filter shows, also where an update fails.
 
 #ifndef Shown_h
 #define Shown_h
@@ -18,11 +18,11 @@ namespace vtkChainMail
 class Shown
 {
 public:
-  /// Both outputs of an update that succeeded, made from this image.
+  /// Sets both outputs after an update that succeeded with this image.
   void Set(const std::array<vtkSmartPointer<vtkImageData>, 2>& outputs, vtkImageData* image);
 
-  /// Of an update that failed: what was shown last stays, and says so in the field array Error; where there is nothing
-  /// yet that is of such an image, the image as it is.
+  /// After an update that failed: keeps what was shown last, with the error in its field array Error. Where nothing was
+  /// shown yet that has the extent of this image, shows the image as it is.
   void Again(const Inputs& inputs, const std::string& error);
 
   /// An output, whole. Null before the first update, and where another process computes.
@@ -30,7 +30,7 @@ public:
 
 private:
   std::array<vtkSmartPointer<vtkImageData>, 2> Outputs;
-  std::array<int, 6> ImageExtent{ { 0, -1, 0, -1, 0, -1 } }; // of the image that they were made from
+  std::array<int, 6> ImageExtent{ { 0, -1, 0, -1, 0, -1 } }; // of the image from which the outputs were made
 };
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Surfaces that cut or carve, and what they did, for warnings that come once.
+// Remembers which surfaces cut or carved, and with what success, so that each warning comes once.
 
 #ifndef SurfaceHistory_h
 #define SurfaceHistory_h
@@ -15,11 +15,11 @@
 namespace vtkChainMail
 {
 
-/// What the surfaces of one port did.
+/// The history of the surfaces of one port.
 class SurfaceHistory
 {
 public:
-  /// All surfaces of an update. Inputs without one are forgotten: what comes there next is another.
+  /// Begins an update with all its surfaces. Inputs without one are forgotten: the next surface there is another.
   void Begin(const std::vector<InputSurface>& present)
   {
     std::set<std::string> missing;
@@ -33,14 +33,14 @@ public:
     this->Missing = std::move(missing);
   }
 
-  /// All tissue is whole and at rest again.
+  /// To be called when all tissue is whole and at rest again.
   void Rest()
   {
     this->Places.clear();
     this->Returned.clear();
   }
 
-  /// Keeps in mind where a surface is. Returns whether it was there before, since rest.
+  /// Remembers where a surface is. Returns whether it was there before, since rest.
   bool Remember(const InputSurface& surface)
   {
     const chainmail::Surface& at = surface.Triangles;
@@ -49,8 +49,8 @@ public:
     return !this->Places.insert({ surface.Name, points, corners }).second;
   }
 
-  /// What a surface that cut or carved has to be warned about; empty: nothing, or nothing new. `removed`: how many
-  /// links or elements are gone.
+  /// The warning about a surface that has cut or carved; empty where there is none, or no new one. `removed` is how
+  /// many links or elements it took away.
   std::string Worked(const InputSurface& surface, std::size_t removed)
   {
     if (removed > 0)
@@ -73,9 +73,9 @@ public:
   }
 
 private:
-  std::set<std::tuple<std::string, Fingerprint, Fingerprint>> Places; // since rest: names, and where they were
-  std::set<std::string> Returned;                                     // since rest: those that were told to be back
-  std::set<std::string> Missing; // those that removed nothing when they worked last
+  std::set<std::tuple<std::string, Fingerprint, Fingerprint>> Places; // names and places since rest
+  std::set<std::string> Returned;                                     // since rest, warned about as back
+  std::set<std::string> Missing; // surfaces that removed nothing the last time they worked
 };
 
 }

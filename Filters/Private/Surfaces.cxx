@@ -24,7 +24,7 @@ namespace vtkChainMail
 namespace
 {
 
-/// Whether every edge has two sides.
+/// Whether no edge is a boundary, once points at the same place are merged.
 bool IsClosed(vtkPolyData* surface)
 {
   vtkNew<vtkCleanPolyData> mergePoints;
@@ -41,7 +41,7 @@ bool IsClosed(vtkPolyData* surface)
   return edges->GetOutput()->GetNumberOfCells() == 0;
 }
 
-/// The triangles of one surface as more of another.
+/// Adds the triangles of one surface to another.
 void Append(const InputSurface& part, InputSurface& to)
 {
   to.Name = to.Name.empty() ? part.Name : to.Name;
@@ -58,8 +58,8 @@ InputSurface ReadSurface(const Leaf& leaf, const Frame& space)
   vtkPolyData* surface = leaf.Data;
   const std::string where = leaf.ToString();
 
-  // Checked before the triangulation, which may move nothing but could drop what it cannot make sense of, and reads
-  // three corners of every strip.
+  // Checks before the triangulation. That moves no point, but it might drop broken polygons, and it reads three corners
+  // of every strip.
   vtkNew<vtkCellArray> polys;
   vtkNew<vtkCellArray> strips;
   vtkNew<vtkIdList> cell;
@@ -108,7 +108,7 @@ InputSurface ReadSurface(const Leaf& leaf, const Frame& space)
   to.points.reserve(static_cast<std::size_t>(triangles->GetNumberOfPoints()));
   for (vtkIdType p = 0; p < triangles->GetNumberOfPoints(); ++p)
   {
-    // Points of no polygon may be anything.
+    // Points that belong to no polygon may have any coordinates.
     double point[3];
     triangles->GetPoint(p, point);
     to.points.push_back(IsFinite(point) ? space.PointToEngine(point) : Vector3{});
@@ -147,7 +147,7 @@ std::vector<InputSurface> ReadCuts(const Inputs& inputs, const Frame& space)
 std::vector<InputSurface> ReadCarves(const Inputs& inputs, const Frame& space)
 {
   std::vector<InputSurface> surfaces;
-  std::map<int, InputSurface> open; // by input
+  std::map<int, InputSurface> open; // open surfaces, by input
   for (const Leaf& leaf : inputs.Leaves)
   {
     if (leaf.Port != CARVES)
@@ -168,7 +168,7 @@ std::vector<InputSurface> ReadCarves(const Inputs& inputs, const Frame& space)
   }
   for (auto& [input, surface] : open)
   {
-    surfaces.push_back(std::move(surface)); // what is still open the engine refuses
+    surfaces.push_back(std::move(surface)); // the engine refuses a surface that is still open
   }
   return surfaces;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The polygons of Cuts and Carves as the engine's surfaces.
+// Reads the polygons of Cuts and Carves as the engine's surfaces.
 
 #ifndef Surfaces_h
 #define Surfaces_h
@@ -18,17 +18,17 @@ namespace vtkChainMail
 /// The polygons of one dataset of Cuts or Carves.
 struct InputSurface
 {
-  std::string Name; ///< "Cuts input 0", for messages
+  std::string Name; ///< the name for messages: "Cuts input 0"
   chainmail::Surface Triangles;
 };
 
 bool Same(const InputSurface& a, const InputSurface& b);
 
-/// One for each dataset of Cuts. Throws InputError.
+/// One surface for each dataset of Cuts. Throws InputError where a dataset cannot be read as triangles.
 std::vector<InputSurface> ReadCuts(const Inputs& inputs, const Frame& space);
 
-/// The datasets of a composite input are surfaces of their own where they are closed, which may overlap. Where they are
-/// not they are parts of one, as a process has them of a surface that is spread over several. Throws InputError.
+/// Each closed dataset of a composite input is a surface of its own, and these may overlap. Datasets that are not
+/// closed are parts of one surface, such as a process has of one that is spread over several. Throws InputError.
 std::vector<InputSurface> ReadCarves(const Inputs& inputs, const Frame& space);
 
 }

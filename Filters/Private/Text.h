@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Words of messages.
+// Makes words for messages.
 
 #ifndef Text_h
 #define Text_h
@@ -13,7 +13,7 @@
 namespace vtkChainMail
 {
 
-/// "(1, 2, 3)".
+/// Writes a place as "(1, 2, 3)".
 inline std::string ToString(const double p[3])
 {
   std::ostringstream text;
@@ -26,7 +26,7 @@ inline bool IsFinite(const double p[3])
   return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
 }
 
-/// "It has: a, b." for messages about names that are not there.
+/// Writes "It has: a, b.", for messages about the name of an array that is missing.
 inline std::string ListArrays(vtkFieldData* arrays)
 {
   std::string list;

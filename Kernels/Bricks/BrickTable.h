@@ -8,12 +8,12 @@
 namespace chainmail
 {
 
-/// Which brick is where in the grid, which slot of the pool it has, and which element has which place in it. brick.clh
-/// describes the layout and what an address is.
+/// Where each brick is in the grid, which slot of the pool it has, and which offset each element has in its brick.
+/// brick.clh describes the layout of the pool and what an address is.
 class BrickTable
 {
 public:
-  /// Throws InputError where bricks cannot be of that size.
+  /// Throws InputError where the brick size cannot be used.
   BrickTable(const Grid& grid, const Index3& brickSize);
 
   /// Neighbour directions: 0 x-, 1 x+, 2 y-, 3 y+, 4 z-, 5 z+.
@@ -22,7 +22,7 @@ public:
   Index3 size() const { return this->size_; }
   int elementsPerBrick() const { return this->elements_; }
 
-  /// Bricks are named by their place in the table that is padded by one brick on every side.
+  /// A brick's number is its index in a table of all bricks of the grid, padded by one brick on every side.
   int brickAt(int i, int j, int k) const
   {
     return (i / this->size_[0] + 1) + this->strideY_ * (j / this->size_[1] + 1) +
@@ -35,7 +35,7 @@ public:
     const int strides[3] = { 1, this->strideY_, this->strideZ_ };
     return brick + (direction % 2 == 0 ? -1 : 1) * strides[direction / 2];
   }
-  /// 0 where the brick has no memory, be it for lack of tissue or of need.
+  /// 0 where the brick has no memory, because it holds no tissue or because no deformation has reached it.
   int slot(int brick) const { return this->table_[brick]; }
   int brick(int slot) const { return this->place_[slot]; }
   /// Slots are 1 .. slots() - 1.
@@ -44,7 +44,7 @@ public:
   std::uint32_t address(int i, int j, int k) const;
   std::uint32_t local(int i, int j, int k) const;
 
-  /// Elements of a brick that lie beside each other along x, in the grid.
+  /// The elements of a brick that lie in one row along x, within the grid.
   struct Row
   {
     std::size_t voxel; ///< Grid::at of the first
@@ -62,7 +62,7 @@ protected:
   int strideY_;
   int strideZ_;
   std::vector<int> table_; ///< slot of each brick
-  std::vector<int> place_; ///< brick of each slot; slot 0 stands for all that has none
+  std::vector<int> place_; ///< brick of each slot; slot 0 stands for all bricks without memory
 };
 
 }

@@ -10,8 +10,8 @@ namespace chainmail
 
 Index3 defaultBrickSize(const DeviceInfo& device)
 {
-  // CPUs: two 8-wide vectors a row and colour, bricks that fit the second-level cache. GPUs: two elements of a colour
-  // for each of 256 work-items.
+  // CPUs: two 8-wide vectors for each row and colour, and bricks that fit the second-level cache. GPUs: two elements of
+  // a colour for each of 256 work-items.
   return device.gpu ? Index3{ 16, 8, 8 } : Index3{ 32, 8, 8 };
 }
 
@@ -44,7 +44,7 @@ Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> mo
   }
   this->tableBuffer_ = this->context_->upload(this->table_, "the brick table");
 
-  // Slot 0: air, at rest.
+  // Slot 0 is a brick of air at rest.
   this->touched_.assign(1, 0);
   this->grow(1);
   const std::vector<float> air(this->elements_, -std::numeric_limits<float>::infinity());
@@ -63,9 +63,9 @@ std::size_t Bricks::workItems(bool vectors) const
 {
   if (vectors && !this->context_->info().gpu)
   {
-    return 1; // wide enough by its vectors; alone, an item has all registers and needs no atomics or barriers
+    return 1; // vectors make it wide enough; a lone item has all registers and needs neither atomics nor barriers
   }
-  // Local memory of measure.cl and the limit of every device that matters: 256.
+  // 256 fits the local memory that measure.cl needs and the limits of all usual devices.
   return std::min(256, this->elements_ / 2 / this->width(vectors));
 }
 
@@ -82,7 +82,7 @@ bool Bricks::fill(int brick, std::vector<float>& out) const
   const int axes = this->model_->axes();
   std::fill(out.begin(), out.end(), -std::numeric_limits<float>::infinity());
   std::vector<float> constraints(static_cast<std::size_t>(this->size_[0]) * axes);
-  // A brick that was carved empty keeps its memory: mend() may fill it again.
+  // A brick from which everything was carved keeps its memory, because mend() may fill it again.
   bool tissue = this->links_.carvedBricks().count(brick) > 0;
   for (const Row& row : this->rows(brick))
   {
@@ -106,7 +106,8 @@ void Bricks::grow(int slots)
   {
     return;
   }
-  // Doubling keeps the copies rare; large pools grow by less so that the last step does not ask for twice the need.
+  // Doubling keeps the copies rare. Large pools grow by less, so that the last step does not ask for twice what is
+  // needed.
   const int before = this->capacity_;
   const int bricks = this->counts_[0] * this->counts_[1] * this->counts_[2] + 1;
   const int wanted = std::min(std::max({ slots, before + std::min(before, 2048), 64 }), std::max(bricks, slots));
@@ -163,7 +164,7 @@ void Bricks::grow(int slots)
 
 void Bricks::allocate(const std::vector<int>& bricks)
 {
-  // New slots follow each other, so many bricks go up in one piece.
+  // New slots follow each other, so many bricks are uploaded in one piece.
   constexpr std::size_t batch = 256;
   const std::size_t axes = this->model_->axes();
   const std::size_t count = this->elements_;
@@ -373,7 +374,7 @@ std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& address
 namespace
 {
 
-/// Copies one slot of each axis of a field.
+/// Reads one slot of a field, for each axis.
 void readRuns(Context& context, const cl::Buffer& field, std::size_t axes, std::size_t pitch, std::size_t slot,
   std::size_t count, std::vector<float>& out)
 {

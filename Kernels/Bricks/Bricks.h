@@ -13,7 +13,7 @@
 namespace chainmail
 {
 
-/// Values of every element, `runs` of them [run][address]. Optional fields are given memory by Bricks::keep().
+/// A field with values for every element, laid out as [run][address]. Optional fields get memory by Bricks::keep().
 struct Field
 {
   std::size_t runs;
@@ -22,8 +22,8 @@ struct Field
   cl::Buffer buffer{};
 };
 
-/// The state of the elements on the device, kept in bricks that get their memory when they are first needed.
-/// brick.clh describes the layout and what an address is.
+/// The state of all elements on the device, kept in bricks that get memory when they are first needed. Every room above
+/// works on it through the fields below and their addresses. brick.clh describes the layout and what an address is.
 class Bricks : public BrickTable
 {
 public:
@@ -34,36 +34,37 @@ public:
   const Model& model() const { return *this->model_; }
   Context& context() const { return *this->context_; }
   const std::shared_ptr<Context>& sharedContext() const { return this->context_; }
-  /// -D options that every kernel of brick.clh needs; `vectors`: as wide as the device likes, else one by one.
+  /// The -D options that every kernel with brick.clh needs. With `vectors` a kernel handles as many elements at once as
+  /// suits the device, else one.
   std::string defines(bool vectors) const;
   /// Work-items for one colour of a brick.
   std::size_t workItems(bool vectors) const;
 
   // --- Memory
 
-  /// Gives memory to these bricks and to the 26 around each, so that kernels may update them.
+  /// Gives memory to these bricks and to the 26 around each of them, so that kernels may update them.
   void require(const std::vector<int>& bricks);
   bool ready(int brick) const { return this->status_[brick] == Status::Ready || this->status_[brick] == Status::Air; }
 
-  /// Gives a field memory for all slots, now and when more are needed, filled with zeros; or takes it away. The field
-  /// must outlive the bricks or be dropped.
+  /// keep() gives a field memory for all slots, filled with zeros, now and whenever there are more slots; drop() takes
+  /// it away. A kept field must outlive the bricks or be dropped.
   void keep(Field& field);
   void drop(Field& field);
 
   /// All displacements to zero.
   void clearDisplacements();
 
-  /// Slots in which an element may be away from its rest place, ascending.
+  /// Slots in which an element may be displaced, ascending.
   std::vector<int> touchedSlots() const;
-  /// These and those that share a face with one of them, ascending.
+  /// These slots and all that share a face with one of them, ascending.
   std::vector<int> slotsAround(const std::vector<int>& slots) const;
   void touch(int slot) { this->touched_[slot] = 1; }
 
-  /// Remembers the displacements as the state before a wave, or goes back to it.
+  /// Saves the displacements as the state before a wave, or goes back to that state.
   void saveBefore();
   void restoreBefore();
 
-  /// Sets single elements: displacement on every axis, or signed constraint on `axes()` axes, interleaved.
+  /// Sets single elements: displacements (3 values each) or signed constraints (`axes()` values each), interleaved.
   void setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
   void setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
   /// Displacements of single elements, 3 interleaved values each.
@@ -72,7 +73,7 @@ public:
   std::vector<float> constraints(const std::vector<std::uint32_t>& addresses);
   /// All displacements of one slot, 3 runs of elementsPerBrick() values in the order of addresses.
   void readSlot(int slot, std::vector<float>& out);
-  /// Where an element is now [voxels]; `u`: what readSlot() says of its slot.
+  /// Where an element is now [voxels]. `u` is what readSlot() gave for its slot.
   Vector3 place(int i, int j, int k, const std::vector<float>& u) const
   {
     const std::size_t at = this->local(i, j, k);
@@ -81,14 +82,15 @@ public:
       static_cast<double>(k) + u[2 * count + at] };
   }
 
-  /// Sets values of a field, `runs` interleaved ones an element.
+  /// Sets values of a field at single elements, `runs` interleaved values each.
   template <typename T>
   void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<T>& values)
   {
     this->set(field.buffer, field.runs, addresses, values);
   }
 
-  /// What readSlots() found in a slot: the value of a place (`local`) in a run; runs are counted through all fields.
+  /// What readSlots() read of one slot: the value at an offset (`local`) in a run. Runs are counted on from field to
+  /// field.
   template <typename T> class SlotValues
   {
   public:
@@ -108,24 +110,24 @@ public:
     const cl::Buffer& buffer;
     std::size_t count;
   };
-  /// Reads fields of 4-byte values in these slots (ascending), many at once, as each transfer takes its time. Calls
-  /// visit(slot, SlotValues<T>) for each, from several threads.
+  /// Reads these fields, of 4-byte values, in these slots (ascending). Reads many slots at once, because each transfer
+  /// takes its time. Calls visit(slot, SlotValues<T>) for each slot, from several threads.
   template <typename T, typename Visit>
   void readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const;
 
-  // --- What cuts and carves removed
+  // --- Cuts and carves
 
   const Links& links() const { return this->links_; }
   bool anyCut() const { return this->links_.anyCut(); }
   std::uint8_t cutBits(int i, int j, int k) const { return this->links_.cutBits(i, j, k); }
-  /// Links::remove().
+  /// See Links::remove().
   bool removeLink(int i, int j, int k, int direction) { return this->links_.remove(i, j, k, direction); }
-  /// Makes these elements (Grid::at) air from now on, for row() and for the device, where they rest.
+  /// Makes air of these elements (Grid::at), for row() and on the device, and puts them at rest.
   void removeElements(const std::vector<std::size_t>& voxels);
-  /// Model::row() of the tissue as it is now: removed elements are air.
+  /// As Model::row(), for the tissue as it is now: removed elements are air.
   void row(int i, int j, int k, int count, float* out) const;
   bool isElement(const Index3& at) const;
-  /// What is beside a voxel, in the grid and behind no cut: calls f(direction, neighbour).
+  /// Calls f(direction, neighbour) for every face neighbour of a voxel that lies in the grid and behind no cut.
   template <typename F> void forNeighbours(const Index3& at, const F& f) const
   {
     const std::uint8_t cut = this->cutBits(at[0], at[1], at[2]);
@@ -139,24 +141,24 @@ public:
       }
     }
   }
-  /// All links and elements back. Nothing may be held by then.
+  /// Restores all links and elements. No element may be held at that time.
   void mend();
-  /// Brings the removed links to the device.
+  /// Copies the removed links to the device.
   void uploadCuts();
 
   std::size_t deviceBytes() const;
 
-  // --- What kernels read
+  // --- Fields that kernels read
 
   cl::Buffer displacement; ///< float [axis][address]
-  cl::Buffer before;       ///< float [axis][address], the state before the wave
+  cl::Buffer before;       ///< float [axis][address], the state that saveBefore() saved
   cl::Buffer constraint;   ///< float [axis][address], signed
-  cl::Buffer cut;          ///< uchar [address], as Links has it, only where anyCut()
-  /// `cut`, or any buffer for kernels that were built without cuts and do not look at it.
+  cl::Buffer cut;          ///< uchar [address], bits as in Links; only where anyCut()
+  /// `cut` or, for kernels that were built without cuts and do not read it, any buffer.
   const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }
   cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_ + skew; }
 
-  // What kernels take together, in this order.
+  // --- Groups of kernel arguments, in this order
 
   /// LAYOUT_ARGUMENTS of brick.clh.
   auto layout() const
@@ -183,7 +185,7 @@ private:
     Unknown,
     Air,       ///< holds no element
     Allocated, ///< has memory
-    Ready      ///< and so have all around it
+    Ready      ///< has memory, and so have all 26 around it
   };
 
   void allocate(const std::vector<int>& bricks);
@@ -206,15 +208,15 @@ private:
 
   std::shared_ptr<Context> context_;
   std::shared_ptr<const Model> model_;
-  /// Elements between the runs of a field. Without, the axes of an element would be a power of two apart and compete
-  /// for the same lines of a CPU's cache.
+  /// Unused elements between the runs of a field. Without them the axes of an element would be a power of two apart and
+  /// compete for the same lines of a CPU's cache.
   static constexpr int skew = 272;
 
   int capacity_ = 0;
   std::vector<Status> status_;
   std::vector<char> touched_;
   Links links_;
-  std::vector<Field*> fields_; ///< those that keep() was called for
+  std::vector<Field*> fields_; ///< the fields that keep() was called for
   cl::Buffer tableBuffer_;
   cl::Buffer placeBuffer_;
   mutable Scratch addresses_{ "a list of elements" };
@@ -224,7 +226,7 @@ private:
 template <typename T, typename Visit>
 void Bricks::readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const
 {
-  // Slots between two that are wanted are read, too, where that is less work than a transfer of its own.
+  // Slots in between are read as well where that takes less time than a transfer of its own.
   constexpr std::size_t valuesPerTransfer = std::size_t(1) << 20;
   constexpr std::size_t valuesBetween = std::size_t(1) << 16;
   const std::size_t elements = static_cast<std::size_t>(this->elements_);
@@ -264,7 +266,7 @@ void Bricks::readSlots(const std::vector<Runs>& fields, const std::vector<int>& 
   }
 }
 
-/// Best brick for a device.
+/// The best brick size for a device.
 Index3 defaultBrickSize(const DeviceInfo& device);
 
 }

@@ -14,14 +14,14 @@ namespace chainmail
 class Links
 {
 public:
-  /// `table` must outlive it, at its place.
+  /// `table` must outlive this object and must not move.
   explicit Links(const BrickTable& table)
     : table_(table)
   {
   }
 
-  /// What was removed, by brick: one byte an element in the order of `local`. Bits 0 to 5: its link in that direction;
-  /// `carvedBit`: the element itself.
+  /// What was removed, by brick: one byte for each element, in the order of `local`. Bits 0 to 5 stand for its link in
+  /// that direction, `carvedBit` for the element itself.
   using CutBits = std::unordered_map<int, std::vector<std::uint8_t>>;
   static constexpr std::uint8_t carvedBit = 64;
 
@@ -29,17 +29,17 @@ public:
   bool anyCut() const { return !this->cuts_.empty(); }
   std::uint8_t cutBits(int i, int j, int k) const;
   bool carved(int i, int j, int k) const { return (this->cutBits(i, j, k) & carvedBit) != 0; }
-  /// Bricks that elements were removed from.
+  /// Bricks from which elements were removed.
   const std::set<int>& carvedBricks() const { return this->carvedBricks_; }
 
-  /// Removes the link from (i, j, k) in one direction, seen from both ends. Both must lie in the grid. Whether it was
-  /// there.
+  /// Removes the link from (i, j, k) in one direction, at both of its ends. Both must lie in the grid. Returns whether
+  /// the link was there.
   bool remove(int i, int j, int k, int direction);
   void removeElement(int i, int j, int k);
-  /// All back.
+  /// Restores all links and elements.
   void clear();
 
-  /// Makes air of the carved ones among `count` constraints (Model::row()) from (i, j, k) on.
+  /// Makes air of the carved elements among `count` constraints, laid out as in Model::row(), from (i, j, k) on.
   void takeOut(int i, int j, int k, int count, int axes, float* constraints) const;
 
 private:

@@ -7,7 +7,8 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
 {
   static_assert(sizeof(BrickFigures) == 15 * sizeof(float), "measure.cl writes 15 floats a brick");
   std::vector<BrickFigures> figures(bricks.slots() - 1);
-  // Elsewhere nothing is strained; behind a face there may be a link that is.
+  // Elsewhere no link is strained. A touched brick may strain links to bricks behind its faces, so these are measured
+  // too.
   const std::vector<int> list = bricks.slotsAround(bricks.touchedSlots());
   if (list.empty())
   {

@@ -1,10 +1,10 @@
-// Figures of the state, one row a brick.
+// Measures the state, one row of figures for each brick.
 //
-// result[group * 15]: energy per axis (links leaving the brick count half), largest violation of a link, number of
-// displaced elements, smallest displacement per axis and first row (y, z) with a displaced element, largest
-// displacement per axis and last such row. 0 is always among the displacements.
+// result[group * 15]: energy per axis (links that leave the brick count half), largest violation of a link, number of
+// displaced elements, smallest displacement per axis, first row (y, z) with a displaced element, largest displacement
+// per axis, last row (y, z) with one. Smallest and largest displacement take 0 as one of the displacements.
 //
-// The host guarantees: brick.clh's promise for every brick with a displaced element.
+// The host guarantees what brick.clh asks for, for every brick with a displaced element.
 
 #include "brick.clh"
 #include "element.clh"

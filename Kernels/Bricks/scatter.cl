@@ -1,5 +1,6 @@
-// Reads or writes single elements of a field, whatever its values of 4 bytes are: values[n * components + axis] <->
-// field[axis * pitch + addresses[n]]. The host guarantees: addresses are valid and, for scatter, distinct.
+// Writes (scatter) or reads (gather) single elements of a field of 4-byte values of any type:
+// values[n * components + axis] <-> field[axis * pitch + addresses[n]]. The host guarantees that addresses are valid
+// and, for scatter, distinct.
 
 kernel void scatter(
   global uint* field, uint pitch, int components, global const uint* addresses, global const uint* values, uint count)

@@ -9,9 +9,9 @@
 namespace chainmail
 {
 
-/// Visits what hangs together with `first`: visit(node, add) is called for it and for all that is added since, each
-/// time in any order. What was added before the caller does not add again. `front` is memory to work in, empty before
-/// and after.
+/// Visits a connected component: visit(node, add) is called for `first` and for every node that a visit adds, once for
+/// each time it is added, in any order. The caller has to remember which nodes it has added and add none twice. `front`
+/// is memory to work in, empty before and after.
 template <typename Visit> void visitComponent(std::size_t first, std::vector<std::size_t>& front, const Visit& visit)
 {
   front.push_back(first);
@@ -23,7 +23,8 @@ template <typename Visit> void visitComponent(std::size_t first, std::vector<std
   }
 }
 
-/// Sets that are joined; the root is the lowest member, so that no order of joining changes it.
+/// Disjoint sets of numbers that can be joined. A set's root is its lowest member, so the order of joining changes
+/// nothing.
 class DisjointSets
 {
 public:

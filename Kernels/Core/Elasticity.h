@@ -10,11 +10,11 @@ namespace chainmail
 /// What strain costs: the energy of a link is weight() * pull()^2, per axis, within the limits of links.
 struct Elasticity
 {
-  /// 1 - elastic recovery, [0, 1]: strain of a link up to this share of its limit costs nothing.
+  /// 1 - elastic recovery, in [0, 1]: strain of a link up to this share of its limit costs no energy.
   float slack = 0.0f;
-  bool limited = true; ///< whether relaxation keeps to the limits of links, in a state that does
+  bool limited = true; ///< whether relaxation keeps links within their limits, given a state that does
 
-  /// -D options of kernels that ask for the energy. Without slack the rule has less to compute.
+  /// The -D options of kernels that compute the energy. Without slack the element rule has less to compute.
   std::string defines() const
   {
     return std::string(this->slack > 0.0f ? " -DPLASTIC" : "") + (this->limited ? "" : " -DUNLIMITED");
@@ -22,7 +22,7 @@ struct Elasticity
 
   static double weight(double limit) { return rule::wide::linkWeight(limit); }
 
-  /// From where u(i) is to the nearest place at which a link to u(j) costs nothing.
+  /// The way from u(i) to the nearest place at which a link to u(j) costs no energy.
   double pull(double ui, double uj, double limit) const { return rule::wide::linkPull(ui, uj, limit, this->slack); }
 };
 

@@ -1,17 +1,17 @@
 #pragma once
 
-// The rule of one element (element.clh) as the host has it, in float and in double.
+// The rule of one element (element.clh) compiled for the host, once in float and once in double.
 
 #include <cmath>
 
 #define RULE inline
 #define AS_MASK(v) (std::signbit(v) ? -1 : 0)
-#define PLASTIC // where slack is 0 it makes no difference
+#define PLASTIC // with a slack of 0 this makes no difference
 
 namespace chainmail::rule
 {
 
-/// As on the device, to the bit.
+/// In float: the same as on the device, to the bit.
 namespace single
 {
 
@@ -40,7 +40,7 @@ inline real select(real a, real b, mask c)
 
 }
 
-/// For sums that need more digits.
+/// In double: for sums that need more digits.
 namespace wide
 {
 
@@ -74,7 +74,7 @@ inline real select(real a, real b, mask c)
 
 using single::linkLimit;
 
-/// The constraint of an element, be it held or not.
+/// The signed constraint of an element (see element.clh), marked as held or as not held.
 inline float asHeld(float c, bool held)
 {
   return held ? -std::fabs(c) : c;

@@ -7,8 +7,8 @@
 namespace chainmail
 {
 
-/// Base of everything the engine throws. The message is one sentence or more for the person at the screen: what is
-/// wrong and what to do about it.
+/// Base of everything the engine throws. The message is one sentence or more for the person at the screen and says what
+/// is wrong and what to do about it.
 class Error : public std::runtime_error
 {
 public:
@@ -22,11 +22,12 @@ public:
   using Error::Error;
 };
 
-/// A probe cannot be used as it is.
+/// A probe cannot be used as it is: there is no tissue at its place, or its position, displacement or radius is
+/// invalid.
 class ProbeError : public InputError
 {
 public:
-  /// `problem` follows `name`, which tells the engine's caller which one it is.
+  /// The message is `name`, which tells the caller which probe it is, followed by `problem`.
   ProbeError(std::size_t number, const std::string& name, const std::string& problem)
     : InputError(name + " " + problem)
     , probe(number)
@@ -34,12 +35,12 @@ public:
   {
   }
 
-  std::size_t probe;   ///< its place in the list
-  std::string problem; ///< the message without its name, for callers with another name for it
+  std::size_t probe;   ///< the probe's place in the list
+  std::string problem; ///< the message without `name`, for callers that call the probe otherwise
 };
 
-/// OpenCL is missing, has no such device, or a call of it failed. The message holds the call, its error code by name
-/// and, for a kernel that did not build, the compiler's log.
+/// OpenCL is missing, it has no such device, or one of its calls failed. The message names the call and its error code
+/// and, for a kernel that did not build, holds the compiler's log.
 class DeviceError : public Error
 {
 public:
@@ -53,7 +54,7 @@ public:
   using DeviceError::DeviceError;
 };
 
-/// A progress callback asked to stop. The simulation can be used further; Simulation tells in which state it is.
+/// A progress callback asked to stop. The simulation can still be used; Simulation says in which state it is.
 class Aborted : public Error
 {
 public:

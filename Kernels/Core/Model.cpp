@@ -53,7 +53,7 @@ template <typename F> auto dispatch(const ArrayView& view, F&& f)
   throw InputError("An array without data was given.");
 }
 
-/// `where` makes the words that say which one it is, for a message alone: this is called for every voxel.
+/// `where` returns the words that name the value. Only an error message needs them, and this is called for every voxel.
 template <typename Where> float checkedConstraint(double value, Where&& where)
 {
   // Rounding to float must not turn 0.99999999999 into a constraint of 1.
@@ -66,7 +66,7 @@ template <typename Where> float checkedConstraint(double value, Where&& where)
   return static_cast<float>(value);
 }
 
-/// Scalar -> constraint through the material function. Types of up to 16 bits get a table, filled where first needed.
+/// Scalar -> constraint through the material function. Scalars of up to 16 bits get a table that is filled on demand.
 template <typename T> class FunctionOfScalar
 {
 public:
@@ -232,7 +232,7 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
   this->axes_ = material.constraintArray ? axesOf(material.constraintArray) : 1;
   this->read_ = material.constraintArray ? readerOfArray(scalars, material) : readerOfFunction(scalars, material);
 
-  // One pass over everything: counts the elements and meets every constraint that is out of range before work begins.
+  // One pass over all voxels counts the elements and finds every constraint that is out of range before work begins.
   const int width = grid.size[0];
   std::vector<float> row(static_cast<std::size_t>(width) * this->axes_);
   const std::size_t rows = static_cast<std::size_t>(grid.size[1]) * grid.size[2];
@@ -267,7 +267,7 @@ void Model::row(int i, int j, int k, int count, float* out) const
   std::array<bool, 6> faces = this->anchors_.faces;
   for (int a = 0; a < 3; ++a)
   {
-    // A single layer has no inside that its faces could hold.
+    // An axis with a single layer has no faces: holding them would hold everything.
     faces[2 * a] = faces[2 * a] && size[a] > 1;
     faces[2 * a + 1] = faces[2 * a + 1] && size[a] > 1;
   }

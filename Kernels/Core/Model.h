@@ -12,17 +12,17 @@ namespace chainmail
 using Index3 = std::array<int, 3>;
 using Vector3 = std::array<double, 3>;
 
-/// A regular grid of voxels. The engine knows no origin and no direction: its positions are lengths along the image's
-/// own axes, measured from the centre of voxel (0, 0, 0). Arrays over a grid run x fastest, then y, then z.
+/// A regular grid of voxels. The engine knows no origin and no direction matrix: its positions are lengths [mm] along
+/// the image's own axes, measured from the centre of voxel (0, 0, 0). Arrays over a grid run x fastest, then y, then z.
 struct Grid
 {
-  /// The most voxels of an image that is deformed, and of one that is made of it.
+  /// The most voxels that an image, deformed or to be deformed, may have.
   static constexpr std::size_t maxVoxels = std::size_t(1) << 28;
 
   Index3 size{ 0, 0, 0 };           ///< voxels per axis
   Vector3 spacing{ 1.0, 1.0, 1.0 }; ///< [mm], positive
 
-  /// Throws InputError: no voxels, a spacing that is not positive, more than maxVoxels.
+  /// Throws InputError where there are no voxels, more than maxVoxels, or a spacing that is not positive.
   void check() const;
 
   std::size_t voxels() const
@@ -32,7 +32,7 @@ struct Grid
   /// Whether there are at most maxVoxels.
   bool fits() const
   {
-    // The product of all three need not fit its type.
+    // The product of all three sizes may be too large for its type, so two of them are multiplied first.
     const std::size_t layer = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
     return layer <= maxVoxels && layer * static_cast<std::size_t>(size[2]) <= maxVoxels;
   }
@@ -53,7 +53,7 @@ struct Grid
   }
 };
 
-/// A view of one array over a grid, in the type it is stored in. Not owned.
+/// A view of one array over a grid, in the type in which it is stored. It does not own the array.
 struct ArrayView
 {
   enum class Type
@@ -74,19 +74,19 @@ struct ArrayView
   const void* data = nullptr;
   Type type = Type::None;
   int components = 1; ///< values per voxel, interleaved
-  int component = 0;  ///< the one that is read as the scalar
+  int component = 0;  ///< the component that is read as the scalar
 
   explicit operator bool() const { return this->data != nullptr; }
 };
 
-/// What the scan is made of.
+/// How the scan's scalars become tissue.
 struct Material
 {
-  /// Voxels with a smaller scalar, or with one that is not finite, are air: no elements.
+  /// Voxels whose scalar is smaller, or not finite, are air and have no element.
   double tissueThreshold = 0.0;
   /// Scalar -> constraint as a fraction of the spacing, [0, 1); 0 is rigid. Called from one thread.
   std::function<double(double)> constraint;
-  /// Wins over the function where given: 1 component (the same on every axis) or 3 (one per axis).
+  /// Takes the place of the function where it is given: 1 component (the same on every axis) or 3 (one per axis).
   ArrayView constraintArray;
 };
 
@@ -98,18 +98,18 @@ struct Anchors
     true } }; ///< x- x+ y- y+ z- z+ of the grid, on axes of more than one voxel
 };
 
-/// The tissue at rest: which voxels are elements and how far each may give. Reads the caller's arrays on demand and
-/// keeps no copy of them: they must outlive the model unchanged.
+/// The tissue at rest: which voxels are elements and how far each of them may give. It reads the caller's arrays on
+/// demand and copies nothing, so the arrays must outlive the model and must not change.
 class Model
 {
 public:
-  /// Throws InputError: what Grid::check() finds, no finite tissue at all, a constraint outside [0, 1).
+  /// Throws InputError as Grid::check() does, where no voxel is tissue, or where a constraint is not in [0, 1).
   Model(const Grid& grid, const ArrayView& scalars, const Material& material, const Anchors& anchors);
 
-  /// Reads the signed constraints (see row()) of `count` voxels from one on along x.
+  /// Reads the signed constraints (see row()) of `count` voxels along x, from voxel number `first` on.
   using RowReader = std::function<void(std::size_t first, int count, float* out)>;
 
-  /// Tissue that is given as row() gives it. `grid` must be one that the other constructor takes.
+  /// Tissue that `rows` gives as row() would. `grid` must be one that the other constructor accepts. Checks nothing.
   Model(const Grid& grid, int axes, RowReader rows);
 
   const Grid& grid() const { return this->grid_; }
@@ -123,12 +123,13 @@ public:
   /// Number of voxels whose scalar is not finite.
   std::size_t nonFinite() const { return this->nonFinite_; }
 
-  /// The signed constraint of `count` voxels from (i, j, k) on along x, `axes()` interleaved values each: the
-  /// magnitude is the constraint as a fraction of the spacing, the sign bit is set where the element is anchored
-  /// (rigid and anchored: -0.0f). Air is minus infinity.
+  /// The signed constraints of `count` voxels along x from (i, j, k) on, `axes()` interleaved values each. The
+  /// magnitude is the constraint as a fraction of the spacing; the sign bit is set where the element is anchored (rigid
+  /// and anchored is -0.0f). Air is minus infinity.
   void row(int i, int j, int k, int count, float* out) const;
 
-  /// The face of the grid (as Anchors::faces) that a voxel is anchored by, the first of several; -1: none.
+  /// The face of the grid (a number as in Anchors::faces) that anchors a voxel, the first of several; -1 where none
+  /// does.
   int anchoringFace(int i, int j, int k) const;
 
 private:
@@ -137,7 +138,7 @@ private:
   int axes_ = 1;
   std::size_t elements_ = 0;
   std::size_t nonFinite_ = 0;
-  RowReader read_; ///< before anchors_ are applied
+  RowReader read_; ///< what the arrays say, before anchors_ are applied
 };
 
 }

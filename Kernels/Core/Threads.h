@@ -11,8 +11,8 @@
 namespace chainmail
 {
 
-/// Calls body(n) for every n below `count`, in any order, from as many threads as the host has cores. Where a call
-/// throws, no further ones are begun, and the caller gets the exception of one of them.
+/// Calls body(n) for every n below `count`, in any order, from as many threads as the host has cores. When a call
+/// throws, no further ones begin, and the caller gets one of the exceptions.
 template <typename Body> void inParallel(std::size_t count, const Body& body)
 {
   std::atomic<std::size_t> next{ 0 };
@@ -46,7 +46,7 @@ template <typename Body> void inParallel(std::size_t count, const Body& body)
   }
   catch (const std::system_error&)
   {
-    // The system gives no more: those that there are do all.
+    // The system gives no more threads: the ones that exist do all the work.
   }
   work();
   for (std::thread& thread : threads)

@@ -1,6 +1,6 @@
 #pragma once
 
-// What goes in and out of a simulation (Simulation.h).
+// The values that go into a simulation and come out of it (Simulation.h).
 
 #include "Model.h"
 
@@ -19,23 +19,23 @@ struct Settings
   std::string device; ///< see chooseDevice()
   Index3 brickSize{ 0, 0,
     0 }; ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
-  int modelReduction = 1; ///< 1, 2, 4 or 8: an element stands for so many voxels per axis, see Simulation
+  int modelReduction = 1; ///< 1, 2, 4 or 8: voxels per element along each axis, see Simulation
 };
 
-/// A handle in the tissue: it grabs the elements that are within `radius` of `position`, or the nearest one, when it
-/// first appears, and moves them together.
+/// A handle in the tissue. When it first appears it grabs the elements within `radius` of `position`, or the nearest
+/// one, and from then on moves them together.
 struct Probe
 {
   Vector3 position{};     ///< [mm], see Grid
-  Vector3 displacement{}; ///< [mm], from where the tissue was when it was grabbed; ignored by an anchor
+  Vector3 displacement{}; ///< [mm], counted from where the tissue was when it was grabbed; an anchor ignores it
   double radius = 0.0;    ///< [mm], 0 = the nearest element
-  bool anchor = false;    ///< hold the tissue where it is
+  bool anchor = false;    ///< hold the tissue where it is instead of moving it
 };
 
 /// How a wave of displacement travels through tissue.
 enum class PropagationMethod
 {
-  Envelope, ///< every element into the bounds that moved neighbours set, until nothing changes (envelope.cl)
+  Envelope, ///< every element goes into the bounds set by moved neighbours, until nothing changes (envelope.cl)
   Timestamp ///< the published method: one link an iteration, the earliest arrival counts (timestamp.cl)
 };
 
@@ -57,7 +57,7 @@ enum class RelaxationMethod
 struct PropagateResult
 {
   int iterations = 0;
-  bool finished = true; ///< no wave is under way any more
+  bool finished = true; ///< whether all waves have come to their end
 };
 
 /// What became of a probe.
@@ -66,26 +66,26 @@ struct ProbeResult
   Vector3 reached{}; ///< [mm] the displacement it got since it grabbed; shorter than asked where the tissue does not
                      ///< stretch so far (see Simulation::heldBy()), where its wave has not started yet, or where a
                      ///< later probe dragged it back
-  Vector3 force{};   ///< gradient of the energy at the tissue it holds, with the bone that is part of: what the probe
-                     ///< must pull with
+  Vector3 force{}; ///< gradient of the energy at the tissue it holds, with the bone that it is part of: what the probe
+                   ///< must pull with
   std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
 };
 
-/// What keeps a probe short of its displacement.
+/// What keeps a probe from reaching its displacement.
 struct HeldBy
 {
   enum class What
   {
-    Nothing, ///< it got all, or its wave has not come to its end
-    Probe,   ///< the tissue that another probe holds
+    Nothing, ///< it reached its displacement, or its wave has not come to its end
+    Probe,   ///< tissue that another probe holds
     Face,    ///< tissue that is anchored at a face of the grid
     Rigid    ///< anchored rigid tissue
   };
 
   What what = What::Nothing;
-  std::size_t probe = 0; ///< the number of that probe
-  int face = 0;          ///< that face, as Anchors::faces
-  bool bone = false;     ///< the bone that the probe grips is itself held by it; else tissue between stretches no more
+  std::size_t probe = 0; ///< with Probe: the number of that other probe
+  int face = 0;          ///< with Face: that face, as in Anchors::faces
+  bool bone = false;     ///< the bone in the probe's grip is itself held there; else tissue between stretches no more
 };
 
 /// A cutting surface: triangles in [mm], see Grid. It need not be closed, flat or connected.
@@ -115,8 +115,8 @@ struct Statistics
   std::size_t deviceBytes = 0;
 };
 
-/// Output voxels and where their material comes from. `offset` holds 3 floats a voxel, in voxels: the material at
-/// voxel y came from y + offset. 0: y shows what it showed before. NaN: tissue left y and none came.
+/// A box of output voxels and where their material comes from. `offset` holds 3 floats a voxel, in voxels: the material
+/// at voxel y came from y + offset. 0: y shows what it showed before. NaN: tissue left y and none came.
 struct ResampledBox
 {
   Index3 first{}; ///< lowest voxel, in the grid's indices; may be negative when the output is padded

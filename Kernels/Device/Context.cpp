@@ -20,12 +20,13 @@ std::string megabytes(std::size_t bytes)
   return text.str();
 }
 
-/// The text of a kernel file with its own headers in place of its #include lines; compiler messages keep file and line.
+/// The text of a kernel file with its headers in place of its #include lines. Compiler messages still name file and
+/// line.
 std::string expanded(const std::string& file)
 {
   std::istringstream lines(detail::kernelSource(file));
   std::ostringstream text;
-  int number = -1; // the text is led by a #line directive
+  int number = -1; // line 0 is the #line directive
   for (std::string line; std::getline(lines, line);)
   {
     ++number;
@@ -43,7 +44,7 @@ std::string expanded(const std::string& file)
   return text.str();
 }
 
-/// All that a driver's compiled program depends on.
+/// Names everything that a driver's compiled program depends on.
 std::string programKey(const cl::Device& device, const std::string& options, const std::string& source)
 {
   const cl::Platform platform(device.getInfo<CL_DEVICE_PLATFORM>());
@@ -57,7 +58,7 @@ std::string programKey(const cl::Device& device, const std::string& options, con
   return key;
 }
 
-/// What the driver made of a program for its one device; empty where it does not give it away.
+/// The driver's compiled program for this one device; empty where the driver does not hand it out.
 std::string binaryOf(const cl::Program& program)
 {
   try
@@ -159,7 +160,7 @@ Context::Context(const cl::Device& device)
 
 const cl::Program& Context::program(const std::string& file, const std::string& defines)
 {
-  // Simulations in several threads may share this. A program that one of them builds the others wait for.
+  // Simulations in several threads share this. While one of them builds a program, the others wait.
   const std::lock_guard<std::mutex> lock(this->programsMutex_);
   const std::string key = file + ' ' + defines;
   const auto known = this->programs_.find(key);
@@ -184,7 +185,7 @@ cl::Program Context::build(const std::string& file, const std::string& options)
       program.build(devices, options.c_str());
       return program;
     }
-    catch (const cl::Error&) // the driver does not take it any more
+    catch (const cl::Error&) // the driver no longer accepts it
     {
     }
   }

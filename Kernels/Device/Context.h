@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to the engine: the OpenCL side of a simulation. Public headers never include this file.
+// Private to the engine: its use of OpenCL. Public headers never include this file.
 
 #include "ArgumentList.h"
 #include "Device.h"
@@ -16,7 +16,7 @@
 namespace chainmail
 {
 
-/// See chooseDevice().
+/// The device itself, chosen as chooseDevice() does.
 cl::Device findDevice(const std::string& name);
 
 DeviceInfo describe(const cl::Device& device);
@@ -29,8 +29,8 @@ template <typename Body> auto translated(Body&& body) -> decltype(body());
 
 [[noreturn]] void throwTranslated(const cl::Error& error);
 
-/// A device with its context, an in-order queue and the programs built for it so far. One per device and process:
-/// simulations in several threads share it, so all of it may be called from any thread at any time.
+/// A device with its context, an in-order queue and the programs built for it so far. There is one per device and
+/// process, which simulations in several threads share. So any thread may call any of its functions at any time.
 class Context
 {
 public:
@@ -42,20 +42,20 @@ public:
   const cl::Device& device() const { return this->device_; }
   cl::CommandQueue& queue() { return this->queue_; }
 
-  /// The program of one .cl file with the given -D options, built, or taken from the user's cache, on first use.
+  /// The program of one .cl file with the given -D options. On first use it is built or taken from the user's cache.
   const cl::Program& program(const std::string& file, const std::string& defines);
   cl::Kernel kernel(const std::string& file, const std::string& defines, const char* name);
 
-  /// Runs a kernel with these arguments (see ArgumentList), or those that it has, and one work-group of `items` for
-  /// each of `groups`.
+  /// Runs a kernel with one work-group of `items` for each of `groups`. Sets these arguments first (see ArgumentList);
+  /// without any, the kernel keeps those that it has.
   template <typename... Arguments>
   void launch(cl::Kernel kernel, std::size_t groups, std::size_t items, const Arguments&... arguments)
   {
     ArgumentList(kernel).add(arguments...);
     this->enqueue(kernel, groups, items);
   }
-  /// Runs a kernel over `count` items; after these arguments comes that count, as the range is rounded up. Work-groups
-  /// of one size: PoCL builds a kernel anew for every other one.
+  /// Runs a kernel over `count` items. The kernel gets `count` as its last argument, since the range is rounded up to
+  /// whole work-groups. These are all of one size, because PoCL builds a kernel anew for every other size.
   template <typename... Arguments>
   void launchOver(const cl::Kernel& kernel, std::size_t count, const Arguments&... arguments)
   {
@@ -63,11 +63,11 @@ public:
     this->launch(kernel, (count + group - 1) / group, group, arguments..., static_cast<cl_uint>(count));
   }
 
-  /// A device buffer, filled with zeros. Throws MemoryError, which says what `purpose` needs, where the device has
-  /// no room.
+  /// A device buffer, filled with zeros. Throws MemoryError, whose message names `purpose`, where the device has no
+  /// room.
   cl::Buffer allocate(std::size_t bytes, const char* purpose);
 
-  /// The most bytes that buffers took at once since the last call.
+  /// The most bytes that buffers took at once since the last call of this function.
   std::size_t takePeakBytes();
 
   template <typename T> cl::Buffer upload(const std::vector<T>& values, const char* purpose)

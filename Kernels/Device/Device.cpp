@@ -19,7 +19,7 @@ std::string lower(std::string text)
   return text;
 }
 
-/// Driver strings come with blanks and a trailing zero.
+/// Driver strings may have blanks around them and a zero at the end.
 std::string trimmed(std::string text)
 {
   text.erase(std::find(text.begin(), text.end(), '\0'), text.end());
@@ -28,10 +28,10 @@ std::string trimmed(std::string text)
   return first == std::string::npos ? std::string() : text.substr(first, last - first + 1);
 }
 
-/// Best first. A platform that fails (a driver without its card, say) only hides its own devices.
+/// All devices, best first. A platform that fails, say a driver without its card, hides only its own devices.
 std::vector<cl::Device> findDevices()
 {
-  // The first call makes a driver look for its devices; not every driver takes a second call meanwhile.
+  // The first call makes a driver look for its devices; some drivers do not bear a second call at the same time.
   static std::mutex mutex;
   const std::lock_guard<std::mutex> lock(mutex);
   std::vector<cl::Platform> platforms;

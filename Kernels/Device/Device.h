@@ -22,8 +22,8 @@ struct DeviceInfo
 /// platform or no device.
 std::vector<DeviceInfo> listDevices();
 
-/// The device that `name` asks for: the best one for "", else the first whose name contains `name` (upper and lower
-/// case are the same). Throws DeviceError, naming what there is, when none does.
+/// The device that `name` asks for: the best one for "", else the first whose name contains `name`, whether in upper or
+/// lower case. Throws DeviceError, which names the devices that there are, where none does.
 DeviceInfo chooseDevice(const std::string& name);
 
 }

@@ -5,8 +5,8 @@
 namespace chainmail::detail
 {
 
-/// The text of an OpenCL file of the engine (`relax.cl`, `element.clh`, ...) as it was when the engine was built, led
-/// by a #line directive. Null where there is no such file. Includes in the text are left to the caller.
+/// The text of an OpenCL file of the engine (`relax.cl`, `element.clh`, ...) as it was when the engine was built, with
+/// a #line directive in front. Null where there is no such file. The caller has to expand the includes in it.
 const char* kernelSource(const std::string& fileName);
 
 }

@@ -20,10 +20,10 @@ namespace fs = std::filesystem;
 namespace
 {
 
-/// Only files that end so are ever deleted: the user may name a folder with other things in it.
+/// The ending of our files. No others are ever deleted, since the user may name a folder that holds other things.
 constexpr const char* extension = ".clprogram";
 
-/// FNV-1a, http://www.isthe.com/chongo/tech/comp/fnv/
+/// The FNV-1a hash by Fowler, Noll and Vo, http://www.isthe.com/chongo/tech/comp/fnv/
 std::uint64_t hashOf(const std::string& text)
 {
   std::uint64_t hash = 0xcbf29ce484222325u;
@@ -41,7 +41,7 @@ std::string hexadecimal(std::uint64_t number)
   return text.str();
 }
 
-/// What a file begins with: its format, the hash of what follows the head, and the length of its first part, the key.
+/// The head of a file: its format, the hash of everything after the head, and the length of the key, which comes first.
 struct Head
 {
   char format[16] = "ChainMail CL 1\n";
@@ -71,7 +71,7 @@ fs::path ProgramCache::userFolder()
   fs::path caches;
 #else
   const fs::path inHome = ".cache";
-  fs::path caches = variable("XDG_CACHE_HOME"); // a relative one counts as none
+  fs::path caches = variable("XDG_CACHE_HOME"); // a relative path counts as none
 #endif
   if (!caches.is_absolute() && !variable("HOME").empty())
   {
@@ -136,7 +136,7 @@ void ProgramCache::write(const std::string& key, const std::function<std::string
 {
   if (fs::create_directories(this->folder_))
   {
-    fs::permissions(this->folder_, fs::perms::owner_all); // what is in it will be run
+    fs::permissions(this->folder_, fs::perms::owner_all); // these programs will be run, so only their owner may write
   }
   std::random_device random;
   const fs::path unfinished = this->folder_ / (hexadecimal(std::uint64_t(random()) << 32 | random()) + extension);
@@ -176,7 +176,7 @@ void ProgramCache::prune() const
   std::uintmax_t bytes = 0;
   for (const fs::directory_entry& entry : fs::directory_iterator(this->folder_))
   {
-    std::error_code gone; // by another process
+    std::error_code gone; // filled where another process has deleted the file
     const File file{ entry.path(), entry.file_size(gone), entry.last_write_time(gone) };
     if (file.path.extension() == extension && !gone)
     {

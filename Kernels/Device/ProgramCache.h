@@ -9,35 +9,36 @@
 namespace chainmail
 {
 
-/// Compiled programs in files, from one start of a process to the next: bytes under a key, which holds all that they
-/// depend on. Nothing here throws or fails: what cannot be read is not there, and what cannot be written is not kept.
+/// Keeps compiled programs in files, from one process to the next. Each is found by a key that names everything it
+/// depends on. No function here throws or fails: a file that cannot be read counts as missing, and a program that
+/// cannot be written is not kept.
 ///
-/// Any number of processes may use a folder at once, and it may be deleted at any time. A file is written under a name
-/// of its own and then renamed, so that nobody sees half of one. It begins with its key and the hash of its content:
-/// one that is truncated, damaged or of another key is not used, and is replaced.
+/// Any number of processes may use a folder at once, and it may be deleted at any time. A file is written under a
+/// temporary name and then renamed, so that nobody reads half of one. It begins with its key and the hash of its
+/// content; a file that is truncated, damaged or of another key is not used, and is replaced.
 class ProgramCache
 {
 public:
-  /// Of the files together [bytes]. Where more comes in, those that were written first go.
+  /// Bytes of all files together. Where a new file would exceed this, those written first are deleted.
   static constexpr std::uintmax_t defaultLimit = std::uintmax_t(256) << 20;
 
-  /// Where programs of this user are kept: in the folder that the environment variable CHAINMAIL_CACHE_DIR names, else
-  /// in `chainmail` where the system has its caches. Empty, for no cache, where the variable is, or there is no such
-  /// place.
+  /// The folder for this user's programs: the one that the environment variable CHAINMAIL_CACHE_DIR names, else
+  /// `chainmail` in the system's place for caches. Empty, which means no cache, where the variable is set but empty or
+  /// the system has no such place.
   static std::filesystem::path userFolder();
 
-  /// With an empty path nothing is ever found or kept. The folder is made when something is.
+  /// With an empty path nothing is ever found or kept. The folder is created when the first program is kept.
   explicit ProgramCache(std::filesystem::path folder, std::uintmax_t limit = defaultLimit)
     : folder_(std::move(folder))
     , limit_(limit)
   {
   }
 
-  /// What was kept under `key`; empty where nothing was.
+  /// The program kept under `key`; empty where there is none.
   std::string find(const std::string& key) const noexcept;
 
-  /// Keeps what `program` returns, unless that is empty. It is called only where there is a place to write to: a driver
-  /// may take its time to give a program away.
+  /// Keeps what `program` returns, unless that is empty. Calls it only where a file can be written, since some drivers
+  /// take long to hand out a program.
   void keep(const std::string& key, const std::function<std::string()>& program) const noexcept;
 
 private:

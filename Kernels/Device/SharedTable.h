@@ -8,7 +8,8 @@
 namespace chainmail
 {
 
-/// A table of integers that the device and the host work on in turn.
+/// A table of integers that device and host work on in turn. The host's copy and the device's are synchronised by
+/// toDevice() and fromDevice() alone.
 class SharedTable
 {
 public:
@@ -18,16 +19,16 @@ public:
   {
   }
 
-  /// Zeros, on the host.
+  /// Sets the number of rows and fills all with zeros, on the host.
   void clear(int rows) { this->values_.assign(static_cast<std::size_t>(rows) * this->columns_, 0); }
-  /// New rows are zeros.
+  /// Changes the number of rows, on the host. New rows are zeros.
   void resize(int rows) { this->values_.resize(static_cast<std::size_t>(rows) * this->columns_); }
   int rows() const { return static_cast<int>(this->values_.size()) / this->columns_; }
 
   cl_int* operator[](int row) { return this->values_.data() + static_cast<std::size_t>(row) * this->columns_; }
   const cl_int* operator[](int row) const { return const_cast<SharedTable&>(*this)[row]; }
 
-  /// A float, whose bits an integer of the table holds.
+  /// Writes or reads a float whose bits an integer of the table holds.
   void setReal(int row, int column, float value) { std::memcpy((*this)[row] + column, &value, sizeof(value)); }
   float real(int row, int column) const
   {
@@ -36,7 +37,7 @@ public:
     return value;
   }
 
-  /// To the device, without waiting: until fromDevice() the host leaves its own copy alone.
+  /// Starts the copy to the device without waiting for it: until fromDevice() the host must not change its own copy.
   void toDevice(Context& context)
   {
     const std::size_t bytes = sizeof(cl_int) * this->values_.size();

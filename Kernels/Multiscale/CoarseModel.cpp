@@ -27,17 +27,18 @@ Grid halved(const Grid& finer)
   return grid;
 }
 
-/// The signed constraint of an element from those of the up to eight that it stands for, on one axis.
+/// The signed constraint of a coarser element on one axis, from those of the up to eight elements that it stands for.
 ///
-/// One number has to say two things. How far the element stretches: chains at their limits take the shortest way, so
-/// that is its shortest row of links. And what that costs: its rows share the strain side by side, so that is their
-/// harmonic mean. Where tissue is of one kind both are the same; else it is the mean of the two, over the rows along
-/// all axes. With the mean of the eight alone, coarser grids let a handle's pull reach too little: 128^3 patchy tissue
-/// with two bones then enters the finest grid with an energy of 1.33 times the least, so with 1.05 times.
+/// One number has to say two things. One is how far the element stretches: chains at their limits take the shortest
+/// way, so this is its shortest row of links. The other is what strain costs: its rows share the strain side by side,
+/// so this is their harmonic mean. In tissue of one kind both are the same. Otherwise the constraint is the mean of the
+/// two, over the rows along all axes. With the mean of the eight alone, coarser grids carry a handle's pull too short a
+/// way: 128^3 patchy tissue with two bones then enters the finest grid with an energy of 1.33 times the least, but with
+/// this rule 1.05 times.
 class Children
 {
 public:
-  /// `place`: bit a is the element's place along axis a.
+  /// Adds one of the eight. Bit a of `place` is its place along axis a.
   void add(int place, float c)
   {
     if (std::isinf(c))
@@ -63,7 +64,7 @@ public:
 
 private:
   static constexpr float none = -1.0f;
-  static constexpr float least = 1e-6f; ///< of an element that is not rigid, and keeps a row's share finite
+  static constexpr float least = 1e-6f; ///< of an element that is not rigid; keeps the harmonic mean finite
 
   float ofRows() const
   {

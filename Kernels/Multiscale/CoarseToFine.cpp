@@ -15,15 +15,15 @@ namespace chainmail
 namespace
 {
 
-/// How a coarser grid is relaxed.
+/// How one coarser grid is relaxed.
 struct Sweeps
 {
   Reach reach;
   int count;
 };
 
-/// `depth`: how many grids lie between it and the finest. Deeper ones, whose sweeps cost little, settle what is far
-/// apart; on small ones sweeps cost next to nothing.
+/// `depth` counts the grids between this one and the finest. Deeper grids settle displacements that are far apart, and
+/// their sweeps cost little; on small grids sweeps cost next to nothing.
 Sweeps sweepsOn(const Grid& grid, std::size_t depth)
 {
   if (*std::max_element(grid.size.begin(), grid.size.end()) <= 16)
@@ -33,21 +33,21 @@ Sweeps sweepsOn(const Grid& grid, std::size_t depth)
   return depth == 0 ? Sweeps{ Reach::Near, 10 } : Sweeps{ Reach::Far, 30 };
 }
 
-/// A grid with no axis longer than this is the coarsest.
+/// A grid with no axis longer than this is the coarsest one.
 constexpr int coarsestSize = 8;
 
-/// Sweeps on the finest grid that undo what interpolation bent, before limits count.
+/// Sweeps on the finest grid that smooth what interpolation bent. Limits do not count in them.
 constexpr int smoothingSweeps = 2;
 
-/// Shares of the way back are multiples of this, so that no rounding of energies changes them.
+/// The share of a correction that is kept is a multiple of this, so that no rounding of energies changes it.
 constexpr double shareStep = 1.0 / 16.0;
 
-/// Handles that go too far for a coarser grid by this, a fraction of its spacing, do so by more than rounding.
+/// A handle goes further than a coarser grid can stretch if it is more than this too far [fractions of its spacing].
 constexpr double tooFar = 1e-4;
 
 }
 
-/// A grid and the finer one that it stands for.
+/// One coarser grid, together with the finer grid that it stands for.
 class CoarseToFine::Level
 {
 public:
@@ -65,7 +65,7 @@ public:
 
   Bricks& bricks() { return this->bricks_; }
 
-  /// Takes the state of the finer grid. `held`: voxels of this one that probes hold.
+  /// Takes over the state of the finer grid. `held` are the voxels of this grid that probes hold.
   void coarsen(const std::vector<std::size_t>& held)
   {
     this->bricks_.clearDisplacements();
@@ -93,9 +93,9 @@ public:
       this->finer_.layout(), this->finer_.displacement, this->finer_.constraint, this->bricks_.displacement);
   }
 
-  /// Makes the state feasible. Handles and bones are thicker here and tissue between them is thinner, so that it may
-  /// not stretch as far as a handle goes: then the handle gives way. Else it would drag anchored bone along, and all
-  /// around it.
+  /// Projects the state to a feasible one. Handles and bones are thicker on this grid and the tissue between them is
+  /// thinner, so it may not stretch as far as a handle goes. Then the handle gives way, as it would otherwise drag
+  /// anchored bone and everything around it along.
   void makeFeasible(const Checkpoint& checkpoint)
   {
     this->feasibility_.run(this->propagation_, checkpoint);
@@ -115,7 +115,7 @@ public:
       *this->clusters_, elasticity, nullptr, sweeps.reach, 0, sweeps.count, tolerance, [&](int) { checkpoint(); });
   }
 
-  /// Takes the finer grid where this one is. That need not be feasible.
+  /// Takes the finer grid to where this one is. The result need not be feasible.
   void refine()
   {
     std::set<int> needed;
@@ -146,7 +146,7 @@ public:
       }
     }
     Context& context = this->bricks_.context();
-    // The finer grid's cuts do not matter here.
+    // The program is the one for this grid's cuts: those of the finer grid do not matter here.
     context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "refine"), slots.size(),
       this->bricks_.workItems(true), this->list_.holding(context, slots), this->finer_.layout(), this->bricks_.layout(),
       this->bricks_.state(), this->finer_.constraint, this->finer_.displacement);
@@ -261,7 +261,7 @@ void CoarseToFine::cycle(
     finer = &grid;
     level->coarsen(held);
   }
-  this->levels_.back()->makeFeasible(checkpoint); // all others are taken where the next coarser one is
+  this->levels_.back()->makeFeasible(checkpoint); // the other grids follow once they have been refined
   for (std::size_t n = this->levels_.size(); n-- > 0;)
   {
     Level& level = *this->levels_[n];
@@ -284,7 +284,7 @@ void CoarseToFine::cycle(
   }
 }
 
-/// Tissue that does not hang on what moves (components.cl).
+/// Puts pieces of tissue back that no link joins to tissue that moves (components.cl).
 void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
 {
   Context& context = this->bricks_.context();
@@ -333,14 +333,15 @@ double CoarseToFine::judge(const Elasticity& elasticity)
   const double whole = this->energy(elasticity);
   if (whole > this->energyBefore_)
   {
-    // The lowest point of the parabola through both ends and the middle lies before the middle.
+    // The energy of elastic tissue is a parabola along the way. Its lowest point lies before the middle, since the end
+    // is higher than the beginning.
     this->goBack(0.5f);
     const double half = this->energy(elasticity);
     const double bend = whole - 2.0 * half + this->energyBefore_;
     const double lowest = bend > 0.0 ? 0.5 - 0.25 * (whole - this->energyBefore_) / bend : 0.0;
     kept = std::max(0.0, shareStep * std::floor(lowest / shareStep));
     this->goBack(static_cast<float>(2.0 * kept));
-    if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // plastic tissue knows no parabola
+    if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // in plastic tissue it is no parabola
     {
       kept = 0.0;
       this->goBack(0.0f);
@@ -350,7 +351,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
   return kept;
 }
 
-/// Leaves elements this share of the way from where they were before. Those that moved alike still do.
+/// Leaves every element at this share of its way from where it was before. Elements that moved alike still do.
 void CoarseToFine::goBack(float share)
 {
   Context& context = this->bricks_.context();

@@ -10,33 +10,33 @@
 namespace chainmail
 {
 
-/// Lowers the energy of a state fast and from afar: relaxes it on grids of an eighth, a sixty-fourth, ... of its
-/// elements, each of which is the start of the next finer one (coarsen.cl). What a sweep carries by one voxel a coarse
-/// one carries by many.
+/// Lowers the energy of a state faster than sweeps on it alone. It relaxes the state on grids of an eighth, a
+/// sixty-fourth, ... of its elements, as multigrid methods do, and each is the start of the next finer one
+/// (coarsen.cl). A sweep carries a displacement by one element, which on a coarser grid is many voxels.
 ///
-/// An element of a coarser grid stands for 2 x 2 x 2. It gives about as much as they do, is rigid where at least
-/// half of them are, and held where one of them is; a handle that goes further than a coarser grid stretches gives way
-/// there. Displacements are interpolated, smoothed as if links had no limits, and made feasible (Feasibility). Pieces
-/// of tissue that do not hang on anything that moves stay where they are, however close.
+/// An element of a coarser grid stands for 2 x 2 x 2. Its constraint is about their mean; it is rigid where at least
+/// half of them are, and held where one of them is. A handle that goes further than a coarser grid can stretch gives
+/// way there. Displacements are interpolated, smoothed as if links had no limits, and projected to feasible
+/// (Feasibility). Pieces of tissue that no link joins to tissue that moves stay where they are, however close they lie.
 ///
-/// What that leaves is rough, above all where links were beyond their limits, and can have more energy than before,
-/// however close to the optimum it is. So it is judged when the first sweeps on the finest grid have smoothed it.
+/// The result is rough, above all where links were beyond their limits, and may have a higher energy than before
+/// although it is close to the optimum. So it is judged after the first sweeps on the finest grid have smoothed it.
 class CoarseToFine
 {
 public:
   CoarseToFine(Bricks& bricks, Handles& handles);
   ~CoarseToFine();
 
-  /// One cycle through all grids. The state must be feasible, and stays so. Returns whether there was anything to do;
-  /// then judge() has to follow, after as many as sweepsToJudge sweeps.
+  /// Runs one cycle through all grids. The state must be feasible, and stays so. Returns whether there was anything to
+  /// do; if so, judge() has to follow, after at most sweepsToJudge sweeps.
   bool run(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   static constexpr int sweepsToJudge = 4;
 
-  /// Where the energy is higher than before run(), goes back to the lowest on the straight way from there to here, on
-  /// which all is feasible. Returns the share of the way that is kept.
+  /// Where the energy is higher than before run(), goes back to the lowest energy on the straight way between the two
+  /// states, on which all states are feasible. Returns the share of the way that is kept.
   double judge(const Elasticity& elasticity);
 
-  /// After a cut or a carve.
+  /// To be called after a cut or a carve: the coarser grids are built anew.
   void forget();
 
 private:

@@ -46,7 +46,7 @@ ModelReduction::~ModelReduction()
   this->whole_.drop(this->owner_);
 }
 
-/// Removes the links that are not there from the start.
+/// Removes the links that are missing from the start.
 void ModelReduction::separate()
 {
   for (const auto& [element, axis] : this->apart_)
@@ -93,7 +93,7 @@ std::size_t ModelReduction::ownerOf(std::size_t voxel) const
   return other == this->owners_.end() ? this->parentOf(voxel) : other->second;
 }
 
-/// The elements of the whole grid that one is linked to: calls f(element).
+/// Calls f(voxel) for every tissue voxel that one is linked to.
 template <typename F> void ModelReduction::forLinks(std::size_t voxel, const F& f) const
 {
   const Grid& whole = this->whole_.model().grid();
@@ -135,7 +135,7 @@ std::vector<std::size_t> ModelReduction::voxelsOf(std::size_t element) const
   return voxels;
 }
 
-/// The parts of an element's voxels that links within it hold together, in the order of their first voxels.
+/// The connected components of an element's voxels, joined by links within it, in the order of their first voxels.
 std::vector<ModelReduction::Cell> ModelReduction::pieces(std::size_t element) const
 {
   const Cell voxels = this->voxelsOf(element);
@@ -173,8 +173,9 @@ std::vector<ModelReduction::Cell> ModelReduction::pieces(std::size_t element) co
   return pieces;
 }
 
-/// Gives loose pieces to the elements that most of their links lead to, those that they followed before first. A piece
-/// that hangs on loose ones alone waits for them; one that hangs on nothing stays with its own element.
+/// Gives each loose piece to an element that it is linked to: the one that it followed before, else the one that most
+/// of its links lead to. A piece linked to loose ones alone waits for them; a piece without links stays with its own
+/// element.
 void ModelReduction::join(std::vector<Cell> loose, const std::unordered_map<std::size_t, std::size_t>& before)
 {
   std::set<std::size_t> open;
@@ -226,7 +227,7 @@ void ModelReduction::join(std::vector<Cell> loose, const std::unordered_map<std:
   }
 }
 
-/// Elements with voxels that a cut or carve touched.
+/// Elements with a voxel that a cut or carve has touched.
 std::set<std::size_t> ModelReduction::touched() const
 {
   const Grid& whole = this->whole_.model().grid();
@@ -252,7 +253,7 @@ std::set<std::size_t> ModelReduction::touched() const
   return changed;
 }
 
-/// Finds anew which voxels follow another element than their own. Returns the elements that are gone.
+/// Finds anew which voxels follow another element than their own. Returns the elements that have no voxel left.
 std::vector<std::size_t> ModelReduction::findOwners(const std::set<std::size_t>& changed)
 {
   const Grid& grid = this->bricks_.model().grid();
@@ -268,7 +269,8 @@ std::vector<std::size_t> ModelReduction::findOwners(const std::set<std::size_t>&
     {
       gone.push_back(element);
     }
-    // The largest part of those voxels that are with the element so far, lest tissue leaps from one to another.
+    // The part that stays is the one with most voxels that are with the element so far, so that no tissue leaps to
+    // another.
     std::size_t most = 0;
     std::size_t stays = parts.size();
     for (std::size_t n = 0; n < parts.size(); ++n)
@@ -293,7 +295,7 @@ std::vector<std::size_t> ModelReduction::findOwners(const std::set<std::size_t>&
   return gone;
 }
 
-/// Removes the links of elements that no link of voxels is left of.
+/// Removes the links of elements between which no link of voxels is left.
 void ModelReduction::removeLinks(const std::set<std::size_t>& changed)
 {
   const Grid& grid = this->bricks_.model().grid();
@@ -344,7 +346,7 @@ std::vector<std::size_t> ModelReduction::follow()
   const std::set<std::size_t> changed = this->touched();
   const std::vector<std::size_t> gone = this->findOwners(changed);
   this->removeLinks(changed);
-  this->bricks_.removeElements(gone); // and brings the links to the device
+  this->bricks_.removeElements(gone); // and copies the links to the device
   this->moved();
   return gone;
 }
@@ -376,7 +378,7 @@ std::vector<std::size_t> ModelReduction::elementsOf(const std::vector<std::size_
 
 // --- Displacements
 
-/// Bricks of voxels that an element which is away from rest displaces.
+/// Bricks of voxels that a displaced element moves.
 std::set<int> ModelReduction::displacedBricks()
 {
   const Grid& whole = this->whole_.model().grid();
@@ -408,7 +410,7 @@ std::set<int> ModelReduction::displacedBricks()
         {
           continue;
         }
-        // The voxels that these elements are interpolated for reach half an element further.
+        // Voxels up to half an element further are interpolated from these elements, too.
         Index3 first;
         Index3 last;
         for (int a = 0; a < 3; ++a)

@@ -15,50 +15,50 @@ namespace chainmail
 
 /// A grid of fewer, larger elements that stand for n x n x n voxels each and deform in their place (reduce.cl).
 ///
-/// An element is where any of its voxels is. It gives as much as they do on average; where one of them is rigid it is
-/// rigid, where one is anchored it is anchored. A link is where any of its voxels has one to a voxel of the neighbour,
-/// so that walls of a single voxel stay in one piece and bodies on either side of an element of air stay apart.
+/// An element exists where any of its voxels is tissue. Its constraint is their mean; it is rigid where one of them is
+/// rigid and anchored where one is anchored. Two elements are linked where any of their voxels are. So walls of a
+/// single voxel stay in one piece, and bodies on either side of an element of air stay apart.
 ///
-/// Cuts and carves act on the voxels, exactly. Where a cut divides the voxels of an element the largest part stays with
-/// it, and the others join the element that most of their links lead to: so both sides of a cut follow their own side,
-/// to the voxel, and what is cut through has no link left.
+/// Cuts and carves act on the voxels, exactly. Where a cut divides the voxels of an element, the largest part stays
+/// with it, and each other part joins the element that most of its links lead to. So the tissue on both sides of a cut
+/// follows its own side, to the voxel, and elements between which everything is cut have no link left.
 class ModelReduction
 {
 public:
-  /// The elements that stand for `factor` (2, 4 or 8) voxels of `whole` per axis; for a single one on flat axes.
+  /// Makes the elements for `factor` (2, 4 or 8) voxels of `whole` per axis, or one on an axis with a single voxel.
   ModelReduction(Bricks& whole, int factor);
   ~ModelReduction();
 
-  /// Per axis that is not flat.
+  /// The number of voxels per element along an axis with more than one voxel.
   int voxelsPerElement() const { return std::max({ this->factor_[0], this->factor_[1], this->factor_[2] }); }
 
-  /// The grid of larger elements.
+  /// The larger elements.
   Bricks& bricks() { return this->bricks_; }
 
-  /// The displacements of the larger elements changed.
+  /// To be called when the displacements of the larger elements have changed.
   void moved() { this->current_ = false; }
 
-  /// Displaces the voxels as the larger elements are: linear between those that the voxel's own one hangs together
-  /// with, and exactly as its own one where the voxel is rigid.
+  /// Displaces the voxels as the larger elements are: linear between the elements that links join to the voxel's own
+  /// one, and exactly as that one where the voxel is rigid. Does nothing if no element has moved since.
   void expand();
 
-  /// Takes over what was cut and carved of the voxels. Returns the larger elements that are gone, ascending.
+  /// Takes over cuts and carves of the voxels. Returns the larger elements that are gone, ascending.
   std::vector<std::size_t> follow();
 
-  /// All links and elements back, of both grids. Nothing may be held by then.
+  /// Restores all links and elements of both grids. No element may be held at that time.
   void mend();
 
-  /// The elements that a probe holds which grabs these voxels: those of which it has at least half, else
-  /// the one of which it has most. Ascending.
+  /// The elements that a probe holds if it grabs these voxels: those of which it grabs at least half, or else the one
+  /// of which it grabs most. Ascending.
   std::vector<std::size_t> elementsOf(const std::vector<std::size_t>& voxels) const;
 
-  /// The tissue within the box of an element, ascending.
+  /// The tissue voxels within the box of an element, ascending.
   std::vector<std::size_t> voxelsOf(std::size_t element) const;
 
-  /// So many links of voxels, side by side, go through one of an element: what its energy and its force count for.
+  /// How many links of voxels lie side by side in one link of elements: its energy and its force count as often.
   double linksPerLink() const;
 
-  /// Values of the larger elements, `axes()` interleaved ones each, as values of their voxels; `nothing` in air.
+  /// Gives every voxel the value of its larger element, `axes()` interleaved values each; `nothing` in air.
   template <typename T> void spread(const std::vector<T>& reduced, T nothing, T* out) const
   {
     const Grid& grid = this->whole_.model().grid();
@@ -100,11 +100,11 @@ private:
 
   Bricks& whole_;
   Index3 factor_;
-  std::vector<std::pair<std::size_t, int>> apart_; ///< elements without a link to the next one along an axis, at rest
+  std::vector<std::pair<std::size_t, int>> apart_; ///< elements with no link to the next one along an axis, at rest
   Bricks bricks_;
-  std::unordered_map<std::size_t, std::size_t> owners_; ///< of voxels that follow another element than their own
-  bool current_ = true;                                 ///< the voxels are where the elements are
-  Field owner_; ///< int [address] of the voxels: 1 + that element, 0 the own one
+  std::unordered_map<std::size_t, std::size_t> owners_; ///< the element of each voxel that follows another than its own
+  bool current_ = true;                                 ///< whether the voxels are where the elements are
+  Field owner_; ///< int [address] of the voxels: 1 + the element that it follows, 0 for its own
   Scratch list_{ "the list of bricks" };
 };
 

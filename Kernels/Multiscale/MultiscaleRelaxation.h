@@ -6,7 +6,7 @@
 namespace chainmail
 {
 
-/// Tissue settles by sweeps over the elements (Relaxation), which may start on coarser grids (CoarseToFine).
+/// Lets tissue settle by sweeps over the elements (Relaxation), which may start on coarser grids (CoarseToFine).
 class MultiscaleRelaxation : public Relaxer
 {
 public:
@@ -17,7 +17,7 @@ public:
   {
   }
 
-  /// Whether the first sweeps after a restart do. Default: not.
+  /// Whether the first sweeps after a restart start on coarser grids. Default: not.
   void startCoarse(bool wanted) { this->startsCoarse_ = wanted; }
 
   RelaxResult run(const RelaxationTask& task) override;
@@ -30,8 +30,8 @@ private:
   Relaxation relaxation_;
   CoarseToFine coarseToFine_;
   bool startsCoarse_ = false;
-  int sweep_ = 0;            ///< since the last wave, cut or carve
-  Reach reach_ = Reach::Far; ///< of these sweeps
+  int sweep_ = 0;            ///< sweeps since the last wave, cut or carve
+  Reach reach_ = Reach::Far; ///< what these sweeps are for
 };
 
 }

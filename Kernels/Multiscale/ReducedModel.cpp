@@ -23,7 +23,7 @@ Grid reducedGrid(const Grid& whole, const Index3& factor)
   return grid;
 }
 
-/// The signed constraint of an element on one axis, from those of its voxels.
+/// The signed constraint of an element on one axis: the mean over its voxels.
 struct Mean
 {
   double sum = 0.0;
@@ -61,9 +61,9 @@ std::shared_ptr<const Model> reducedModel(
   const std::size_t width = static_cast<std::size_t>(whole.size[0]);
   const std::size_t layer = width * whole.size[1];
   auto constraints = std::make_shared<std::vector<float>>(grid.voxels() * axes);
-  std::vector<std::uint8_t> linked(grid.voxels(), 0); // bit a: to the next one along axis a
+  std::vector<std::uint8_t> linked(grid.voxels(), 0); // bit a: linked to the next one along axis a
   std::vector<Mean> means(static_cast<std::size_t>(grid.size[0]) * grid.size[1] * axes);
-  std::vector<char> tissue(2 * layer); // of this layer of voxels and the one before it
+  std::vector<char> tissue(2 * layer); // of this layer of voxels and of the one before it
   std::vector<float> row(width * axes);
   for (int k = 0; k < whole.size[2]; ++k)
   {

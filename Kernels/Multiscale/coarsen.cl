@@ -1,13 +1,13 @@
-// Between a grid and one of half its resolution, whose elements stand for 2 x 2 x 2 of it. Displacements are fractions
-// of each grid's own spacing.
+// Transfers displacements between a grid and one of half its resolution, whose elements stand for 2 x 2 x 2.
+// Displacements are fractions of each grid's own spacing.
 //
-// The host guarantees: both grids have bricks of the same size; WIDTH is 1 for `coarsen`; `finer` and `coarser`
-// arguments belong to the two grids, tables are as brick.clh says.
+// The host guarantees: both grids have bricks of the same size; WIDTH is 1 for `coarsen`; arguments named `finer`
+// belong to the finer grid and the others to the coarser one; tables are as brick.clh says.
 
 #include "brick.clh"
 #include "element.clh"
 
-// Elements of the coarser grid to the mean of those they stand for; held ones to that of the held ones.
+// Gives elements of the coarser grid the mean displacement of those they stand for or, where some are held, of these.
 kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, global const int* finerTable,
   global const int* finerPlace, int finerStrideY, int finerStrideZ, global const float* finerDisplacement,
   global const float* finerConstraint, global float* displacement)
@@ -51,7 +51,7 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, g
   }
 }
 
-// Leaves elements so much of the way from where they were before.
+// Leaves every element at `share` of its way from where it was before.
 kernel void goBack(
   global const int* list, uint pitch, float share, global const float* before, global float* displacement)
 {
@@ -68,8 +68,8 @@ kernel void goBack(
 
 // --- Refine: layer by layer of coarser elements
 
-// A layer in local memory: the coarser elements under a brick of the finer grid, and those around them. Rows of FIELDS:
-// displacements (0 in air), constraints, and as the bits of a float, cuts.
+// A layer in local memory: the coarser elements under a brick of the finer grid, and those around them. It has rows for
+// each of FIELDS: displacements (0 in air), constraints and, as the bits of a float, cuts.
 #define SPAN_X (HALF + 2)
 #define SPAN_Y (BY / 2 + 2)
 #ifdef CUTS
@@ -79,7 +79,7 @@ kernel void goBack(
 #endif
 #define LAYER (FIELDS * SPAN_Y * SPAN_X)
 
-// `corner`: its first element. By all items of the group.
+// Loads a layer whose first element is at `corner`. All items of the group have to call it.
 inline void loadLayer(local float* layer, int3 corner, uint pitch, global const int* table, int strideY, int strideZ,
   global const float* displacement, global const float* constraint, global const uchar* cut)
 {
@@ -101,7 +101,7 @@ inline void loadLayer(local float* layer, int3 corner, uint pitch, global const 
   }
 }
 
-// Of a field, the coarser elements around those at (x, y) of the middle layer: index x + 3 y + 9 z, 13 is their own.
+// One field of the 27 coarser elements around (x, y) of the middle layer: index x + 3 y + 9 z, with their own at 13.
 RULE void loadAround(local const float* layers, int middle, int field, int x, int y, real* around)
 {
   UNROLL
@@ -112,13 +112,13 @@ RULE void loadAround(local const float* layers, int middle, int field, int x, in
   }
 }
 
-// Shares of the neighbours that children lie nearer to, on the lower and the upper side of each axis.
+// The weights of the neighbours that children lie nearer to, on the lower and the upper side of each axis.
 typedef struct
 {
   real share[3][2];
 } Towards;
 
-// The children's values: index x + 2 y + 4 z. Mirrored values give mirrored ones, to the bit.
+// Interpolates the values of children: index x + 2 y + 4 z. Mirrored values give mirrored results, to the bit.
 RULE void interpolate(const real* around, const Towards* towards, real* child)
 {
   real alongX[2][9], alongY[4][3];
@@ -144,9 +144,9 @@ RULE void interpolate(const real* around, const Towards* towards, real* child)
   }
 }
 
-// Strain goes where tissue gives. Half of what an element gives lies between its middle and its face, and a child half
-// way there, so that children of soft tissue take part in what hard tissue beside them does, and hard ones do not bend.
-// `c`: constraints, as loadAround() has them. A cut leaves a neighbour no share.
+// Strain goes where tissue gives. Half of an element's constraint belongs to the way from its middle to its face, and a
+// child lies half way there. So children of soft tissue share in what hard tissue beside them does, and hard ones do
+// not bend. `c`: constraints, as loadAround() has them. A neighbour behind a cut has no weight.
 RULE void shareOut(const real* c, const mask cut, Towards* towards)
 {
   UNROLL
@@ -159,8 +159,8 @@ RULE void shareOut(const real* c, const mask cut, Towards* towards)
   }
 }
 
-// The children of a vector of elements in a row, at (x, y) of the middle layer: those that are not held go where it
-// says. `finer`: their addresses, index x + 2 y + 4 z; children on one side of elements in a row follow each other.
+// Moves the children of a vector of elements in a row, at (x, y) of the middle layer, except held ones. `finer`:
+// addresses of the children, index x + 2 y + 4 z; children on the same side of elements in a row follow each other.
 RULE void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
   global const float* finerConstraint, global float* finerDisplacement)
 {
@@ -215,16 +215,16 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
         const mask isRigid = (LOAD(constraints + finer[child]) == 0.0f) & (rigidWeight[child] > 0.0f);
         next = select(next, 2.0f * rigidSum[child] / rigidWeight[child], isRigid);
       }
-      const mask isFree = AS_MASK(LOAD(finerConstraint + finer[child])) >= 0; // nor air, whose sign is set
+      const mask isFree = AS_MASK(LOAD(finerConstraint + finer[child])) >= 0; // false in air, too, whose sign is set
       global float* to = finerDisplacement + axis * finerPitch + finer[child];
       STORE(select(LOAD(to), next, isFree), to);
     }
   }
 }
 
-// Takes the elements of the finer grid that are not held where the coarser one is: interpolated between the up to eight
-// coarser elements around, those that no cut divides from the one it belongs to (shareOut). For rigid ones the rigid of
-// these alone count, axis by axis: so bone comes out where the coarser bone is.
+// Takes the elements of the finer grid that are not held to where the coarser grid is: interpolated between the up to
+// eight coarser elements around, without those that a cut divides from the element it belongs to (shareOut). For rigid
+// elements only rigid ones among these count, axis by axis, so that bone comes out where the coarser bone is.
 kernel void refine(global const int* list, uint finerPitch, global const int* finerTable, global const int* finerPlace,
   int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global const float* finerConstraint,

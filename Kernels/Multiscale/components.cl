@@ -1,10 +1,10 @@
-// Which pieces of tissue, each all that links join, a relaxation from afar may move: those in which something is held
-// and some link is strained. Any other is at rest as it is, or follows nothing; coarser grids do not know it from
-// tissue close by.
+// Finds the pieces of tissue that coarser grids may move. A piece is a connected component of elements and links; it
+// may be moved where an element in it is held and a link in it is strained. Other pieces are at rest as they are, or
+// follow nothing, but coarser grids cannot tell them from tissue close by.
 //
-// marks: HELD, something in the piece is held; STRAINED, some link in it is. Bits of integers.
+// marks: HELD where an element in the piece is held, STRAINED where a link in it is strained. Bits of integers.
 //
-// The host guarantees: brick.clh's promise of bricks that are ready.
+// The host guarantees that all 26 neighbours of a brick that is ready have a slot (brick.clh).
 
 #include "brick.clh"
 #include "element.clh"
@@ -13,7 +13,7 @@
 #define HELD 1
 #define STRAINED 2
 
-// Marks of the elements themselves, as they were displaced.
+// Marks elements for themselves and their own links, from their displacements before the coarser grids.
 RULE mask markOf(const int odd, const Site* s, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut)
 {
@@ -72,7 +72,7 @@ RULE int joinAt(
   return movedFaces(s, changed);
 }
 
-// From link to link.
+// Spreads marks from link to link.
 kernel void join(
   FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut, global int* marks)
 {
@@ -86,7 +86,7 @@ kernel void join(
   }
 }
 
-// Elements of other pieces back to where they were.
+// Puts elements of all other pieces back to where they were.
 kernel void putBack(
   global const int* list, uint pitch, global const int* marks, global const float* before, global float* displacement)
 {

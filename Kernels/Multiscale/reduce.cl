@@ -1,9 +1,9 @@
-// The displacements of voxels from those of the larger elements that stand for FX x FY x FZ of them. Displacements
-// are fractions of each grid's own spacing; the centre of an element is the middle of its voxels.
+// Displaces voxels as the larger elements are that stand for FX x FY x FZ of them. Displacements are fractions of each
+// grid's own spacing; the centre of an element is the middle of its voxels.
 //
-// The host guarantees: both grids have bricks of the same size, WIDTH is 1; `whole` arguments belong to the voxels,
-// tables are as brick.clh says; listed voxels are at rest; every voxel that is no air has an element, and with OWNERS
-// its own one where `owner` is 0, else element owner - 1.
+// The host guarantees: both grids have bricks of the same size; WIDTH is 1; arguments named `whole` belong to the
+// voxels, the others to the elements; tables are as brick.clh says; listed voxels are at rest; every tissue voxel has
+// an element, which with OWNERS is its own where `owner` is 0, else element owner - 1.
 
 #include "brick.clh"
 
@@ -13,8 +13,9 @@ inline float mix2(float a, float b, float c, float d, float3 w)
   return low + w.y * (high - low);
 }
 
-// Every voxel between the up to eight elements around it, those that links between these eight join to its own one. All
-// equal gives just that. Rigid voxels exactly as their own one; anchored ones stay.
+// Displaces every voxel by the interpolation between the up to eight elements around it, without those that links
+// between these eight do not join to its own. Equal displacements give just that value. Rigid voxels go exactly with
+// their own element; anchored ones stay.
 kernel void expand(global const int* list, uint wholePitch, global const int* wholeTable, global const int* wholePlace,
   int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY, int strideZ, int4 size,
   global const float* displacement, global const float* constraint, global const uchar* cut, global const int* owner,
@@ -67,7 +68,7 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
       const uint linkZ = elements & elements >> 4 & ~cutZ & 0x0Fu;
       if (elements == 255 && linkX == 0x55 && linkY == 0x33 && linkZ == 0x0F)
       {
-        // Nearly all: nothing is missing.
+        // Nearly all voxels take this way: no element is missing.
         for (int a = 0; a < 3; ++a)
         {
           global const float* u = displacement + a * pitch;

@@ -80,7 +80,7 @@ void ArrivalTimes::clear()
   this->bricks_.context().queue().finish();
 }
 
-// Overwrites where a wave came.
+// Reads a field of 4-byte integers or floats into `out`, only where a wave came.
 template <typename T> void ArrivalTimes::read(const Field& field, T* out) const
 {
   static_assert(sizeof(T) == sizeof(cl_int), "fields are read as integers");

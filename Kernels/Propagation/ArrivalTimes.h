@@ -6,28 +6,30 @@
 namespace chainmail
 {
 
-/// When the last wave came to each element, and its number. Kept only where somebody wants to know.
+/// When the last wave to reach each element arrived there, and the number of that wave. Kept only where somebody asks.
 ///
-/// The time is the length of the shortest path of links from the probe through elements that the wave moved, in
-/// fractions of the spacing. It is known where the wave moved an element, and for those linked to one.
+/// The arrival time is the length of the shortest path of links from the probe through elements that the wave moved, as
+/// a fraction of the spacing. It is known for the elements that the wave moved and for those linked to one of them.
 class ArrivalTimes
 {
 public:
   explicit ArrivalTimes(Bricks& bricks);
   ~ArrivalTimes();
 
-  /// From now on; Timestamp needs it.
+  /// Keeps the times from now on. Timestamp propagation cannot do without.
   void keep();
 
-  /// Puts the elements of a probe at time 0 of a wave.
+  /// Starts wave number `front` with the elements of a probe at time 0.
   void start(const Handle& source, int front);
 
-  /// The times of an envelope wave that has come to its end (arrivals.cl): Bricks::before is the state in front of it.
+  /// Finds the times of an envelope wave that has come to its end (arrivals.cl). Bricks::before must still be the state
+  /// before that wave.
   void follow(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint);
 
   void clear();
 
-  /// Whole grids, axes() interleaved values a voxel: -1 and 0 where no wave came. `zeroed`: all of `out` is 0 already.
+  /// Both write whole grids, axes() interleaved values a voxel: a time of -1 and a number of 0 where no wave came.
+  /// `zeroed` says that all of `out` is 0 already.
   void readTimes(float* out) const;
   void readFronts(int* out, bool zeroed) const;
 
@@ -40,7 +42,7 @@ private:
   Bricks& bricks_;
   FixedPoint fixedPoint_;
   Field time_;    ///< float [axis][address]
-  Field front_;   ///< int [axis][address], 0: no wave came, `time` means nothing
+  Field front_;   ///< int [axis][address]; 0 where no wave came, and then `time` means nothing
   Field arrival_; ///< float [axis][address], see arrivals.cl
 };
 

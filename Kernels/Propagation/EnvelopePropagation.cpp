@@ -45,7 +45,7 @@ int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& che
   }
   catch (...)
   {
-    touch(); // where memory ends, say: what the wave has moved is to be seen
+    touch(); // after running out of memory, say: the tissue that the wave has moved must be known
     throw;
   }
 }

@@ -5,8 +5,9 @@
 namespace chainmail
 {
 
-/// Envelope propagation (envelope.cl): takes the state saved in Bricks::before, with held elements moved away from it,
-/// to the fixed point.
+/// Envelope propagation (envelope.cl), a method of this project. It starts from the feasible state saved in
+/// Bricks::before, in which handles have been moved, and lets every element go into the bounds of its neighbours until
+/// nothing changes.
 class EnvelopePropagation
 {
 public:
@@ -16,7 +17,7 @@ public:
   {
   }
 
-  /// How far moved tissue is beyond what held tissue allows, per axis; 0, or float rounding, where it is compatible.
+  /// How far moved tissue exceeds what held tissue allows, per axis; 0 or float rounding where the two are compatible.
   struct Conflict
   {
     Vector3 tooHigh{};
@@ -25,12 +26,12 @@ public:
     double largest() const;
   };
 
-  /// Begins a wave at the bricks that hold moved elements.
+  /// Begins a wave in the bricks of the moved handles.
   void start(const std::vector<int>& bricks);
 
-  /// Lets it travel for at most so many iterations (0: to the end), each one turn of all bricks that it has reached. A
-  /// conflict of more than `enough` ends it where it is; conflict() is then at most the whole conflict. Returns the
-  /// number of iterations.
+  /// Lets the wave travel for at most `iterations` (0: to its end). In each one every brick that the wave has reached
+  /// has its turn once. A conflict of more than `enough` ends the wave where it is; conflict() is then at most the
+  /// whole conflict. Returns the number of iterations.
   int run(int iterations, float enough, const Checkpoint& checkpoint);
 
   bool finished() const { return this->fixedPoint_.finished(); }

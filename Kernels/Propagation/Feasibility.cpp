@@ -17,7 +17,7 @@ Feasibility::~Feasibility()
   this->bricks_.drop(this->upper_);
 }
 
-/// Those that hold elements with links beyond their limits.
+/// Bricks that hold elements with a link beyond its limit.
 std::vector<int> Feasibility::violated()
 {
   Context& context = this->bricks_.context();
@@ -51,12 +51,12 @@ void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   const std::vector<int> violated = this->violated();
   if (violated.empty())
   {
-    propagation.start({}); // no conflict
+    propagation.start({}); // leaves a conflict of none
     return;
   }
   Context& context = this->bricks_.context();
   this->bricks_.keep(this->upper_);
-  // New bricks are at rest and so are bounds of 0: what they get as their memory is right.
+  // Bricks that get memory later are at rest, so that the zeros in their memory are the right bounds.
   context.queue().enqueueCopyBuffer(
     this->bricks_.displacement, this->upper_.buffer, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
   this->bricks_.saveBefore();

@@ -5,10 +5,11 @@
 namespace chainmail
 {
 
-/// Makes any state feasible (feasibility.cl). With d(i, j) the shortest path of links between two elements, every
-/// element goes half way between min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)). Both are feasible, so their mean is;
-/// where no link was beyond its limit nothing changes. Held elements are then put back where they were by a wave of
-/// their own, so they must be compatible with each other.
+/// Projects any state to a feasible one (feasibility.cl), a method of this project. With d(i, j) the length of the
+/// shortest path of links between two elements, every element goes half way between min_j(u(j) + d(i, j)) and
+/// max_j(u(j) - d(i, j)). Both bounds are feasible states, so their mean is, too, and where no link was beyond its
+/// limit nothing changes. An envelope wave then puts held elements back where they were, so they must be compatible
+/// with each other.
 class Feasibility
 {
 public:
@@ -22,7 +23,7 @@ private:
 
   Bricks& bricks_;
   FixedPoint fixedPoint_;
-  Field upper_; ///< float [axis][address]; the lower bound is in Bricks::before
+  Field upper_; ///< float [axis][address], the upper bound; Bricks::before holds the lower one
   Scratch list_{ "the list of bricks" };
   Scratch found_{ "bricks with links beyond their limits" };
 };

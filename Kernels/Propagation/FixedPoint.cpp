@@ -10,7 +10,7 @@ namespace chainmail
 namespace
 {
 
-/// Iterations that are launched in one go, when the ones before met no brick without memory.
+/// The most iterations in one batch of launches. A batch is shorter after one that met a brick without memory.
 constexpr int mostPerBatch = 16;
 
 }
@@ -32,7 +32,7 @@ int FixedPoint::parityOf(int brick) const
   return (origin[0] / size[0] + origin[1] / size[1] + origin[2] / size[2]) & 1;
 }
 
-/// Rows for all slots, and which bricks have their memory.
+/// Makes rows for all slots, notes which bricks are ready, and copies the table to the device.
 void FixedPoint::fit()
 {
   this->visits_.resize(this->bricks_.slots());
@@ -50,7 +50,7 @@ void FixedPoint::start(const std::vector<int>& bricks)
   for (const int brick : bricks)
   {
     this->visits_[this->bricks_.slot(brick)][VISIT_FROM] = VISIT_ANY;
-    // What changed may lie beside a face.
+    // What changed in this brick may lie beside a face of its neighbour.
     for (int d = 0; d < 6; ++d)
     {
       this->visits_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][VISIT_FROM] |= 1 << Bricks::opposite(d);
@@ -140,7 +140,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
         this->goesOn_[parity] = false;
       }
       this->goesOn_[parity] = this->goesOn_[parity] || (flags & LOG_WENT_AGAIN) != 0;
-      // What is passed on to the first parity is left for the next iteration.
+      // A brick of parity 1 that changes its neighbours, of parity 0, leaves work for the next iteration.
       this->goesOn_[0] = this->goesOn_[0] || (parity == 1 && (flags & LOG_PASSED_ON) != 0);
       if (flags & LOG_CALLED_OFF)
       {

@@ -12,32 +12,32 @@ namespace chainmail
 /// Called between launches; throws to stop.
 using Checkpoint = std::function<void()>;
 
-/// Something that spreads from brick to brick until nothing changes any more, by a kernel that updates bricks in place
-/// (fixedpoint.clh). The device finds out which bricks have something to do; the host launches several turns at once
-/// and then gives memory to the bricks that what spreads has come to.
+/// Runs a kernel that updates bricks in place and passes changes on from brick to brick (fixedpoint.clh), until nothing
+/// changes any more. The device finds out which bricks have something to do. The host launches several turns at once
+/// and then gives memory to the bricks that changes have come to.
 class FixedPoint
 {
 public:
-  /// Adds the kernel's own arguments, which follow FIXED_POINT_ARGUMENTS and the layout of brick.clh. They may be other
-  /// buffers at every launch.
+  /// Adds the kernel's own arguments, which follow FIXED_POINT_ARGUMENTS and the layout of brick.clh. It is called for
+  /// every launch, since their buffers may have changed.
   using OwnArguments = std::function<void(ArgumentList&)>;
 
-  /// `extremes`: EXTREMES of the kernel.
+  /// `extremes` is the value of EXTREMES in the kernel.
   FixedPoint(Bricks& bricks, const char* file, const char* kernel, int extremes = 0);
 
-  /// Begins in these bricks and those beside them.
+  /// Begins in these bricks and those that share a face with one of them.
   void start(const std::vector<int>& bricks);
 
   bool finished() const { return this->finished_; }
 
-  /// Lets it spread for at most so many iterations (0: to the end), each one turn of all bricks that it has reached. An
-  /// extreme of more than `enough` ends it where it is. Returns the number of iterations.
+  /// Continues for at most `iterations` (0: until nothing changes). In each one every brick that changes have reached
+  /// has its turn once. An extreme of more than `enough` ends it where it is. Returns the number of iterations.
   int run(int iterations, float enough, const Checkpoint& checkpoint, const OwnArguments& own);
 
-  /// The largest of each so far.
+  /// The largest value of each extreme so far.
   const std::vector<float>& extremes() const { return this->extremes_; }
 
-  /// Slots that were looked at since the start, and those in which something changed, ascending.
+  /// Slots that had a turn since the start, and slots in which something changed, ascending.
   std::vector<int> seen();
   std::vector<int> changed();
 
@@ -45,7 +45,7 @@ private:
   struct Turn
   {
     int parity;
-    bool waited; ///< it is for bricks that lacked memory when their turn came
+    bool waited; ///< the turn is for bricks that lacked memory when it was theirs
   };
 
   int parityOf(int brick) const;
@@ -60,9 +60,9 @@ private:
   SharedTable visits_;
   SharedTable log_;
   std::vector<float> extremes_;
-  std::vector<float> ofTurn_; ///< extremes of a turn that is half done
+  std::vector<float> ofTurn_; ///< extremes of the turn that is half done
   bool finished_ = true;
-  bool goesOn_[2] = {}; ///< after the last turn of each parity: something is left to do
+  bool goesOn_[2] = {}; ///< for each parity: its last turn left something to do
   int parity_ = 0;      ///< of the next turn
   bool waited_ = false;
 };

@@ -22,7 +22,7 @@ std::string text(const Vector3& v)
   return buffer;
 }
 
-/// Finds the elements around a probe one by one.
+/// Selects the elements that a probe grabs, among those that are offered to it one by one.
 class Grasp
 {
 public:
@@ -30,7 +30,7 @@ public:
     : probe_(probe)
     , spacing_(grid.spacing)
   {
-    // The nearest element is one within reach of the voxel's own corners.
+    // Where no element is within the radius, the nearest one counts up to half a voxel's diagonal away.
     for (int a = 0; a < 3; ++a)
     {
       this->reach2_ += 0.25 * grid.spacing[a] * grid.spacing[a];
@@ -41,10 +41,10 @@ public:
 
   const Probe& probe() const { return this->probe_; }
 
-  /// Elements further from the probe than this do not matter [mm].
+  /// Elements further from the probe than this need not be offered [mm].
   double farthest() const { return std::sqrt(std::max(this->reach2_, this->radius2_)); }
 
-  /// An element at a place in voxels.
+  /// Offers an element at its current place [voxels].
   void offer(std::size_t voxel, const Vector3& place)
   {
     const double dx = place[0] * this->spacing_[0] - this->probe_.position[0];
@@ -62,7 +62,7 @@ public:
     }
   }
 
-  /// What the probe grabs, ascending; empty where nothing is near.
+  /// The elements that the probe grabs, ascending; empty where no tissue is near.
   std::vector<std::size_t> grabbed()
   {
     if (this->within_.empty() && this->nearest2_ <= this->reach2_)
@@ -83,8 +83,8 @@ private:
   double nearest2_ = std::numeric_limits<double>::infinity();
 };
 
-/// The voxels of one axis whose places can lie within `farthest` of `position`, first to last, when each is displaced
-/// by something from `low` to `high` voxels.
+/// Narrows [begin, end] to the voxels of one axis whose current places can lie within `farthest` of `position`, given
+/// that their displacements are between `low` and `high` voxels.
 void clampRange(
   double position, double farthest, double spacing, double low, double high, int begin, int end, int& first, int& last)
 {
@@ -94,7 +94,7 @@ void clampRange(
     static_cast<int>(std::max(std::min(std::floor((position + farthest) / spacing - low), end - 1.0), begin - 1.0));
 }
 
-/// The elements of a box: calls f(i, j, k).
+/// Calls f(i, j, k) for every element of a box.
 template <typename F> void forElements(const Bricks& bricks, const Index3& first, const Index3& last, const F& f)
 {
   if (first[0] > last[0])
@@ -120,7 +120,7 @@ template <typename F> void forElements(const Bricks& bricks, const Index3& first
   }
 }
 
-/// Offers tissue that has moved, brick by brick. Returns the bricks that hold some.
+/// Offers tissue that has moved, brick by brick. Returns the bricks that hold such tissue.
 std::unordered_set<int> offerDisplaced(Bricks& bricks, std::vector<Grasp>& grasps)
 {
   std::unordered_set<int> displaced;
@@ -169,7 +169,7 @@ std::unordered_set<int> offerDisplaced(Bricks& bricks, std::vector<Grasp>& grasp
   return displaced;
 }
 
-/// Offers tissue at rest: that of all other bricks.
+/// Offers the tissue of all other bricks, which is at rest.
 void offerAtRest(const Bricks& bricks, const std::unordered_set<int>& displaced, Grasp& grasp)
 {
   const Grid& grid = bricks.model().grid();

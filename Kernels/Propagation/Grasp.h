@@ -9,11 +9,11 @@
 namespace chainmail
 {
 
-/// What messages call a probe.
+/// The name of a probe in messages.
 std::string nameOf(const Probe& probe, std::size_t number);
 
-/// What probes with these numbers grab at the places where the elements are now: for each those within its radius, or
-/// the nearest one, ascending. Throws ProbeError where there are none.
+/// The elements that the probes with these numbers grab, at the current places of the elements: for each probe those
+/// within its radius, or the nearest one, ascending. Throws ProbeError for a probe without any.
 std::vector<std::vector<std::size_t>> elementsAround(
   Bricks& bricks, const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
 

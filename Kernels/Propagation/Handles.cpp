@@ -16,7 +16,7 @@ namespace chainmail
 namespace
 {
 
-// [voxels] Elements keep float32: far more than that is infinite there, and a wave of it would never end.
+// [voxels] A float32 displacement much larger than this would be infinite, and its wave would never end.
 constexpr double farthest = 1e9;
 
 void check(const Probe& probe, std::size_t number, const Vector3& spacing)
@@ -55,7 +55,7 @@ std::vector<float> Handle::displacedBy(const std::array<float, 3>& to) const
   return values;
 }
 
-/// For handles that know their probes and voxels. `places`: where each of them is near.
+/// Completes handles that have their probes and voxels. `places` gives an element near each of them.
 void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::size_t>& places)
 {
   const Grid& grid = this->bricks_.model().grid();
@@ -109,7 +109,7 @@ void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::s
   }
 }
 
-/// Tells the device what each of these does.
+/// Marks the elements of these handles on the device as held or not held.
 void Handles::mark(const std::vector<Pointer>& handles)
 {
   std::vector<std::uint32_t> addresses;
@@ -125,9 +125,9 @@ void Handles::mark(const std::vector<Pointer>& handles)
   this->bricks_.setConstraints(addresses, constraints);
 }
 
-/// Handles of new probes beside those that go on, which are null elsewhere. An element has one holder: whoever has it
-/// already, else an anchor, else the first probe that grabs it. The others take what is left, and are compatible with
-/// its holder only if the links between allow it.
+/// Makes the handles of new probes. `goingOn`: the handles that stay, null for new probes. An element has one holder:
+/// the handle that has it already, else an anchor, else the first probe that grabs it. Other probes take the rest, and
+/// are compatible with the holder only if the links between them allow it.
 std::vector<Handles::Pointer> Handles::make(const std::vector<Probe>& probes,
   const std::vector<std::vector<std::size_t>>& grabbed, const std::vector<Pointer>& goingOn)
 {
@@ -177,7 +177,7 @@ std::vector<Handles::Pointer> Handles::make(const std::vector<Probe>& probes,
 
 Handles::Change Handles::take(const std::vector<Probe>& probes)
 {
-  // First all that can fail for the caller's sake.
+  // Everything that the caller's data can make fail comes first.
   using Place = std::pair<Vector3, double>;
   std::multimap<Place, Pointer> left;
   for (const Pointer& handle : this->handles_)
@@ -191,7 +191,7 @@ Handles::Change Handles::take(const std::vector<Probe>& probes)
   {
     check(probes[n], n, this->bricks_.model().grid().spacing);
     const Place place(probes[n].position, probes[n].radius);
-    const auto same = left.lower_bound(place); // the first of several
+    const auto same = left.lower_bound(place); // the first of several alike
     if (same != left.end() && same->first == place)
     {
       next[n] = same->second;
@@ -284,7 +284,7 @@ void Handles::forget(const std::vector<std::size_t>& voxels)
     const bool placeCarved = carved.count(handle->place) > 0;
     if (placeCarved && kept.voxels.empty())
     {
-      kept.placeGrabbed.fill(0.0f); // carved tissue is at 0
+      kept.placeGrabbed.fill(0.0f); // a carved element has the displacement 0
     }
     else if (placeCarved)
     {

@@ -10,25 +10,25 @@
 namespace chainmail
 {
 
-/// What a probe holds of the tissue.
+/// A handle: the tissue that one probe holds.
 struct Handle
 {
   Probe probe;                          ///< as it was last asked for
   std::vector<std::size_t> voxels;      ///< the elements that it holds, ascending
-  std::vector<std::uint32_t> addresses; ///< theirs
-  std::vector<float> constraints;       ///< theirs, where nobody holds them, axes() interleaved values each
+  std::vector<std::uint32_t> addresses; ///< addresses of these elements
+  std::vector<float> constraints;       ///< their signed constraints when not held, axes() interleaved values each
   std::vector<float> grabbed;           ///< their displacements when they were grabbed, 3 interleaved values each
-  std::vector<int> bricks;              ///< that they lie in
-  bool held = false;                    ///< whether they are marked as held on the device
-  bool waits = false;                   ///< for its wave to begin
-  bool moves = false;                   ///< by a wave that is under way
+  std::vector<int> bricks;              ///< bricks that the elements lie in
+  bool held = false;                    ///< whether the device has its elements marked as held
+  bool waits = false;                   ///< whether its wave has still to begin
+  bool moves = false;                   ///< whether a wave under way moves it
 
-  /// The element whose displacement is the probe's, and what it was: the first held one; one near the probe, held by
-  /// another, where it holds none.
+  /// The address of the element whose displacement counts as the probe's, and its displacement when it was grabbed.
+  /// This is the first element held or, where the probe holds none, one near it that another probe holds.
   std::uint32_t place = 0;
   std::array<float, 3> placeGrabbed{};
 
-  /// Where its elements are when the probe has gone `to` since it grabbed them (a fraction of the spacing).
+  /// The displacements of its elements when the probe has gone `to` since it grabbed them (fractions of the spacing).
   std::vector<float> displacedBy(const std::array<float, 3>& to) const;
 };
 
@@ -36,7 +36,7 @@ struct Handle
 class Handles
 {
 public:
-  /// Finds what probes with these numbers grab, as elementsAround() does.
+  /// Finds the elements that probes with these numbers grab, as elementsAround() does.
   using Grab = std::function<std::vector<std::vector<std::size_t>>(
     const std::vector<Probe>&, const std::vector<std::size_t>& numbers)>;
 
@@ -49,28 +49,28 @@ public:
   using Pointer = std::shared_ptr<Handle>;
   const std::vector<Pointer>& all() const { return this->handles_; }
 
-  /// What a new list of probes changes.
+  /// The handles that a new list of probes changes.
   struct Change
   {
-    std::vector<Pointer> moved; ///< grabbed, or to be taken elsewhere, in the order of the probes
+    std::vector<Pointer> moved; ///< new handles and handles that are to move elsewhere, in the order of the probes
     std::vector<Pointer> released;
   };
 
   /// Takes exactly these probes (Simulation::hold). Tissue that is grabbed is held at once; tissue that is released
-  /// stays held until letGo(). Throws InputError, and nothing changed.
+  /// stays held until letGo(). Throws InputError before it has changed anything.
   Change take(const std::vector<Probe>& probes);
 
-  /// Lets go of released holds. What others hold of their tissue stays held.
+  /// Lets go of released handles. Tissue that another handle has taken over stays held.
   void letGo(const std::vector<Pointer>& released);
 
-  /// Lets all go.
+  /// Lets go of all handles.
   void clear();
 
   /// Takes carved elements out of every handle.
   void forget(const std::vector<std::size_t>& voxels);
 
-  /// Marks tissue on the device: nothing but its own probe moves what is held. `isHeld(handle)` says which handles hold
-  /// theirs from now on.
+  /// Marks tissue on the device as held, so that only its own probe moves it. `isHeld(handle)` says which handles hold
+  /// their tissue from now on.
   template <typename F> void setHeld(const F& isHeld)
   {
     std::vector<Pointer> changed;
@@ -85,7 +85,7 @@ public:
     this->mark(changed);
   }
 
-  /// All voxels in a handle.
+  /// The voxels of all handles.
   std::vector<std::size_t> voxels() const;
 
   /// How far each probe has come since it grabbed [mm], and how many elements it holds.

@@ -16,15 +16,15 @@ namespace chainmail
 namespace
 {
 
-/// One axis of the tissue, brick by brick as the search comes there.
+/// One axis of the tissue, read brick by brick as the search reaches it.
 class Tissue
 {
 public:
   struct Brick
   {
-    std::vector<float> constraint; ///< signed; of elements in the order of `local`
+    std::vector<float> constraint; ///< signed, in the order of `local`
     std::vector<float> displacement;
-    std::vector<double> key; ///< the least known so far, see findGrip()
+    std::vector<double> key; ///< the lowest known so far, see search()
   };
 
   Tissue(Bricks& bricks, int axis)
@@ -71,17 +71,17 @@ private:
   std::unordered_map<int, Brick> known_;
 };
 
-/// findGrip() among paths that leave at most so much room; `others`: the voxels in other handles, `u`: where those in
-/// this one are.
+/// findGrip() limited to paths that leave at most so much room. `others` are the voxels of other handles, `u` the
+/// displacements of this one's elements.
 std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>& others, const Handle& handle,
   const std::vector<float>& u, int axis, double sign, double room)
 {
-  // Dijkstra's algorithm. An element's key is d(s, i) - sign * u(s), least over all s of the handle; with sign * u(i)
-  // more it is the room that the path to it leaves.
+  // Dijkstra's algorithm. The key of element i is d(s, i) - sign * u(s), the lowest over all s of the handle. Adding
+  // sign * u(i) gives the room that the path to i leaves.
   struct Entry
   {
     double key;
-    bool soft; // some link of the path gives
+    bool soft; // some link of the path can stretch
     std::size_t voxel;
     bool operator<(const Entry& other) const
     {
@@ -114,7 +114,7 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
     const std::uint32_t local = bricks.local(at[0], at[1], at[2]);
     if (entry.key > brick.key[local])
     {
-      continue; // a shorter path was found since
+      continue; // a shorter path has been found since
     }
     if (std::signbit(brick.constraint[local]) || others.count(entry.voxel) > 0)
     {
@@ -155,7 +155,7 @@ std::optional<Grip> findGrip(
   {
     largest = std::max(largest, std::fabs(static_cast<double>(displacement)));
   }
-  // At first what may be rounding along the path and that of Waves.
+  // The room begins with what may be rounding, along the path and in Waves.
   std::optional<Grip> grip;
   for (double room = 1e-4; !grip && room <= 1.0; room *= 100.0)
   {

@@ -7,20 +7,20 @@
 namespace chainmail
 {
 
-/// Where the search for what holds a probe ended.
+/// The held element that ended the search for what holds a probe.
 struct Grip
 {
   std::size_t voxel; ///< an anchored element, or one in another handle
-  bool rigidly;      ///< the bone that the probe grips reaches up to it
+  bool rigidly;      ///< the path to it is rigid: it holds the bone in the probe's grip
 };
 
-/// The nearest held element from which a path of links leads to the handle that has no room left along one axis: with
-/// d(h, s) the length of the shortest path of links, sign * (u(s) - u(h)) = d(h, s). Where a wave was shortened there
-/// is one, and no relaxation moves what lies on such a path. A handle that others hold so far apart that it cannot go
-/// anywhere as a whole may have a little room: then of all the one that leaves least, roughly. None where nothing holds
-/// it that way.
+/// Finds what keeps a handle h from going further along one axis: the nearest held element s to which a path of links
+/// leaves no room. With d(h, s) the length of the shortest path of links, that means sign * (u(s) - u(h)) = d(h, s).
+/// Where a wave was shortened there is such an element, and no relaxation moves what lies on the path. A handle that
+/// others hold so far apart that it cannot move as a whole may have a little room; the result is then, roughly, the
+/// held element that leaves least. None where no element holds it in this way.
 ///
-/// Looks at the elements nearer than that one that the handle drags along without room, and at no others.
+/// Searches only the elements that the handle drags along without room and that are nearer than the result.
 std::optional<Grip> findGrip(
   Bricks& bricks, const std::vector<Handles::Pointer>& handles, const Handle& handle, int axis, double sign);
 

@@ -10,16 +10,18 @@ namespace chainmail
 namespace
 {
 
-/// Two holds that strain a link by less than this are compatible: float rounding of displacements of this size.
+/// Two handles that strain a link too far by less than this are compatible: it is the float rounding of displacements
+/// of this size.
 float rounding(float displacement)
 {
   return 2e-6f * std::max(1.0f, std::fabs(displacement));
 }
 
-/// A probe that still does not fit after so many attempts stays where it is.
+/// After so many attempts a probe that still does not fit stays where it is.
 constexpr int mostAttempts = 50;
 
-/// A probe that goes to and fro so often has no place between those that hold against it, or none but for rounding.
+/// After so many changes of direction a probe has no place between those that hold against it, or none but for
+/// rounding.
 constexpr int mostTurns = 3;
 }
 
@@ -88,7 +90,7 @@ void Waves::add(const Handles::Change& change)
   this->wait(std::move(moved), false);
 }
 
-/// Puts a group at one end of the queue.
+/// Puts a group at the front or the back of the queue.
 void Waves::wait(Group handles, bool first)
 {
   if (handles.empty())
@@ -120,8 +122,8 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
   return result;
 }
 
-/// While a wave travels, only what it must not move is held: anchors, its own probes and, unless the latest prevails,
-/// all probes but those that wait for their turn.
+/// While a wave travels, only the handles that it must not move are held: anchors, its own probes and, unless the
+/// latest prevails, all other probes except those that wait for their turn.
 void Waves::markHeld()
 {
   this->handles_.setHeld([this](const Handle& handle)
@@ -226,7 +228,7 @@ void Waves::end()
   }
 }
 
-/// Where the elements of a wave are to go.
+/// The displacements that the elements of a wave are to have.
 std::vector<float> Waves::target() const
 {
   const Wave& wave = *this->wave_;
@@ -267,7 +269,7 @@ void Waves::attempt()
   }
   if (wave.handles.size() == 1)
   {
-    // A wave that is much too long would run through all tissue: it ends where it meets a large conflict.
+    // A wave that is much too long would run through all tissue, so a large conflict ends it where it is.
     for (int a = 0; a < 3; ++a)
     {
       wave.enough = std::max(wave.enough, 0.2f * std::fabs(wave.to[a]));
@@ -277,10 +279,10 @@ void Waves::attempt()
   this->propagation_.start(wave.bricks);
 }
 
-/// Whether the wave is done: everything is compatible, or its probe cannot move. Else another attempt has begun, or its
-/// probes wait for their turns: first those that were moved first, so that the others give way. Where a wave met held
-/// tissue, the conflict is by how much its probe went too far, or less if it has not yet come the shortest way. On an
-/// axis on which others hold the probe's elements too far apart to be in one place, they stay where they are.
+/// Whether the wave is done: everything is compatible, or its probe cannot move. Otherwise another attempt has begun,
+/// or the wave's probes wait in two halves, those moved first in front, so that the others give way. A conflict with
+/// held tissue is how much too far the probe went, or less if the wave has not yet come the shortest way. On an axis on
+/// which others hold the probe's elements too far apart to be in one place, these elements stay where they are.
 bool Waves::settled()
 {
   Wave& wave = *this->wave_;
@@ -327,7 +329,7 @@ bool Waves::settled()
   }
   if (wave.attempts == mostAttempts)
   {
-    return true; // feasible because nothing moves
+    return true; // feasible, because nothing moves
   }
   this->attempt();
   return false;
@@ -340,8 +342,8 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   int done = 0;
   while (this->underWay())
   {
-    // The published method lets waves overlap. That can leave links beyond their limits for good: the later wave took
-    // the tissue over before the earlier one had repaired it.
+    // The published method lets waves overlap. That can leave links beyond their limits for good, where the later wave
+    // took tissue over before the earlier one had corrected it.
     while (!this->queue_.empty() && (this->timestamps_.finished() || this->policy_ == ConflictPolicy::Latest))
     {
       Group& group = this->queue_.front();
@@ -358,7 +360,7 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
         this->startTimestamps(handle, checkpoint);
       }
     }
-    // A source needs no mark: no other wave moves it, unless the latest prevails.
+    // The probe of a wave needs no mark: no other wave moves it, unless the latest prevails.
     this->markHeld();
     done += this->timestamps_.run(iterations == 0 ? 0 : iterations - done, checkpoint);
     if (iterations != 0 && done >= iterations)
@@ -368,7 +370,7 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   }
   if (this->disturbed_ && !this->underWay())
   {
-    // The latest probe may have taken others along so far that they are not compatible with each other any more.
+    // The latest probe may have dragged others so far that these are not compatible with each other any more.
     this->makeFeasible([this](const Handle& handle)
       { return handle.probe.anchor || this->policy_ == ConflictPolicy::Limit || &handle == this->latest_.get(); },
       checkpoint);
@@ -388,7 +390,7 @@ template <typename F> void Waves::makeFeasible(const F& isHeld, const Checkpoint
   this->disturbed_ = false;
 }
 
-/// Finds out by an envelope wave how far the probe can go, and starts there.
+/// An envelope wave finds out how far the probe can go; the published wave then starts there.
 void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& checkpoint)
 {
   this->begin({ handle });
@@ -402,7 +404,7 @@ void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& ch
   this->place(handle->addresses, handle->bricks, values);
   this->latest_ = handle;
   this->timestamps_.start(*handle, ++this->front_);
-  // The earliest arrival binds only where all elements of the probe are displaced alike.
+  // The earliest arrival bounds an element correctly only where all elements of the probe have the same displacement.
   for (std::size_t n = 3; n < values.size(); ++n)
   {
     this->disturbed_ = this->disturbed_ || values[n] != values[n % 3];

@@ -12,34 +12,35 @@
 namespace chainmail
 {
 
-/// Takes tissue where the probes want it: waves by either method, one after the other or overlapping, shortened where
-/// probes and anchors do not allow all of it (Simulation::propagate).
+/// Takes tissue to where the probes want it (Simulation::propagate). Waves travel by either method, one after the other
+/// or overlapping, and are shortened where probes and anchors do not allow all of their displacement.
 class Waves
 {
 public:
   Waves(Bricks& bricks, Handles& handles);
 
-  /// No wave may be under way.
+  /// No wave may be under way when this is called.
   void configure(PropagationMethod method, ConflictPolicy policy);
   void keepTimes(bool wanted) { this->times_ = wanted; }
 
-  /// Queues the waves of probes that moved, and lets released ones go as soon as no wave needs them.
+  /// Queues the waves of probes that moved. Released probes let go as soon as no wave needs them.
   void add(const Handles::Change& change);
 
   bool underWay() const { return this->wave_ || !this->queue_.empty() || !this->timestamps_.finished(); }
 
-  /// At most so many iterations, 0: until nothing is under way.
+  /// Runs at most `iterations` (0: until no wave is under way).
   PropagateResult run(int iterations, const Checkpoint& checkpoint);
 
-  /// For a relaxation while waves are under way: null where it has to wait for their end. Elements that it moves make
-  /// the rest of the wave inexact; that is repaired at its end.
+  /// The state of the waves for a relaxation between their iterations; null where it has to wait for their end.
+  /// Elements that it moves make the rest of the wave inexact, so afterwards relaxed() has to be called; the end of the
+  /// wave mends that.
   const WavesUnderWay* relaxable();
   void relaxed() { this->disturbed_ = true; }
 
-  /// Makes a feasible state of one that a relaxation has left otherwise. No wave may be under way.
+  /// Projects the state that a relaxation beyond the limits has left to a feasible one. No wave may be under way.
   void makeFeasible(const Checkpoint& checkpoint);
 
-  /// All waves ended, no times known.
+  /// Ends all waves and forgets all arrival times.
   void clear();
 
   const ArrivalTimes& arrivals() const { return this->arrivals_; }
@@ -47,20 +48,20 @@ public:
 private:
   using Group = std::deque<Handles::Pointer>;
 
-  /// An envelope wave. A single probe's may be tried several times, shorter each time; one of several probes together
-  /// is not: they then go half by half.
+  /// An envelope wave. That of a single probe may be tried several times, shorter each time; one of several probes is
+  /// tried once, and then they go in two halves.
   struct Wave
   {
     Group handles;
-    std::vector<std::uint32_t> addresses; ///< of their elements
-    std::vector<int> bricks;              ///< that these lie in
-    std::vector<float> before;            ///< displacements of these
-    std::array<float, 3> to{};            ///< of a single one, since it grabbed
-    std::array<bool, 3> stays{};          ///< axes that a single one cannot move along
-    std::array<int, 3> lastWay{};         ///< signs of its last corrections
-    std::array<int, 3> turns{};           ///< how often they changed
-    std::array<float, 3> tolerance{};     ///< conflict on an axis that is no more than rounding
-    float enough = 0.0f;                  ///< conflict that ends an attempt early
+    std::vector<std::uint32_t> addresses; ///< addresses of the handles' elements
+    std::vector<int> bricks;              ///< bricks that these elements lie in
+    std::vector<float> before;            ///< displacements of these elements before the wave
+    std::array<float, 3> to{};            ///< where a single probe is to go, counted from where it grabbed
+    std::array<bool, 3> stays{};          ///< axes along which a single probe cannot move
+    std::array<int, 3> lastWay{};         ///< signs of the last corrections
+    std::array<int, 3> turns{};           ///< how often these signs changed
+    std::array<float, 3> tolerance{};     ///< a conflict, per axis, that is no more than rounding
+    float enough = 0.0f;                  ///< a conflict that ends an attempt early
     int attempts = 0;
   };
 
@@ -86,12 +87,12 @@ private:
   ConflictPolicy policy_ = ConflictPolicy::Limit;
   bool times_ = false;
 
-  std::deque<Group> queue_; ///< those of a group go together
+  std::deque<Group> queue_; ///< the probes of a group go together
   std::vector<Handles::Pointer> released_;
   std::optional<Wave> wave_;
-  bool disturbed_ = false;  ///< links may be beyond their limits when the waves have come to their end
-  Handles::Pointer latest_; ///< probe of the last wave of timestamps
-  int front_ = 0;           ///< number of the last wave
+  bool disturbed_ = false;  ///< whether links may be beyond their limits when the waves have come to their end
+  Handles::Pointer latest_; ///< the probe of the last Timestamp wave
+  int front_ = 0;           ///< the number of the last wave
 
   EnvelopePropagation propagation_;
   ArrivalTimes arrivals_;

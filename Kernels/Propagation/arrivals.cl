@@ -1,10 +1,10 @@
 // When an envelope wave came to each element: the length of the shortest path of links from the probe through elements
-// that the wave moved. In place, in any order: times only fall.
+// that the wave moved. Elements are updated in place, in any order, since times only fall.
 //
-// The host guarantees: `before` is the state in front of the wave and `displacement` the one behind it, `arrival` is 0
-// at the probes and else +infinity at first, brick.clh's promise of bricks that are ready.
+// The host guarantees: `before` is the state before the wave and `displacement` the one after it; at first `arrival` is
+// 0 at the probes and +infinity elsewhere; all 26 neighbours of a brick that is ready have a slot (brick.clh).
 //
-// arrival: the time; its sign bit is set where the element did not move and so does not pass the wave on.
+// `arrival` is the time; its sign bit is set where the element did not move and so does not pass the wave on.
 
 #include "brick.clh"
 #include "element.clh"
@@ -27,7 +27,7 @@ RULE int arriveAt(const Site* s, uint pitch, global const float* displacement, g
       next = min(next, select(time + limit, (real)(INFINITY), AS_MASK(time) < 0));
     }
     const real time = LOAD(arrival + axis * pitch + s->self);
-    // Held elements keep theirs: 0 for the wave's own probes, none for others.
+    // Held elements keep their times: 0 for the wave's own probes, none for others.
     const mask earlier = (next < fabs(time)) & ~isHeld(c);
     if (SOME(earlier))
     {
@@ -37,7 +37,7 @@ RULE int arriveAt(const Site* s, uint pitch, global const float* displacement, g
         moved |= LOAD(displacement + a * pitch + s->self) != LOAD(before + a * pitch + s->self);
       }
       STORE(select(time, select(-next, next, moved), earlier), arrival + axis * pitch + s->self);
-      // Who did not move has nothing to pass on; beyond there may be no brick yet.
+      // An element that did not move passes nothing on; beyond it there may be no brick yet.
       touched |= movedFaces(s, earlier & moved);
     }
   }
@@ -55,7 +55,7 @@ kernel void arrive(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* 
   }
 }
 
-// Writes the times and the wave's number where it came.
+// Records the times and the number of the wave where it came.
 kernel void record(
   global const int* list, uint pitch, global const float* arrival, int wave, global float* time, global int* front)
 {

@@ -1,10 +1,11 @@
-// A wave through the tissue: every element into the bounds that the moved ones around it set (element.clh), until
-// nothing in the brick changes. In place, in any order: raised values only grow and lowered ones only fall.
+// Envelope propagation: every element goes into the bounds that moved elements around it set (element.clh), until
+// nothing in the brick changes. Elements are updated in place, in any order: raised values only grow and lowered ones
+// only fall.
 //
-// The host guarantees: `before` is a feasible state, moved tissue differs from it or is held, brick.clh's promise of
-// bricks that are ready (fixedpoint.clh).
+// The host guarantees: `before` is a feasible state; moved tissue differs from it or is held; all 26 neighbours of a
+// brick that is ready have a slot (brick.clh, fixedpoint.clh).
 //
-// Extremes: for each axis how much too high and too low the moved tissue is for what is held.
+// The extremes are, for each axis, how much too high and how much too low moved tissue is for held tissue.
 
 #define EXTREMES 6
 
@@ -12,7 +13,7 @@
 #include "element.clh"
 #include "fixedpoint.clh"
 
-// One piece of work; `odd`: see BY_PARITY. `beside`, a constant: whether anything in it or beside it is held.
+// Updates one piece of work. `odd`: see BY_PARITY. `beside`, a constant, says whether it or a neighbour may be held.
 RULE int wave(const int odd, const int beside, const Site* s, uint pitch, global float* displacement,
   global const float* before, global const float* constraint, global const uchar* cut, float* conflict)
 {
@@ -71,7 +72,7 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, global
   return touched;
 }
 
-// Whether a piece of work or a neighbour of one is held on any axis.
+// Whether an element of a piece of work, or a neighbour of one, is held on any axis.
 RULE int anyHeld(const Site* s, uint pitch, global const float* constraint)
 {
   mask held = (mask)(0);

@@ -1,7 +1,9 @@
-// Makes a state feasible: `bound` finds min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)) over all elements j, in place
-// and in any order, `settle` takes their mean. They begin at bricks that `violated` finds; most often these are few.
+// Projects a state to a feasible one: `bound` finds min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)) over all elements
+// j, in place and in any order, and `settle` takes their mean. They begin at the bricks that `violated` finds, most
+// often few.
 //
-// The host guarantees: both bounds are the displacement at first, brick.clh's promise of bricks that are ready.
+// The host guarantees: at first both bounds are the displacement; all 26 neighbours of a brick that is ready have a
+// slot (brick.clh).
 
 #include "brick.clh"
 #include "element.clh"
@@ -19,7 +21,7 @@ RULE void loadLimits(
   }
 }
 
-// Whether `bound` would move any of them.
+// Whether any element of a piece of work has a link beyond its limit, so that `bound` would move its bounds.
 RULE int isViolated(const int odd, const Site* s, uint pitch, global const float* constraint, global const uchar* cut,
   global const float* displacement)
 {
@@ -43,7 +45,7 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, global const float
   return SOME(beyond);
 }
 
-// found: not 0 for bricks with such elements.
+// `found` is set to 1 for bricks with such elements.
 kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global int* found)
 {
@@ -107,7 +109,8 @@ kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* c
   }
 }
 
-// Leaves the mean in `before`, and in `displacement` but for held elements: as a wave finds it that starts at these.
+// Leaves the mean in `before` and, except for held elements, in `displacement`. This is the state from which an
+// envelope wave that starts at the held elements can bring them back.
 kernel void settle(global const int* list, uint pitch, global const float* constraint, global const float* upper,
   global float* before, global float* displacement)
 {

@@ -1,16 +1,16 @@
 // One iteration of the published propagation (Rodriguez, Leon and Arroyo, algorithms 1 and 2), for all elements at
-// once: `arriveNext` finds what each one takes over from its neighbours as they are, `shift` makes that the state.
+// once: `arriveNext` finds what each element takes over from its neighbours, and `shift` makes the results the state.
 //
-// A neighbour counts if it shifted in the iteration before. One of a newer wave takes the element over, time and all;
-// one of the same wave does if it would be there earlier; one of an older wave is ignored. Neighbours that are there at
-// the same time all count, so that nothing depends on their order.
+// A neighbour counts if it shifted in the iteration before. A neighbour of a newer wave takes the element over, time
+// and all; one of the same wave does if it would arrive earlier; one of an older wave is ignored. Neighbours that
+// arrive at the same time all count, so that nothing depends on their order.
 //
-// The host guarantees: WIDTH is 1, both kernels run over the same bricks, which contain every element beside one that
-// shifted, brick.clh's promise.
+// The host guarantees: WIDTH is 1; both kernels run over the same bricks, and these contain every element beside one
+// that shifted; all 26 neighbours of these bricks have a slot (brick.clh).
 //
-// front: number of the wave that the element belongs to, 0 none; time: of that wave, fractions of the spacing; stamp:
-// iteration in which it last shifted. nextFront: 0 nothing happens, else the wave, negative where the element need not
-// shift and so does not pass the wave on.
+// front: number of the wave that the element belongs to, 0 for none. time: arrival time of that wave, a fraction of the
+// spacing. stamp: iteration in which the element last shifted. nextFront: 0 where nothing happens, else the number of
+// the wave, negative where the element need not shift and so does not pass the wave on.
 
 #include "brick.clh"
 #include "element.clh"
@@ -78,7 +78,7 @@ kernel void arriveNext(global const int* list, int iteration, LAYOUT_ARGUMENTS, 
   }
 }
 
-// result[group]: faces that shifted elements touch (movedFaces).
+// result[group]: the faces that shifted elements touch (movedFaces).
 kernel void shift(global const int* list, int iteration, LAYOUT_ARGUMENTS, global const float* nextDisplacement,
   global const float* nextTime, global const int* nextFront, global float* displacement, global float* time,
   global int* front, global int* stamp, global int* result)

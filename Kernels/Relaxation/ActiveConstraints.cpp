@@ -12,20 +12,20 @@ namespace chainmail
 namespace
 {
 
-/// A few elements and their links, as plain arrays.
+/// Elements near active constraints and their links, as plain arrays on the host.
 struct Patch
 {
-  std::vector<std::size_t> voxels; ///< where in the grid (Grid::at), ascending
+  std::vector<std::size_t> voxels; ///< numbers in the grid (Grid::at), ascending
   std::vector<std::uint32_t> addresses;
-  std::vector<std::array<std::uint32_t, 3>> next; ///< the one that it is linked to along each axis of the grid, or none
+  std::vector<std::array<std::uint32_t, 3>> next; ///< the element linked to it, one step on along each axis, or none
   std::vector<float> u[3];
-  std::vector<float> c[3]; ///< signed constraints, as Model::row() and the probes have them
+  std::vector<float> c[3]; ///< signed constraints, with held elements marked as on the device
 
   static constexpr std::uint32_t none = ~std::uint32_t(0);
   std::size_t size() const { return this->voxels.size(); }
 };
 
-/// Links in the order of voxels: calls f(lower, upper, limit).
+/// Calls f(lower, upper, limit) for every link, in the order of voxels.
 template <typename F> void forLinks(const Patch& patch, const std::vector<float>& c, F&& f)
 {
   for (std::size_t n = 0; n < patch.size(); ++n)
@@ -40,7 +40,7 @@ template <typename F> void forLinks(const Patch& patch, const std::vector<float>
   }
 }
 
-/// Elements whose link to the next one along an axis of the grid is at its limit.
+/// Elements whose link to the next one along an axis of the grid is at its limit (activeconstraints.cl), ascending.
 std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
 {
   const std::vector<int> slots = bricks.touchedSlots();
@@ -80,7 +80,7 @@ std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
   return elements;
 }
 
-/// Adds, to ascending voxels, the next one of each along an axis of the grid, or the one before.
+/// Adds to `all`, for ascending voxels, the voxel beside each of them: `step` of 1 or -1 along an axis of the grid.
 void addBeside(
   const Grid& grid, const std::vector<std::size_t>& voxels, int axis, int step, std::vector<std::size_t>& all)
 {
@@ -97,7 +97,7 @@ void addBeside(
   std::inplace_merge(all.begin(), all.begin() + middle, all.end());
 }
 
-/// The ends of links at their limits, the rigid clusters that they are part of, and all around these.
+/// Reads the ends of links at their limits, the rigid clusters that these belong to, and all elements around both.
 Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
 {
   const Grid& grid = bricks.model().grid();
@@ -129,7 +129,7 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
   patch.voxels.erase(std::unique(patch.voxels.begin(), patch.voxels.end()), patch.voxels.end());
 
   const std::size_t steps[3] = { grid.at(1, 0, 0), grid.at(0, 1, 0), grid.at(0, 0, 1) };
-  std::array<std::size_t, 3> ahead{}; // goes on as n does
+  std::array<std::size_t, 3> ahead{}; // advances together with n
   patch.next.resize(patch.size());
   for (std::size_t n = 0; n < patch.size(); ++n)
   {
@@ -164,7 +164,7 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
   return patch;
 }
 
-/// What the links of a unit or group ask of it.
+/// The sum of what the links of a unit ask for.
 struct Pull
 {
   double weight = 0.0;
@@ -172,7 +172,7 @@ struct Pull
   bool held = false;
 };
 
-/// Units: rigid clusters and single elements.
+/// Divides elements into units, which move as one: rigid clusters and single elements.
 DisjointSets unitsOf(const Patch& patch, const std::vector<float>& c)
 {
   DisjointSets units(patch.size());
@@ -187,7 +187,7 @@ DisjointSets unitsOf(const Patch& patch, const std::vector<float>& c)
   return units;
 }
 
-/// What pulls at each unit, at its root.
+/// What pulls at each unit, stored at the unit's root.
 std::vector<Pull> pullsAt(const Patch& patch, const std::vector<float>& c, const std::vector<float>& u,
   const Elasticity& elasticity, DisjointSets& units)
 {
@@ -195,7 +195,7 @@ std::vector<Pull> pullsAt(const Patch& patch, const std::vector<float>& c, const
   std::vector<Pull> pulls(count);
   for (std::size_t n = 0; n < count; ++n)
   {
-    // Tissue that is still at rest stays: its brick may have no memory yet.
+    // Tissue that is still at rest counts as held, since its brick may have no memory yet.
     if (std::signbit(c[n]) || u[n] == 0.0f)
     {
       pulls[units.root(n)].held = true;
@@ -217,7 +217,7 @@ std::vector<Pull> pullsAt(const Patch& patch, const std::vector<float>& c, const
   return pulls;
 }
 
-/// Joins units to groups by the links that block. Whether there are any.
+/// Joins units to groups by the links that block. Returns whether there are any such links.
 bool joinBlocked(const Patch& patch, const std::vector<float>& c, const std::vector<float>& u,
   const std::vector<Pull>& pulls, DisjointSets& units, DisjointSets& groups)
 {
@@ -234,7 +234,7 @@ bool joinBlocked(const Patch& patch, const std::vector<float>& c, const std::vec
       const float stretch = u[n] - u[m];
       const float rounding = 1e-6f * std::max(1.0f, std::fabs(u[n]));
       const bool above = stretch >= limit - rounding;  // n is as far above m as it can be
-      const bool below = -stretch >= limit - rounding; // and the other way
+      const bool below = -stretch >= limit - rounding; // n is as far below m as it can be
       const bool blocks =
         (above && (atN.force > 0.0 || atM.force < 0.0)) || (below && (atN.force < 0.0 || atM.force > 0.0));
       if (blocks && !atN.held && !atM.held)
@@ -246,7 +246,7 @@ bool joinBlocked(const Patch& patch, const std::vector<float>& c, const std::vec
   return any;
 }
 
-/// Several units that move as one.
+/// A blocked group: several units that move as one.
 struct Group
 {
   struct Outgoing
@@ -256,10 +256,10 @@ struct Group
     float limit;
   };
   std::vector<std::uint32_t> members;
-  std::vector<Outgoing> outgoing; ///< links
+  std::vector<Outgoing> outgoing; ///< links that lead out of the group
 };
 
-/// With their members and links in the order of voxels.
+/// The blocked groups, with their members and links in the order of voxels.
 std::vector<Group> groupsOf(const Patch& patch, const std::vector<float>& c, DisjointSets& units, DisjointSets& groups)
 {
   const std::size_t count = patch.size();
@@ -303,7 +303,7 @@ std::vector<Group> groupsOf(const Patch& patch, const std::vector<float>& c, Dis
   return found;
 }
 
-/// Returns how far it went.
+/// Moves one group and returns how far it went.
 float moveGroup(const Group& group, std::vector<float>& u, const Elasticity& elasticity, float still)
 {
   double weight = 0.0;
@@ -320,7 +320,7 @@ float moveGroup(const Group& group, std::vector<float>& u, const Elasticity& ela
   }
   const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
   const float way = std::min(std::max(wanted, lower), upper);
-  // Against the wish of the group it never goes: where rounding has closed its box it stays.
+  // A group never goes against its pull: where rounding leaves its box empty it stays.
   if (!(lower <= upper) || !(std::fabs(way) > still) || way * wanted <= 0.0f)
   {
     return 0.0f;
@@ -332,7 +332,7 @@ float moveGroup(const Group& group, std::vector<float>& u, const Elasticity& ela
   return std::fabs(way);
 }
 
-/// Moves the groups of one axis; returns the largest move.
+/// Moves the blocked groups of one axis and returns the largest move.
 float moveAxis(
   const Patch& patch, const std::vector<float>& c, std::vector<float>& u, const Elasticity& elasticity, float still)
 {

@@ -10,12 +10,12 @@ namespace chainmail
 namespace
 {
 
-/// Iterations that are launched in one go.
+/// Iterations in one batch of launches.
 constexpr int iterationsPerBatch = 16;
 
 }
 
-/// `back`: from the second copy of the state to the first.
+/// Launches one iteration; `back` says that it goes from the second copy of the state to the first.
 void PaperRelaxation::relaxAll(const RelaxationTask& task, int iteration, bool back, float still)
 {
   Context& context = this->bricks_.context();

@@ -6,17 +6,17 @@
 namespace chainmail
 {
 
-/// Relaxation as published (paper.cl): every element that is not held goes, all at once, to the weighted mean of the
-/// places that its neighbours offer it, w = 1 / (D + eps). Rodriguez, Leon, Arroyo: Parallel deformation of
-/// heterogeneous ChainMail models, eqs. 7 and 8.
+/// Relaxation as published (paper.cl; Rodriguez, Leon, Arroyo: Parallel deformation of heterogeneous ChainMail models,
+/// eqs. 7 and 8): all elements that are not held go at once to the weighted mean of the places that their neighbours
+/// ask for, with the weights 1 / (D + eps).
 ///
-/// Only active bricks are visited.
+/// Only bricks in which something can change are visited.
 ///
-/// Limitations, all of the method:
-/// - the limits of links are ignored: links end outside them, so the next wave starts from a state that is not feasible
-///   (Statistics::maxLinkExcess tells by how much);
-/// - elements of two colours change places for ever: a checkerboard never decays where nothing is held;
-/// - rigid elements are held where they are by each other: a bone hardly follows, and bends.
+/// The method has these limitations:
+/// - It ignores the limits of links. Links end beyond them, so the next wave starts from a state that is not feasible
+///   (Statistics::maxLinkExcess tells by how much).
+/// - Elements of two colours may change places for ever: a checkerboard never decays where nothing is held.
+/// - Rigid elements hold each other where they are: a bone hardly follows, and bends.
 class PaperRelaxation : public Relaxer
 {
 public:

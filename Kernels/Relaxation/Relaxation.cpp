@@ -11,20 +11,22 @@ namespace chainmail
 namespace
 {
 
-/// Sweeps that move nothing further than this have come to rest, be it at the optimum or because chains of links at
-/// their limits block each other: then the groups of such links get a turn, at most once in so many sweeps, half as
-/// often after each turn in which there was none to move, and before a relaxation counts as converged.
+/// Sweeps in which no element moves further than this [fractions of the spacing] have come to rest, either at the
+/// optimum or because chains of links at their limits block each other. Blocked groups then get a turn: at most once in
+/// sweepsPerGroupTurn sweeps, half as often after each turn in which none could move, and always before a relaxation
+/// counts as converged.
 constexpr float restingMove = 1e-3f;
 constexpr int sweepsPerGroupTurn = 8;
 
-/// Sweeps that are launched in one go.
+/// Sweeps in one batch of launches.
 constexpr int sweepsPerBatch = 8;
 
-/// Over-relaxation in the long run.
+/// The over-relaxation factor in the long run.
 constexpr double finalOmega = 1.9; // = 2 / (1 + sqrt(1 - rho2))
 
-/// Over-relaxation of a sweep that reaches far: Chebyshev's sequence, which starts at 1 (best for the first sweep,
-/// where most energy goes), leaps to almost 2 and falls to finalOmega.
+/// The over-relaxation factor of a sweep that reaches far: the Chebyshev semi-iterative sequence (G. Golub and R.
+/// Varga, Numerische Mathematik 3, 1961). It starts at 1, best for the first sweep, in which most energy goes, leaps to
+/// almost 2 and falls to finalOmega.
 double farOmega(int sweep)
 {
   constexpr double rho2 = 1.0 - (2.0 / finalOmega - 1.0) * (2.0 / finalOmega - 1.0);
@@ -36,9 +38,10 @@ double farOmega(int sweep)
   return omega;
 }
 
-/// Over-relaxation of a sweep that reaches less far. Near 2, what is rough stays for tens of sweeps. The best factor
-/// for what is `length` elements long is 2 / (1 + sin(pi / length)), and what a sweep leaves is longer by about 2 pi.
-/// Thin tissue, which coarser grids do not see, is long: the factor ends a little above finalOmega.
+/// The over-relaxation factor of a sweep that reaches less far. With a factor near 2, rough displacements stay rough
+/// for tens of sweeps. For an error `length` elements long the best factor is 2 / (1 + sin(pi / length)), and every
+/// sweep leaves an error that is longer by about 2 pi. Errors are long in thin tissue, which coarser grids do not see,
+/// so the factor ends a little above finalOmega.
 double nearOmega(int sweep)
 {
   return std::min(1.93, 2.0 / (1.0 + 0.5 / (sweep + 1)));
@@ -73,7 +76,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
   {
     this->groupPeriod_ = this->sweepsSinceGroups_ = sweepsPerGroupTurn;
   }
-  // A sweep that moves no more than this is the last for the time being: so many sweeps from now.
+  // A sweep that moves nothing by more than this, `sweeps` from now, is followed by a turn of blocked groups or is the
+  // last.
   const auto restingMoveAfter = [&](int sweeps)
   {
     const bool groupsMayMove = !waves && this->sweepsSinceGroups_ + sweeps >= this->groupPeriod_;
@@ -100,7 +104,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       }
       if (!waves && clusters.anyActive() && this->schedule_.takesTurn(SweepSchedule::ofBodies))
       {
-        // Where limits do not count, members of a cluster may be apart: only a factor of 1 does not ask where it is.
+        // Where limits do not count, members of a cluster may be apart. With a factor of 1 it does
+        // not matter where it is now.
         clusters.relax(elasticity.limited ? omega : 1.0f, still, elasticity,
           { this->schedule_.activity(), this->schedule_.log(), this->schedule_.turn() });
       }

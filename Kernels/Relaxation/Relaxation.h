@@ -10,18 +10,19 @@
 namespace chainmail
 {
 
-/// What a relaxation has to do.
+/// What the sweeps of a relaxation are for.
 enum class Reach
 {
-  Far, ///< carry what handles do, from element to element
-  Near ///< mend what is rough: coarser grids have done the rest
+  Far, ///< to carry what handles do from element to element
+  Near ///< to smooth what is rough: coarser grids have done the rest
 };
 
-/// Three-colour projected over-relaxation (relax.cl, clusters.cl): red elements, black elements, rigid clusters.
+/// Three-colour projected over-relaxation (relax.cl, clusters.cl). A sweep has a colour pass for red elements, one for
+/// black elements and one for rigid clusters.
 ///
-/// Only active bricks are visited. The state must be feasible: then it stays so and the energy does not rise. Where it
-/// is not, as while waves are under way, elements whose boxes have no common point stay; Elasticity::limited says
-/// whether there are boxes.
+/// Only bricks in which something can change are visited. A feasible state stays feasible and its energy does not rise.
+/// In a state that is not feasible, as while waves are under way, elements whose boxes have no common point stay where
+/// they are. Elasticity::limited says whether there are boxes at all.
 class Relaxation
 {
 public:
@@ -31,7 +32,7 @@ public:
   {
   }
 
-  /// Where waves are under way rigid clusters stay.
+  /// Relaxes. While waves are under way rigid clusters stay where they are.
   RelaxResult run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves, Reach reach,
     int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint);
 
@@ -40,7 +41,7 @@ private:
 
   Bricks& bricks_;
   SweepSchedule schedule_;
-  int groupPeriod_ = 0; ///< sweeps between turns of blocked groups
+  int groupPeriod_ = 0; ///< sweeps between the turns of blocked groups
   int sweepsSinceGroups_ = 0;
 };
 

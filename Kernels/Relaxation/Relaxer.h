@@ -10,19 +10,19 @@
 namespace chainmail
 {
 
-/// What a relaxation is asked for.
+/// What one call of a relaxation is to do.
 struct RelaxationTask
 {
-  std::function<RigidClusters&()> clusters; ///< of the tissue as it is; finding them takes time
+  std::function<RigidClusters&()> clusters; ///< gives the rigid clusters of the tissue as it is, which may take time
   const Elasticity& elasticity;
-  const WavesUnderWay* waves; ///< null: none
-  int iterations;             ///< at most so many, 1 or more
+  const WavesUnderWay* waves; ///< waves that are under way; null where there are none
+  int iterations;             ///< the most iterations, 1 or more
   double tolerance;
-  std::function<void(int)> checkpoint; ///< to be called with the number of iterations that are done; throws to stop
+  std::function<void(int)> checkpoint; ///< to be called with the number of iterations done; throws to stop
 };
 
-/// A way in which tissue settles. Another one is a class of its own that implements this, a value of RelaxationMethod
-/// (Types.h) and a line in Simulation::Impl::relaxer().
+/// A method by which tissue settles. To add one, derive a class, add a value to RelaxationMethod (Types.h) and a line
+/// to Simulation::Impl::relaxer().
 class Relaxer
 {
 public:
@@ -30,16 +30,16 @@ public:
 
   virtual RelaxResult run(const RelaxationTask& task) = 0;
 
-  /// Whether a feasible state stays so. One that is not is made so before.
+  /// Whether a feasible state stays feasible. If so, a state that is not is made feasible before run().
   virtual bool keepsLimits() const = 0;
 
-  /// Something else has moved tissue: what run() does next is not the continuation of what it did last.
+  /// Called when something else has moved tissue: the next run() does not continue the last one.
   virtual void restart() {}
 
-  /// Links or elements are gone, or are back again. Implies restart().
+  /// Called when links or elements are gone, or are back again. Implies restart().
   virtual void tissueChanged() {}
 
-  /// Another one is asked from now on: gives back memory.
+  /// Called when another method is chosen: gives back memory.
   virtual void release() {}
 };
 

@@ -11,7 +11,7 @@ namespace chainmail
 namespace
 {
 
-/// Links that one work-item sums up. Fixed, so that no layout changes a sum.
+/// The number of links that one work-item sums up. It is fixed so that no layout of the state changes a sum.
 constexpr int chunkLength = 16;
 
 }
@@ -76,7 +76,7 @@ RigidClusters::RigidClusters(Bricks& bricks)
     const std::size_t firstVoxel = this->voxels_.size();
     const int count = label(bricks, axis, labels);
 
-    // Members of each cluster in the order of voxels: a counting sort.
+    // A counting sort leaves the members of each cluster in the order of voxels.
     std::vector<std::size_t> ends(count + 1, firstVoxel);
     for (const int id : labels)
     {
@@ -275,7 +275,7 @@ void RigidClusters::refresh()
   {
     return;
   }
-  // A cluster is where its first member is.
+  // The place of a cluster is that of its first member.
   std::vector<std::uint32_t> firsts;
   const Grid& grid = this->bricks_.model().grid();
   for (const int id : this->active_)

@@ -9,36 +9,37 @@
 namespace chainmail
 {
 
-/// Connected sets of rigid elements, which relax as one unknown each (clusters.cl). Where constraints differ by axis,
-/// so do clusters.
+/// Rigid clusters: connected sets of rigid elements, each of which relaxes as one unknown (clusters.cl). Where
+/// constraints differ by axis, so do the clusters.
 class RigidClusters
 {
 public:
   explicit RigidClusters(Bricks& bricks);
 
-  /// Cluster of every voxel for one constraint axis, -1 where it is not rigid; numbered by first voxel. Returns their
-  /// number.
+  /// Writes to `out` the cluster of every voxel for one axis of the constraint, -1 where the voxel is not rigid.
+  /// Clusters are numbered by their first voxels. Returns their number.
   static int label(const Bricks& bricks, int axis, std::vector<int>& out);
 
-  /// Which cluster of an axis a voxel belongs to; -1: none.
+  /// The cluster of an axis that a voxel belongs to; -1 where there is none.
   int clusterOf(std::size_t voxel, int axis) const;
 
-  /// These voxels (sorted) and all that hang on them rigidly along an image axis.
+  /// These voxels (ascending) and all members of their clusters along an image axis.
   std::vector<std::size_t> withClusters(const std::vector<std::size_t>& voxels, int axis) const;
 
-  /// Starts a relaxation: no cluster is active; those that hold an anchor or one of these voxels (Grid::at) never are.
+  /// Starts a relaxation with no cluster taking part. Those that hold an anchor or one of these voxels (Grid::at) never
+  /// will.
   void begin(const std::vector<std::size_t>& heldVoxels);
 
-  /// Makes the clusters of these bricks take part from now on. Gives their bricks memory.
+  /// Makes the clusters of these bricks take part from now on. Gives memory to all bricks of these clusters.
   void activate(const std::vector<int>& bricks);
   bool anyActive() const { return !this->chunkList_.empty(); }
-  /// Bricks of clusters that could move, but do not take part.
+  /// Bricks of the clusters that could move but do not take part yet.
   std::vector<int> inactiveBricks() const;
 
-  /// Reads again where the active clusters are, after others than relax() have moved them.
+  /// Reads the places of the active clusters again, after anything but relax() has moved them.
   void refresh();
 
-  /// The account of a turn (sweep.clh).
+  /// The arguments that sweep.clh needs for one turn.
   struct Turn
   {
     const cl::Buffer& activity;
@@ -46,13 +47,13 @@ public:
     cl_int4 turn;
   };
 
-  /// Launches their turn: one update of every active cluster.
+  /// Launches the third colour pass: one update of every active cluster.
   void relax(float omega, float still, const Elasticity& elasticity, const Turn& turn);
 
 private:
   struct Cluster
   {
-    int axis; ///< -1: all three
+    int axis; ///< -1 for all three
     std::size_t first;
     std::size_t count; ///< members: voxels_[first .. first + count)
     bool anchored;
@@ -67,7 +68,7 @@ private:
   std::vector<Cluster> clusters_;
   std::vector<std::uint32_t> voxels_;
   std::unordered_map<int, std::vector<int>> ofBrick_;
-  std::vector<int> active_; ///< in the order of the device's lists
+  std::vector<int> active_; ///< cluster numbers, in the order of the device's lists
 
   std::vector<cl_int4> chunkList_;
   std::vector<cl_uint> linkList_;

@@ -3,7 +3,8 @@
 namespace chainmail
 {
 
-/// Residuals up to this are left alone at a tolerance, so that a deformation ends somewhere, far from the handle.
+/// The residual up to which an element stays at a given tolerance, so that a deformation ends somewhere far from the
+/// handle.
 inline float stillResidual(double tolerance)
 {
   return static_cast<float>(tolerance / 64.0);

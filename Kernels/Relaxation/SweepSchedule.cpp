@@ -11,10 +11,10 @@ namespace chainmail
 namespace
 {
 
-/// So long before the first sweep that it no longer counts.
+/// A sweep number so low that what happened then no longer counts.
 constexpr int never = -2;
 
-/// No move is as small.
+/// A move below all others: such a sweep is never called off.
 constexpr float goesOn = -1.0f;
 
 }
@@ -26,7 +26,7 @@ SweepSchedule::SweepSchedule(Bricks& bricks)
 {
 }
 
-/// Rows for slots that are new.
+/// Makes rows for new slots and notes which bricks are ready.
 void SweepSchedule::fit()
 {
   int slot = this->activity_.rows();

@@ -10,44 +10,47 @@
 namespace chainmail
 {
 
-/// Which bricks a relaxation has to visit: those in which something can change. That is exact: an element stays put, to
-/// the bit, when neither it nor a neighbour moved since its last turn, so results do not depend on the size of bricks.
+/// Finds which bricks a relaxation has to visit: those in which something can change. Leaving out the others is exact:
+/// an element stays put, to the bit, when neither it nor a neighbour moved since its last turn. So results do not
+/// depend on the size of bricks.
 ///
-/// The device keeps the account (sweep.clh). The host launches all turns of several sweeps, a batch, and then looks at
-/// what became of them: what follows a turn in which a brick lacks memory, or a sweep that comes to rest, the device
-/// has called off by itself.
+/// The device keeps the account (sweep.clh). The host launches all turns of several sweeps as one batch and then looks
+/// at the outcome. By itself the device calls off all launches that follow a turn in which a brick lacked memory, or a
+/// sweep that came to rest.
 class SweepSchedule
 {
 public:
   explicit SweepSchedule(Bricks& bricks);
 
-  /// What moves as a whole, through many bricks: it takes part from the moment something moves in one of them or beside
-  /// it.
+  /// Rigid clusters, which move as a whole through many bricks. A body takes part from the moment that something moves
+  /// in one of its bricks or beside it.
   struct Bodies
   {
-    std::function<std::vector<int>()> asleep;            ///< bricks of those that could move, but do not take part
-    std::function<void(const std::vector<int>&)> awaken; ///< those of these bricks take part, and have memory
+    std::function<std::vector<int>()> asleep;            ///< bricks of bodies that could move but do not take part
+    std::function<void(const std::vector<int>&)> awaken; ///< lets the bodies of these bricks take part, with memory
   };
 
-  /// All that was ever touched may move. Empty functions: there are no bodies.
+  /// Starts a relaxation: everything that was ever touched may move. With empty functions there are no bodies.
   void begin(Bodies bodies);
 
-  /// The next sweeps; at most so many.
+  /// Starts a batch of at most `sweeps` sweeps.
   void beginBatch(int sweeps);
-  /// The next sweep. It is called off where the one before, of the same batch, moved nothing by more than `enough`.
+  /// Starts a sweep. It is called off where the sweep before, in the same batch, moved nothing by more than `enough`.
   void beginSweep(float enough);
-  /// A turn of the sweep: of a kind that sweep.clh knows, or of the bodies. False where the batch before has had it.
+  /// Starts a turn of the sweep, of a kind of sweep.clh or of the bodies. False where the last batch has already done
+  /// it.
   bool takesTurn(int kind);
   static constexpr int ofBodies = 2;
-  /// The largest move in each sweep of the batch that is done. A sweep may be half done: it is the next batch's first.
+  /// Ends a batch: the largest move in each sweep that is done. A sweep may be half done; the next batch then begins
+  /// with it.
   std::vector<float> endBatch();
 
-  /// After a batch: something else has moved elements of these bricks.
+  /// Between batches: something else has moved elements of these bricks.
   void note(const std::vector<int>& bricks);
-  /// After a batch: tells Bricks what was touched.
+  /// Between batches: tells Bricks which slots were touched.
   void touch();
 
-  // For the launches of a turn: SWEEP_ARGUMENTS of sweep.clh, all or single ones, and the number of work-groups.
+  // --- For the launches of a turn: SWEEP_ARGUMENTS of sweep.clh, together or one by one, and the number of work-groups
   auto arguments() const
   {
     return std::tuple<const cl::Buffer&, const cl::Buffer&, cl_int4, cl_float>(
@@ -63,7 +66,7 @@ private:
   {
     int sweep;
     int kind;
-    float enough; ///< of a sweep that this begins; negative: it goes on anyhow
+    float enough; ///< of a sweep that this turn begins; negative: it is not called off
   };
 
   void fit();
@@ -75,14 +78,14 @@ private:
   SharedTable log_;
 
   int sweep_ = 0;  ///< number of the next sweep, or of the one that is half done
-  int resume_ = 0; ///< the turn that one goes on with: of bricks that waited; and without, its first
+  int resume_ = 0; ///< the turn that a half done sweep goes on with, for the bricks that waited; else its first
   bool waited_ = false;
-  float largest_ = 0.0f; ///< move so far
+  float largest_ = 0.0f; ///< largest move of that sweep so far
 
-  std::vector<Turn> turns_; ///< those of the batch; launches count from 1
-  int begun_ = 0;           ///< sweeps of the batch
-  int first_ = 0;           ///< launch of the sweep
-  int before_ = 0;          ///< that of the sweep before
+  std::vector<Turn> turns_; ///< turns of the batch; launches count from 1
+  int begun_ = 0;           ///< sweeps begun in the batch
+  int first_ = 0;           ///< first launch of the sweep
+  int before_ = 0;          ///< first launch of the sweep before
   float enough_ = -1.0f;
 };
 

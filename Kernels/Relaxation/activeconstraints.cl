@@ -1,11 +1,11 @@
-// Elements whose link to the next one along x, y or z is at its limit on some axis, both ends away from rest and not
-// held: where blocking links may be (ActiveConstraints.h).
+// Finds elements whose link to the next one along x, y or z is at its limit on some axis, where both ends are displaced
+// and not held: a blocking link may be there (ActiveConstraints.h).
 //
-// Rounding is allowed for twice as generously as where the host decides, so that no device misses a link.
+// Rounding is allowed twice as much as on the host, which decides, so that no device misses a link.
 //
-// The host guarantees: brick.clh's promise.
+// The host guarantees that all 26 neighbours of a listed brick have a slot (brick.clh).
 //
-// result[group * ELEMENTS + n]: not 0 where local address n is such an element.
+// result[group * ELEMENTS + n] is not 0 where the element of local address n is such an element.
 
 #include "brick.clh"
 #include "element.clh"

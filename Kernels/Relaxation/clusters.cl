@@ -1,8 +1,8 @@
-// The third colour of a relaxation sweep: rigid clusters, each one unknown. The links that leave a cluster are listed
-// in an order that no brick size changes, in chunks of fixed length, so sums come out the same for every layout.
+// The third colour pass of a relaxation sweep: rigid clusters, each one unknown. The links that leave a cluster are
+// listed in an order that no brick size changes, in chunks of fixed length, so that sums are the same for every layout.
 //
-// The host guarantees: all members of a cluster are at the same place, none is held, its links' other ends are not
-// rigid, and their bricks are in memory.
+// The host guarantees: all members of a cluster have the same displacement and none is held; the other ends of its
+// links are not rigid; the bricks of both have memory.
 //
 // activity, log, turn: see sweep.clh.
 
@@ -10,7 +10,8 @@
 #include "element.clh"
 #include "sweep.clh"
 
-// chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4]: the fields of Neighbours.
+// Sums up one chunk of links. chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4] is the sum,
+// as the fields of Neighbours.
 kernel void clusterGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
   global const float* places, float slack, uint pitch, global const float* displacement, global const float* constraint,
   global float* partial, uint count)
@@ -35,9 +36,9 @@ kernel void clusterGather(global const int* log, int4 turn, global const int4* c
   }
 }
 
-// A work-group for each cluster. Its chunks are summed up in LANES sums, whatever the number of work-items.
+// Moves the clusters, one work-group each. The chunks are added up in LANES sums, whatever the number of work-items.
 //
-// cluster: first chunk, number of chunks, axis (-1 for all three). moves: how far it went, 0 if it stayed.
+// cluster: first chunk, number of chunks, axis (-1 for all three). moves: how far the cluster went, 0 where it stayed.
 #define LANES 16
 kernel void clusterMove(global int* log, int4 turn, global const int4* clusters, float omega, float still,
   global const float* partial, global float* places, global float* moves)
@@ -101,7 +102,7 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
   }
 }
 
-// member: address, cluster.
+// Moves the members to their cluster's new place. member: address, cluster.
 kernel void clusterScatter(global int* activity, int4 turn, global const uint2* members, global const int4* clusters,
   global const float* places, global const float* moves, uint pitch, global float* displacement, uint count)
 {

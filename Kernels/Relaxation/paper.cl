@@ -1,11 +1,12 @@
-// One iteration of the published relaxation: every element that is not held to the weighted mean of the places that its
-// neighbours offer (element.clh), from one copy of the state to the other. Limits of links are ignored.
+// One iteration of the published relaxation (PaperRelaxation.h): every element that is not held goes to the weighted
+// mean of the places that its neighbours ask for (element.clh), from one copy of the state to the other. Limits of
+// links are ignored.
 //
-// WAVES: of these elements only those that wavefronts.clh says.
+// With WAVES only the elements that wavefronts.clh allows relax.
 //
-// The host guarantees: a work-group for each slot but 0, brick.clh's promise of bricks that are ready (sweep.clh); at
-// first both copies are the same. A brick has its turn once more after one in which nothing in it moved, and so they
-// are wherever it has none.
+// The host guarantees: a work-group for each slot but 0; all 26 neighbours of a brick that is ready have a slot
+// (brick.clh, sweep.clh); at first both copies are the same. They are the same again in every brick that has no turn,
+// since a brick has one more turn after the last in which something in it moved.
 
 #include "brick.clh"
 #include "element.clh"
@@ -49,7 +50,7 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT
         {
           neighboursAdd(&n, u, us[d], limit[d], weight[d], slack);
         }
-        // No box to stay in.
+        // There is no box to stay in.
         n.lower = (real)(-INFINITY);
         n.upper = (real)(INFINITY);
         const real next = select(u, relaxedPlace(n, u, 1.0f, still), relaxes);

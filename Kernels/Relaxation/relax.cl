@@ -1,18 +1,19 @@
-// One colour of a relaxation sweep: every free element to the over-relaxed weighted mean of the places that its
-// neighbours offer, within their boxes (element.clh). In place: neighbours have the other colour.
+// One colour pass of a relaxation sweep: every free element goes to the over-relaxed weighted mean of the places that
+// its neighbours ask for, within their boxes (element.clh). It works in place, since all neighbours have the other
+// colour.
 //
-// WAVES: of the free elements only those that wavefronts.clh says.
+// With WAVES only the free elements that wavefronts.clh allows relax.
 //
-// The host guarantees: a work-group for each slot but 0, the state is feasible, brick.clh's promise of bricks that are
-// ready (sweep.clh).
+// The host guarantees: a work-group for each slot but 0; a feasible state; all 26 neighbours of a brick that is ready
+// have a slot (brick.clh, sweep.clh).
 
 #include "brick.clh"
 #include "element.clh"
 #include "sweep.clh"
 #include "wavefronts.clh"
 
-// One piece of work; `odd`: see BY_PARITY. Returns the largest move. What is summed up neighbour by
-// neighbour, for all axes at once, stays in registers.
+// Relaxes one piece of work and returns the largest move. `odd`: see BY_PARITY. Summing up neighbour by neighbour, for
+// all axes at once, keeps the sums in registers.
 RULE float relaxPiece(const int odd, const Site* s, float omega, float still, float slack, uint pitch,
   global float* displacement, global const float* constraint, global const uchar* cut, int* faces WAVES_ARGUMENTS)
 {

@@ -11,7 +11,7 @@ namespace chainmail
 namespace
 {
 
-/// Output voxels handled at once: 16 bytes each on the device.
+/// Output voxels that are handled at once: each takes 16 bytes on the device.
 constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
 
 /// Rounds down, also below zero.
@@ -20,7 +20,7 @@ int floorDiv(int n, int divisor)
   return n >= 0 ? n / divisor : -((divisor - 1 - n) / divisor);
 }
 
-/// The part of a brick of the output that lies in the output.
+/// The part of an output brick that lies within the output, from `low` to `high`.
 ResampledBox clipped(const Index3& origin, const Index3& size, const Index3& low, const Index3& high,
   const float* offsets, std::vector<float>& copy)
 {
@@ -56,13 +56,13 @@ cl_int4 int4(const Index3& v)
   return { { v[0], v[1], v[2], 0 } };
 }
 
-/// The bricks of the output: its voxels run from `low` to `high`.
+/// The output, voxels `low` to `high`, and its division into bricks of the grid's brick size.
 struct Frame
 {
   Index3 low;
   Index3 high;
-  Index3 firstBrick; ///< of the output, in bricks of the grid; may be negative
-  Grid bricks;       ///< of the output, a voxel each
+  Index3 firstBrick; ///< the lowest brick of the output, counted in bricks of the grid; may be negative
+  Grid bricks;       ///< the bricks of the output, each as one voxel of this grid
 
   Frame(const Grid& grid, const Index3& padding, const Index3& size)
   {
@@ -75,7 +75,7 @@ struct Frame
     }
   }
 
-  /// The place of the brick that begins at a voxel.
+  /// The number, in `bricks`, of the brick that begins at a voxel.
   std::size_t at(const Index3& origin, const Index3& size) const
   {
     return this->bricks.at(floorDiv(origin[0], size[0]) - this->firstBrick[0],
@@ -83,8 +83,8 @@ struct Frame
   }
 };
 
-/// Marks the bricks of a box within limits. Clamped before the conversion: a displacement may be far larger than any
-/// image.
+/// Marks the bricks that meet the box from `from` to `to` within the limits `least` and `most`. Clamps before the
+/// conversion to integers, since a displacement may be far larger than any image.
 void mark(std::vector<char>& marks, const Frame& frame, const Index3& size, const Vector3& from, const Vector3& to,
   const Index3& least, const Index3& most)
 {
@@ -111,16 +111,16 @@ void mark(std::vector<char>& marks, const Frame& frame, const Index3& size, cons
   }
 }
 
-/// What there is to do.
+/// The bricks that have to be visited.
 struct Work
 {
-  std::vector<int> sources;    ///< bricks whose tissue is somewhere else
-  std::vector<Index3> origins; ///< of the bricks of the output that such tissue may arrive at or leave
-  std::vector<int> tissue;     ///< those of them that are bricks of the grid
+  std::vector<int> sources;    ///< bricks whose tissue is displaced or carved away, or beside such tissue
+  std::vector<Index3> origins; ///< first voxels of the output bricks where such tissue may arrive or which it may leave
+  std::vector<int> tissue;     ///< those among these output bricks that are bricks of the grid
 };
 
-/// A carved element leaves its voxel. A displaced element moves the cells around it and, through the border that
-/// follows tissue, those one further: two voxels. Their bricks are the sources.
+/// Finds the work. A carved element leaves its voxel. A displaced element moves the cells around it and also, since the
+/// border follows tissue, the cells next to those: two voxels. The bricks of all these cells are the sources.
 Work findWork(Bricks& bricks, const Frame& frame)
 {
   const Grid& grid = bricks.model().grid();
@@ -195,7 +195,7 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   const Frame frame(grid, padding, size);
   const Work work = findWork(this->bricks_, frame);
   const std::vector<Index3>& origins = work.origins;
-  // The kernels must know the tissue that is at rest where other tissue arrives.
+  // The kernels also have to read the tissue at rest where displaced tissue arrives.
   this->bricks_.require(work.tissue);
 
   Context& context = this->bricks_.context();

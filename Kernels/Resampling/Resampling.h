@@ -8,7 +8,8 @@
 namespace chainmail
 {
 
-/// Finds where the material of output voxels comes from (resample.clh), box by box.
+/// Finds where the material of output voxels comes from, box by box (resample.clh says how). It changes no
+/// displacement, but may give memory to bricks.
 class Resampling
 {
 public:

@@ -1,7 +1,8 @@
-// Every moved cell claims the output voxels that it covers (resample.clh).
+// First pass of resampling: every moved cell claims the output voxels that it covers (resample.clh).
 //
-// Output voxels come in bricks, too; `output` maps the bricks of a box that starts at voxel `boxFirst` (a multiple of
-// the brick size away from voxel 0) to their places in the list of those that tissue may reach, or -1.
+// Output voxels come in bricks, too. For each brick of a box that starts at voxel `boxFirst` (a multiple of the brick
+// size away from voxel 0), `places` gives its number in the list of bricks that tissue may reach, or -1. A list is
+// handled in batches.
 
 #include "resample.clh"
 
@@ -12,7 +13,7 @@ typedef struct
   volatile global uint* claims;
 } Output;
 
-// Claims an output voxel, if anybody asks for it.
+// Claims an output voxel if its brick is on the list.
 inline void claimVoxel(const Output* o, int3 voxel, uint key)
 {
   const int3 at = voxel - o->boxFirst.xyz;
@@ -29,8 +30,8 @@ inline void claimVoxel(const Output* o, int3 voxel, uint key)
   }
 }
 
-// What of the tissue is where in a part of a brick, and two points around it: a bit for each point, so that a cell
-// knows at once whether there is something to do. Rows along x begin one point before the part.
+// The tissue in a part of a brick and up to two points around it, as one bit for each point, so that a cell knows at
+// once whether there is something to do. Rows along x begin one point before the part.
 #define PART_X (BX < 32 ? BX : 32)
 #define PART_Z (BZ < 8 ? BZ : 8)
 #define AROUND_Y (BY + 3)
@@ -38,14 +39,14 @@ inline void claimVoxel(const Output* o, int3 voxel, uint key)
 typedef struct
 {
   ulong elements[AROUND_ROWS];
-  ulong moved[AROUND_ROWS]; // elements that are not at their rest place
-  ulong near[BY * PART_Z];  // of cells: whether one of the 4 x 4 x 4 points around is such an element
+  ulong moved[AROUND_ROWS]; // elements that are displaced
+  ulong near[BY * PART_Z];  // cells that have a displaced element among the 4 x 4 x 4 points around them
 #ifdef CUTS
   ulong cutX[AROUND_ROWS], cutY[AROUND_ROWS], cutZ[AROUND_ROWS];
 #endif
 } Part;
 
-// begin: the point that bit 0 of the first row is for.
+// Fills `part`. Bit 0 of its first row stands for the point `begin`.
 inline void lookAround(const Tissue* t, int3 begin, local Part* part)
 {
   for (int row = get_local_id(0); row < AROUND_ROWS; row += get_local_size(0))
@@ -90,7 +91,7 @@ inline void lookAround(const Tissue* t, int3 begin, local Part* part)
   barrier(CLK_LOCAL_MEM_FENCE);
 }
 
-// Which corners of a cell at a place of a part have their bit set.
+// The corners, one bit each, of the cell at a place of a part that have their bit set in `rows`.
 RULE uint cornerBits(const Tissue* t, local const ulong* rows, int3 at)
 {
   uint bits = 0;
@@ -103,7 +104,7 @@ RULE uint cornerBits(const Tissue* t, local const ulong* rows, int3 at)
   return bits;
 }
 
-// The 3 x 3 x 3 points around one, likewise.
+// The same for the 3 x 3 x 3 points around a centre.
 RULE uint bitsAround(local const ulong* rows, int3 centre)
 {
   uint bits = 0;
@@ -126,7 +127,7 @@ RULE Around aroundIn(local const Part* part, int3 centre)
   return around;
 }
 
-// The voxels that a component of a cell covers, and those that its corners leave.
+// Claims the voxels that a component of a cell covers, and marks those that its corners leave.
 inline void claimComponent(const Tissue* t, const Output* o, const Cell* cell, int component, const Around* around)
 {
   const int3 base = cell->base, cells = max(t->size.xyz - 1, 1);
@@ -148,17 +149,17 @@ inline void claimComponent(const Tissue* t, const Output* o, const Cell* cell, i
     return;
   }
   const uint key = (uint)(base.x + size.x * (base.y + size.y * base.z)) * 8 + component;
-  // Corners leave their voxels, unless they stay.
+  // Corners leave their voxels, unless they stay where they are.
   UNROLL
   for (int n = 0; n < 8; ++n)
   {
-    // Each element once: where it is corner 0, or in the last layers.
+    // Each element marks once: in the cell where it is corner 0, or in the last layers.
     const bool again =
       (cell->elements >> n & 1) &&
       (((n & 1) && base.x < cells.x - 1) || ((n >> 1 & 1) && base.y < cells.y - 1) || (n >> 2 && base.z < cells.z - 1));
     if (cell->component[n] == component && !again)
     {
-      // Air that moved less than a voxel away takes its surroundings along, so that no seam opens there.
+      // Air that moved by less than a voxel carries its surroundings along, so that no seam opens there.
       const bool follows = !(cell->elements >> n & 1) && all(fabs(u[n]) < 1.0f);
       claimVoxel(o, cornerAt(t, base, n), all(u[n] == 0.0f) ? RESTS : follows ? BORDER + key : VACATED);
     }
@@ -234,7 +235,7 @@ inline void claimComponent(const Tissue* t, const Output* o, const Cell* cell, i
   }
 }
 
-// at: the cell's place in the part.
+// Claims what one cell covers. `at` is its place in the part.
 inline void claimCell(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base)
 {
   if (isCarved(t, addressOf(base, t->table, t->strideY, t->strideZ)))
@@ -264,7 +265,7 @@ inline void claimCell(const Tissue* t, const Output* o, local const Part* part, 
   }
 }
 
-// Cells of a brick: those whose lowest corner lies in it. list: bricks, as places in the table.
+// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table.
 kernel void claim(global const int* list, global const int* table, int strideY, int strideZ, uint pitch,
   global const float* displacement, global const float* constraint, global const uchar* cut, int4 size, int4 flat,
   int4 boxFirst, int4 boxBricks, global const int* places, volatile global uint* claims)

@@ -1,9 +1,10 @@
-// The material point of each output voxel, in the cell whose claim was the lowest (resample.clh).
+// Second pass of resampling: finds the material point of each output voxel in the cell with the lowest claim
+// (resample.clh).
 
 #include "resample.clh"
 
-// From a voxel to where its material was, where that takes no inversion: 0 where nothing changes, NaN where nothing is
-// left. Whether it is known.
+// Finds the offset from a voxel to its material where that takes no inversion: 0 where nothing changes, NaN where
+// nothing is left. Returns whether it did.
 inline bool isKnown(const Tissue* t, int3 voxel, uint key, float3* offset)
 {
   *offset = (float3)(key == VACATED ? NAN : 0.0f);
@@ -19,7 +20,7 @@ inline bool isKnown(const Tissue* t, int3 voxel, uint key, float3* offset)
   return false;
 }
 
-// firsts: lowest voxel of each listed brick of the output.
+// `firsts` holds the lowest voxel of each listed brick of the output.
 kernel void locate(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
   global const uint* claims, global float* offsets)

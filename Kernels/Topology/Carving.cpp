@@ -16,7 +16,7 @@ namespace
 
 constexpr std::int64_t voxel = static_cast<std::int64_t>(unitsPerVoxel);
 
-/// For every point the first one at the same place.
+/// Gives for every point the first point at the same place.
 std::vector<int> merged(const std::vector<Fixed3>& points)
 {
   std::vector<int> order(points.size());
@@ -83,13 +83,14 @@ void checkClosed(const Surface& surface, const std::vector<Fixed3>& points)
                    "(Clean to Grid); or cut with it instead.");
 }
 
-/// A closed surface, sorted by columns along x.
+/// The inside of a closed surface. Its triangles are sorted into columns along x, so that a ray along x meets few of
+/// them.
 class Solid
 {
 public:
   Solid(const ClosedSurface& surface, const Fixed3& low, const Fixed3& high);
 
-  /// The part of the box of [low, high] that the surface reaches.
+  /// The part of the box [low, high] that the surface reaches.
   const Fixed3& low() const { return this->low_; }
   const Fixed3& high() const { return this->high_; }
   bool empty() const { return this->low_[0] > this->high_[0] || this->triangles_.empty(); }
@@ -97,14 +98,15 @@ public:
   /// Whether a place [voxels] is inside.
   bool contains(const Vector3& place) const;
 
-  /// The same, exactly, for `count` places from `first` on, one voxel apart along x; y and z within [low(), high()].
+  /// The same for a row of `count` places from `first` on, one voxel apart along x; their y and z must lie within
+  /// [low(), high()].
   void row(const Fixed3& first, int count, char* inside) const;
 
 private:
-  /// Columns that a triangle may be met in: calls f(column).
+  /// Calls f(column) for every column in which a ray may meet the triangle.
   template <typename F> void forColumns(const ExactTriangle& triangle, F&& f) const;
 
-  /// Index of the column of a y (axis 1) or z (axis 2), not limited to those there are.
+  /// Index of the column at a y (axis 1) or z (axis 2). It may lie outside the columns that there are.
   std::int64_t columnOf(double at, int axis) const
   {
     return static_cast<std::int64_t>(
@@ -113,10 +115,10 @@ private:
 
   Fixed3 low_;
   Fixed3 high_;
-  Fixed3 width_;  ///< of a column
-  Fixed3 counts_; ///< of columns
+  Fixed3 width_;  ///< of one column
+  Fixed3 counts_; ///< number of columns
   std::vector<ExactTriangle> triangles_;
-  std::vector<std::uint32_t> ends_; ///< of each column's triangles in inColumn_
+  std::vector<std::uint32_t> ends_; ///< where each column's triangles begin in inColumn_
   std::vector<std::uint32_t> inColumn_;
 };
 
@@ -136,7 +138,7 @@ Solid::Solid(const ClosedSurface& surface, const Fixed3& low, const Fixed3& high
         last[a] = std::max(last[a], corner[a]);
       }
     }
-    // A ray along x meets no triangle that is parallel to it, not even when shifted.
+    // A ray along x meets no triangle that is parallel to it, not even when all tissue is shifted (ExactGeometry.h).
     if (triangle.normal[0] != 0)
     {
       this->triangles_.push_back(triangle);
@@ -164,7 +166,7 @@ Solid::Solid(const ClosedSurface& surface, const Fixed3& low, const Fixed3& high
   }
   std::partial_sum(this->ends_.begin(), this->ends_.end(), this->ends_.begin());
   this->inColumn_.resize(this->ends_.back());
-  // From behind, so that ends_ become begins.
+  // Filling from behind turns the ends into begins.
   for (std::size_t n = 0; n < this->triangles_.size(); ++n)
   {
     this->forColumns(this->triangles_[n],
@@ -174,7 +176,7 @@ Solid::Solid(const ClosedSurface& surface, const Fixed3& low, const Fixed3& high
 
 template <typename F> void Solid::forColumns(const ExactTriangle& triangle, F&& f) const
 {
-  // In double, one unit wider than exact on every side.
+  // Double is rounded, so each range is one unit wider than the exact one on every side.
   const auto range = std::minmax({ triangle.corner[0][2], triangle.corner[1][2], triangle.corner[2][2] });
   const std::int64_t firstZ = std::max<std::int64_t>(this->columnOf(static_cast<double>(range.first) - 1.0, 2), 0);
   const std::int64_t lastZ = std::min(this->columnOf(static_cast<double>(range.second) + 1.0, 2), this->counts_[2] - 1);
@@ -210,7 +212,7 @@ template <typename F> void Solid::forColumns(const ExactTriangle& triangle, F&& 
   }
 }
 
-/// Whether all corners are on one side of a place along an axis. Most triangles of a column are.
+/// Whether all corners are on one side of a place along an axis: a quick test that excludes most triangles of a column.
 bool beside(const ExactTriangle& triangle, const Fixed3& place, int axis)
 {
   const std::int64_t at = place[axis];
@@ -223,7 +225,7 @@ bool Solid::contains(const Vector3& place) const
 {
   for (int a = 0; a < 3; ++a)
   {
-    // Also keeps places that are too far away for an integer from being rounded.
+    // This also stops places that are too far away to be rounded to an integer.
     const double rounded = std::round(place[a] * unitsPerVoxel);
     if (!(rounded >= static_cast<double>(this->low_[a]) && rounded <= static_cast<double>(this->high_[a])))
     {
@@ -247,7 +249,8 @@ void Solid::row(const Fixed3& first, int count, char* inside) const
     {
       continue;
     }
-    // The triangle lies ahead of the places that are on the other side than the far end of the row.
+    // A place has the triangle ahead of it if it is not on the same side as the far end of the row. Such places come
+    // first.
     const int beyond = triangle.normal[0] > 0 ? 1 : -1;
     int before = 0;
     for (int after = count; before < after;)
@@ -264,7 +267,7 @@ void Solid::row(const Fixed3& first, int count, char* inside) const
   }
 }
 
-/// First and last whole voxel of [low, high] within [least, most]; first > last where there is none.
+/// The first and last whole voxel of [low, high] that lie within [least, most]; first > last where there is none.
 std::pair<int, int> wholeVoxels(std::int64_t low, std::int64_t high, int least, int most)
 {
   const auto floorOf = [](std::int64_t n) { return n >= 0 ? n / voxel : -((voxel - 1 - n) / voxel); };
@@ -274,7 +277,7 @@ std::pair<int, int> wholeVoxels(std::int64_t low, std::int64_t high, int least, 
                       : std::make_pair(static_cast<int>(first), static_cast<int>(last));
 }
 
-/// Adds the elements of a brick at rest that are inside.
+/// Adds the elements inside, among the voxels `first` to `last` of a brick at rest.
 void atRest(
   const Bricks& bricks, const Solid& solid, const Index3& first, const Index3& last, std::vector<std::size_t>& found)
 {
@@ -304,7 +307,8 @@ void atRest(
   }
 }
 
-/// Adds the elements of a displaced brick, `u` as Bricks::readSlot() has it, that are inside.
+/// Adds the elements inside, among the voxels `first` to `last` of a displaced brick; `u` is what Bricks::readSlot()
+/// gave.
 void displaced(const Bricks& bricks, const Solid& solid, const Index3& first, const Index3& last,
   const std::vector<float>& u, std::vector<std::size_t>& found)
 {
@@ -329,7 +333,7 @@ void displaced(const Bricks& bricks, const Solid& solid, const Index3& first, co
   }
 }
 
-/// How far elements are from the image, at most.
+/// A box that contains the current places of all elements [voxels].
 void reach(const Grid& grid, const std::vector<BrickFigures>& figures, Vector3& first, Vector3& last)
 {
   first = {};
@@ -342,7 +346,7 @@ void reach(const Grid& grid, const std::vector<BrickFigures>& figures, Vector3& 
       last[a] = std::max(last[a], grid.size[a] - 1.0 + brick.high[a]);
     }
   }
-  // No surface reaches further than this.
+  // No surface reaches beyond this, and integers do.
   for (int a = 0; a < 3; ++a)
   {
     first[a] = std::max(first[a], -1e8);
@@ -350,7 +354,7 @@ void reach(const Grid& grid, const std::vector<BrickFigures>& figures, Vector3& 
   }
 }
 
-/// The last voxel of the brick that begins at one.
+/// The last voxel of the brick that begins at `origin`.
 Index3 lastOf(const Bricks& bricks, const Index3& origin)
 {
   const Index3 size = bricks.size();
@@ -377,7 +381,7 @@ void allDisplaced(
     for (int a = 0; a < 3; ++a)
     {
       const BrickFigures& brick = figures[slot - 1];
-      // One voxel more covers what rounding does to the figures.
+      // One voxel more covers the rounding of the figures.
       apart = apart || (origin[a] + double(brick.low[a]) - 1.0) * unitsPerVoxel > double(solid.high()[a]) ||
               (end[a] + double(brick.high[a]) + 1.0) * unitsPerVoxel < double(solid.low()[a]);
     }
@@ -389,7 +393,7 @@ void allDisplaced(
   }
 }
 
-/// Adds those of all other bricks.
+/// Adds the elements of all other bricks that are inside.
 void allAtRest(
   const Bricks& bricks, const Solid& solid, const std::vector<BrickFigures>& figures, std::vector<std::size_t>& found)
 {
@@ -437,7 +441,7 @@ ClosedSurface::ClosedSurface(const Surface& surface, const Grid& grid)
 
 std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surface)
 {
-  // Where elements are now: at rest, unless their brick says how far from it.
+  // Elements are at rest unless the figures of their brick say how far they may be displaced.
   const std::vector<BrickFigures> figures = measureBricks(bricks);
   Vector3 first{};
   Vector3 last{};

@@ -12,14 +12,14 @@ namespace chainmail
 namespace
 {
 
-/// With bounds in double that tell most links from those that need the exact decision.
+/// A triangle with bounds in double, which decide most links; only the others need the exact decision.
 struct Triangle : ExactTriangle
 {
-  Vector3 low; ///< box [voxels]
+  Vector3 low; ///< bounding box [voxels]
   Vector3 high;
-  Vector3 gradient; ///< of the side function, per voxel
+  Vector3 gradient; ///< of roughSide(), per voxel
   double offset;
-  double margin; ///< of the side function: what rounding can do to it
+  double margin; ///< of roughSide(): more than rounding can change it by
 
   explicit Triangle(const std::array<Fixed3, 3>& corners)
     : ExactTriangle(corners)
@@ -41,18 +41,18 @@ struct Triangle : ExactTriangle
       this->offset -= this->gradient[a] * origin;
       magnitude += std::fabs(origin);
     }
-    // A place is rounded by at most 1/8192 on each axis; the rest is for the arithmetic in double.
+    // Rounding moves a place by at most 1/8192 voxel along each axis; the rest allows for the arithmetic in double.
     this->margin = 1e-3 + 1e-12 * magnitude;
   }
 
-  /// Which side of the plane a place is on, roughly: beyond the margin the sign is certain.
+  /// Roughly the distance of a place from the plane, signed. Beyond the margin the sign is certain.
   double roughSide(const Vector3& voxel) const
   {
     return this->gradient[0] * voxel[0] + this->gradient[1] * voxel[1] + this->gradient[2] * voxel[2] + this->offset;
   }
 };
 
-/// Where the elements are now. Bricks that a deformation touched are read from the device once.
+/// The current places of elements. Bricks that a deformation touched are read from the device once.
 class Places
 {
 public:
@@ -104,7 +104,8 @@ public:
     return { double(i), double(j), double(k) };
   }
 
-  /// How far the ends of a brick's links may be from their rest places: the brick and those that follow it.
+  /// Bounds on the displacement of all ends of a brick's links, in the brick itself and in the next one along each
+  /// axis.
   Bounds bounds(int brick) const
   {
     Bounds all;
@@ -124,7 +125,7 @@ public:
     return all;
   }
 
-  /// How far any element is from its rest place.
+  /// Bounds on the displacement of every element.
   Bounds widest() const
   {
     Bounds all;
@@ -145,7 +146,7 @@ private:
   std::unordered_map<int, Bounds> bounds_;
 };
 
-/// Elements whose links to the next ones may cross something within [low, high], given how far they may have moved.
+/// The elements whose links to the next ones may cross a triangle, given bounds on their displacement.
 struct Range
 {
   Index3 first;

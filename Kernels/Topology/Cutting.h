@@ -6,9 +6,10 @@
 namespace chainmail
 {
 
-/// Removes the links that a surface crosses at the current places of their elements. Returns how many.
+/// Removes the links that the surface crosses at the current places of their elements. Returns how many.
 ///
-/// Exact (ExactGeometry.h): a surface without holes leaves none.
+/// The decision is exact (ExactGeometry.h): a surface without holes leaves no link across it. Throws as fixedPoints()
+/// does.
 std::size_t cutLinks(Bricks& bricks, const Surface& surface);
 
 }

@@ -10,7 +10,7 @@ namespace chainmail
 namespace
 {
 
-constexpr double farthest = 1 << 26; // voxels: keeps every product below within 128 bits
+constexpr double farthest = 1 << 26; // in voxels; keeps every product below within 128 bits
 
 Fixed3 minus(const Fixed3& a, const Fixed3& b)
 {
@@ -28,7 +28,7 @@ Wide dot(const std::array<Wide, 3>& a, const Fixed3& b)
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Sign of `value` or, where it is zero, of its change under the shift (e, e^2, e^3), given its gradient.
+/// The sign of `value` or, where that is zero, of its change under the shift (e, e^2, e^3), given its gradient.
 int sign(Wide value, const std::array<Wide, 3>& gradient)
 {
   for (const Wide v : { value, gradient[0], gradient[1], gradient[2] })

@@ -9,20 +9,20 @@
 namespace chainmail
 {
 
-/// Exact decisions about where elements are with respect to a surface of triangles. Places and surface are rounded to
-/// 1/4096 voxel; from there all is done in 128-bit integers, and what the surface passes through exactly is decided as
-/// if all tissue were shifted by an infinitesimal (e, e^2, e^3) (simulation of simplicity: Edelsbrunner and Muecke,
-/// 1990). So neighbouring triangles leave no gap and count nothing twice.
+/// Exact decisions about where elements are with respect to a surface of triangles. Places and points are rounded to
+/// 1/4096 voxel, and everything after that is computed in 128-bit integers. Where a place lies exactly on the surface,
+/// the decision is made as if all tissue were shifted by an infinitesimal (e, e^2, e^3): simulation of simplicity, H.
+/// Edelsbrunner and E. Muecke, 1990. So neighbouring triangles leave no gap and no link is counted twice.
 using Wide = __int128;
 using Fixed3 = std::array<std::int64_t, 3>;
 
 constexpr double unitsPerVoxel = 4096.0;
 
-/// A place [voxels], rounded.
+/// A place [voxels] rounded to 1/4096 voxel.
 Fixed3 fixed(const Vector3& voxel);
 
-/// The points of a surface, rounded. Throws InputError, which calls the surface by `name`, where a point is not finite
-/// or too far away for 128 bits, or a triangle names a point that does not exist.
+/// The points of a surface, rounded. Throws InputError, whose message calls the surface `name`, where a point is not
+/// finite or too far away for 128 bits, or where a triangle names a point that does not exist.
 std::vector<Fixed3> fixedPoints(const Surface& surface, const Grid& grid, const std::string& name);
 
 struct ExactTriangle
@@ -32,13 +32,14 @@ struct ExactTriangle
 
   explicit ExactTriangle(const std::array<Fixed3, 3>& corners);
 
-  /// Without area: nothing crosses it.
+  /// Whether the triangle has no area. Nothing crosses such a triangle.
   bool degenerate() const;
 
   /// Which side of the plane a place is on, 1 or -1; 0 only for degenerate triangles.
   int side(const Fixed3& place) const;
 
-  /// Whether the line through a place along a direction, not parallel to the plane, meets the triangle.
+  /// Whether the line through a place along a direction meets the triangle. The direction must not be parallel to its
+  /// plane.
   bool meetsLine(const Fixed3& place, const Fixed3& along) const;
 
   /// Whether the segment between two places crosses the triangle.
