@@ -30,8 +30,7 @@
  * across cuts are this library's own. The published propagation and relaxation are here as well: PROPAGATION_TIMESTAMP
  * and RELAXATION_PAPER. Data/Method.md of the project has the details and all sources.
  *
- * The computation runs on an OpenCL device, see Device. As with any VTK algorithm, one thread at a time may use a
- * filter.
+ * The computation runs on an OpenCL device, see Device. As with any VTK algorithm, a filter is for one thread at a time.
  *
  * @section vtkChainMailDeformation-interactive Interactive use
  *
@@ -41,8 +40,7 @@
  * 1. Every `Cuts` surface that the last update did not have cuts. A surface that moved cuts again at its new place, as
  *    a knife does. A surface that is gone changes nothing: cuts stay.
  * 2. Every `Carves` surface that the last update did not have carves, likewise. A surface that comes back to where it
- *    was since rest, as with Undo in ParaView, brings back no tissue and is warned about once. Reset() does bring it
- *    back.
+ *    was since rest, as with Undo in ParaView, is warned about once: it brings back no tissue, Reset() does.
  * 3. Probes. A probe with the position and radius of one that is already held is that same probe; it goes to its
  *    present `Displacement`, counted from where its tissue was when it was grabbed. Any other probe grabs the tissue
  *    that is at its position now. Probes that are gone let go of their tissue where it is.
@@ -185,10 +183,7 @@ public:
   void RemoveAllCarves() { this->SetCarvesConnection(nullptr); }
   ///@}
 
-  /**
-   * The model at rest, output port 1.
-   */
-  vtkImageData* GetModelOutput();
+  vtkImageData* GetModelOutput(); ///< the model at rest, output port 1
 
   enum MaterialPresets
   {
