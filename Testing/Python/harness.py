@@ -15,6 +15,8 @@ from vtkmodules.util.vtkConstants import VTK_STRING
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 SKIPPED = 125
+# All scenes, as run-all.sh --all wants them; else those that say most.
+EVERY = bool(os.environ.get("CHAINMAIL_ALL_SCENES"))
 OUTPUT = os.environ.get("CHAINMAIL_OUTPUT", os.getcwd())
 DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir, "Data")
 

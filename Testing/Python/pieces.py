@@ -9,7 +9,7 @@ import sys
 
 import chainmail.ChainMailFilters  # noqa: F401, so that GetClientSideObject() knows the class
 import numpy as np
-from harness import DATA, scan
+from harness import DATA, EVERY, scan
 from paraview import servermanager
 from paraview.simple import *
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -17,9 +17,6 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as pipeline
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 from vtkmodules.vtkParallelCore import vtkMultiProcessController
-
-# All that was ever compared, half an hour of it.
-EVERY = bool(os.environ.get("CHAINMAIL_ALL_SCENES"))
 
 # What is measured, and so differs from update to update.
 MEASURED = ("Milliseconds", "PeakDeviceMemory")
