@@ -75,6 +75,17 @@ struct Frame
     }
   }
 
+  /// The first voxel of brick number `n` of `bricks`.
+  Index3 origin(std::size_t n, const Index3& size) const
+  {
+    Index3 origin = this->bricks.indexOf(n);
+    for (int a = 0; a < 3; ++a)
+    {
+      origin[a] = (origin[a] + this->firstBrick[a]) * size[a];
+    }
+    return origin;
+  }
+
   /// The number, in `bricks`, of the brick that begins at a voxel.
   std::size_t at(const Index3& origin, const Index3& size) const
   {
@@ -83,50 +94,81 @@ struct Frame
   }
 };
 
-/// Marks the bricks that meet the box from `from` to `to` within the limits `least` and `most`. Clamps before the
+/// Some bricks of the output, from `first` to `last`, counted as in Frame::bricks.
+struct BrickBox
+{
+  Index3 first{ 0, 0, 0 };
+  Index3 last{ -1, -1, -1 };
+
+  bool isEmpty() const
+  {
+    return this->first[0] > this->last[0] || this->first[1] > this->last[1] || this->first[2] > this->last[2];
+  }
+  bool meets(const BrickBox& other) const
+  {
+    bool meet = true;
+    for (int a = 0; a < 3; ++a)
+    {
+      meet = meet && this->first[a] <= other.last[a] && other.first[a] <= this->last[a];
+    }
+    return meet;
+  }
+  void include(const Index3& brick)
+  {
+    const bool empty = this->isEmpty();
+    for (int a = 0; a < 3; ++a)
+    {
+      this->first[a] = empty ? brick[a] : std::min(this->first[a], brick[a]);
+      this->last[a] = empty ? brick[a] : std::max(this->last[a], brick[a]);
+    }
+  }
+  void mark(std::vector<char>& marks, const Grid& bricks) const
+  {
+    for (int k = this->first[2]; k <= this->last[2]; ++k)
+    {
+      for (int j = this->first[1]; j <= this->last[1]; ++j)
+      {
+        for (int i = this->first[0]; i <= this->last[0]; ++i)
+        {
+          marks[bricks.at(i, j, k)] = 1;
+        }
+      }
+    }
+  }
+};
+
+/// The bricks that meet the box of voxels from `from` to `to` within the limits `least` and `most`. Clamps before the
 /// conversion to integers, since a displacement may be far larger than any image.
-void mark(std::vector<char>& marks, const Frame& frame, const Index3& size, const Vector3& from, const Vector3& to,
+BrickBox bricksBetween(const Frame& frame, const Index3& size, const Vector3& from, const Vector3& to,
   const Index3& least, const Index3& most)
 {
-  Index3 begin;
-  Index3 end;
+  BrickBox box;
   for (int a = 0; a < 3; ++a)
   {
     if (from[a] > most[a] || to[a] < least[a])
     {
-      return;
+      return {};
     }
-    begin[a] = floorDiv(static_cast<int>(std::max<double>(from[a], least[a])), size[a]) - frame.firstBrick[a];
-    end[a] = floorDiv(static_cast<int>(std::min<double>(to[a], most[a])), size[a]) - frame.firstBrick[a];
+    box.first[a] = floorDiv(static_cast<int>(std::max<double>(from[a], least[a])), size[a]) - frame.firstBrick[a];
+    box.last[a] = floorDiv(static_cast<int>(std::min<double>(to[a], most[a])), size[a]) - frame.firstBrick[a];
   }
-  for (int k = begin[2]; k <= end[2]; ++k)
-  {
-    for (int j = begin[1]; j <= end[1]; ++j)
-    {
-      for (int i = begin[0]; i <= end[0]; ++i)
-      {
-        marks[frame.bricks.at(i, j, k)] = 1;
-      }
-    }
-  }
+  return box;
 }
 
-/// The bricks that have to be visited.
-struct Work
+/// What the tissue of one brick makes necessary.
+struct Reach
 {
-  std::vector<int> sources;    ///< bricks whose tissue is displaced or carved away, or beside such tissue
-  std::vector<Index3> origins; ///< first voxels of the output bricks where such tissue may arrive or which it may leave
-  std::vector<int> tissue;     ///< those among these output bricks that are bricks of the grid
+  BrickBox cells;  ///< bricks whose cells it moves
+  BrickBox voxels; ///< bricks of the output where it may arrive or which it may leave
 };
 
-/// Finds the work. A carved element leaves its voxel. A displaced element moves the cells around it and also, since the
-/// border follows tissue, the cells next to those: two voxels. The bricks of all these cells are the sources.
-Work findWork(Bricks& bricks, const Frame& frame)
+/// Finds what all tissue makes necessary. A carved element leaves its voxel. A displaced element moves the cells around
+/// it and also, since the border follows tissue, the cells next to those: two voxels.
+std::vector<Reach> findReaches(Bricks& bricks, const Frame& frame)
 {
   const Grid& grid = bricks.model().grid();
   const Index3 size = bricks.size();
-  std::vector<char> isSource(frame.bricks.voxels(), 0);
-  std::vector<char> isReached(frame.bricks.voxels(), 0);
+  std::vector<Reach> reaches;
   const std::vector<BrickFigures> figures = measureBricks(bricks);
   for (std::size_t n = 0; n < figures.size(); ++n)
   {
@@ -143,48 +185,99 @@ Work findWork(Bricks& bricks, const Frame& frame)
       first[a] = origin[a] - 2 + (a == 0 ? 0.0 : brick.firstRow[a - 1]);
       last[a] = origin[a] + 2 + (a == 0 ? size[0] - 1.0 : brick.lastRow[a - 1]);
     }
-    mark(isSource, frame, size, first, last, { 0, 0, 0 }, { grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 });
+    Reach reach;
+    reach.cells = bricksBetween(
+      frame, size, first, last, { 0, 0, 0 }, { grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 });
     for (int a = 0; a < 3; ++a)
     {
       first[a] += std::floor(brick.low[a]);
       last[a] += std::ceil(brick.high[a]);
     }
-    mark(isReached, frame, size, first, last, frame.low, frame.high);
+    reach.voxels = bricksBetween(frame, size, first, last, frame.low, frame.high);
+    reaches.push_back(reach);
   }
   for (const int brick : bricks.links().carvedBricks())
   {
-    const std::size_t at = frame.at(bricks.origin(brick), size);
-    isSource[at] = 1;
-    isReached[at] = 1;
+    Reach reach;
+    reach.cells.include(frame.bricks.indexOf(frame.at(bricks.origin(brick), size)));
+    reach.voxels = reach.cells;
+    reaches.push_back(reach);
   }
-
-  Work work;
-  for (std::size_t n = 0; n < frame.bricks.voxels(); ++n)
-  {
-    const Index3 at = frame.bricks.indexOf(n);
-    Index3 origin;
-    for (int a = 0; a < 3; ++a)
-    {
-      origin[a] = (at[a] + frame.firstBrick[a]) * size[a];
-    }
-    const bool inside = grid.contains(origin[0], origin[1], origin[2]);
-    const int brick = inside ? bricks.brickAt(origin[0], origin[1], origin[2]) : 0;
-    if (isSource[n])
-    {
-      work.sources.push_back(brick);
-    }
-    if (isReached[n])
-    {
-      work.origins.push_back(origin);
-      if (inside)
-      {
-        work.tissue.push_back(brick);
-      }
-    }
-  }
-  return work;
+  return reaches;
 }
 
+/// `listed` holds the bricks of the output.
+Resampling::Batch makeBatch(const Bricks& bricks, const Frame& frame, const std::vector<Reach>& reaches,
+  const std::vector<std::size_t>& listed, std::size_t begin, std::size_t end)
+{
+  const Index3 size = bricks.size();
+  Resampling::Batch batch;
+  batch.bricks = frame.bricks;
+  batch.firstVoxel = frame.origin(0, size);
+  batch.places.assign(frame.bricks.voxels(), -1);
+  BrickBox box;
+  for (std::size_t n = begin; n < end; ++n)
+  {
+    batch.places[listed[n]] = static_cast<int>(n - begin);
+    batch.firsts.push_back(int4(frame.origin(listed[n], size)));
+    box.include(frame.bricks.indexOf(listed[n]));
+  }
+  std::vector<char> isSource(frame.bricks.voxels(), 0);
+  for (const Reach& reach : reaches)
+  {
+    if (reach.voxels.meets(box))
+    {
+      reach.cells.mark(isSource, frame.bricks);
+    }
+  }
+  BrickBox cells;
+  for (std::size_t n = 0; n < isSource.size(); ++n)
+  {
+    if (isSource[n])
+    {
+      const Index3 origin = frame.origin(n, size);
+      batch.sources.push_back(bricks.brickAt(origin[0], origin[1], origin[2]));
+      cells.include(frame.bricks.indexOf(n));
+    }
+  }
+  for (int a = 0; a < 3; ++a)
+  {
+    batch.cells.size[a] = (cells.last[a] - cells.first[a] + 1) * size[a];
+    batch.firstCell[a] = (cells.first[a] + frame.firstBrick[a]) * size[a];
+    batch.cells.size[a] = std::min(batch.cells.size[a], bricks.model().grid().size[a] - batch.firstCell[a]);
+  }
+  return batch;
+}
+
+}
+
+void Resampling::locate(const Batch& batch, std::vector<float>& offsets)
+{
+  Context& context = this->bricks_.context();
+  const Grid& grid = this->bricks_.model().grid();
+  const std::string defines = this->bricks_.defines(true);
+  const std::size_t items = this->bricks_.workItems(true);
+  const std::size_t voxels = batch.firsts.size() * this->bricks_.elementsPerBrick();
+  const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
+  const cl::Buffer& claims = this->claims_.sized(context, sizeof(cl_uint) * voxels);
+  const cl::Buffer& found = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
+  const auto tissue = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
+    this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat)));
+  const cl::Buffer& list = this->list_.holding(context, batch.sources);
+  const cl::Buffer& places = this->places_.holding(context, batch.places);
+  const auto cover = [&](bool claiming)
+  {
+    context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(), items, list, tissue,
+      int4(batch.firstVoxel), int4(batch.bricks.size), int4(batch.firstCell), int4(batch.cells.size), places, claims,
+      found, static_cast<cl_int>(claiming));
+  };
+  context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
+  cover(true);
+  context.launch(context.kernel("cover.cl", defines, "leave"), batch.firsts.size(), items, tissue,
+    this->firsts_.holding(context, batch.firsts), claims, found);
+  cover(false);
+  offsets.resize(3 * voxels);
+  context.read(found, offsets);
 }
 
 void Resampling::run(const Index3& padding, const std::function<void(double)>& checkpoint,
@@ -193,49 +286,48 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   const Grid& grid = this->bricks_.model().grid();
   const Index3 size = this->bricks_.size();
   const Frame frame(grid, padding, size);
-  const Work work = findWork(this->bricks_, frame);
-  const std::vector<Index3>& origins = work.origins;
+  const std::vector<Reach> reaches = findReaches(this->bricks_, frame);
+  std::vector<char> isReached(frame.bricks.voxels(), 0);
+  for (const Reach& reach : reaches)
+  {
+    reach.voxels.mark(isReached, frame.bricks);
+  }
+  std::vector<std::size_t> reached; // bricks of the frame
+  std::vector<int> tissue;          // those among them that are bricks of the grid
+  for (std::size_t n = 0; n < isReached.size(); ++n)
+  {
+    const Index3 origin = frame.origin(n, size);
+    if (isReached[n])
+    {
+      reached.push_back(n);
+      if (grid.contains(origin[0], origin[1], origin[2]))
+      {
+        tissue.push_back(this->bricks_.brickAt(origin[0], origin[1], origin[2]));
+      }
+    }
+  }
   // The kernels also have to read the tissue at rest where displaced tissue arrives.
-  this->bricks_.require(work.tissue);
+  this->bricks_.require(tissue);
 
-  Context& context = this->bricks_.context();
-  const std::string defines = this->bricks_.defines(true);
-  const std::size_t items = this->bricks_.workItems(true);
   const std::size_t perBrick = this->bricks_.elementsPerBrick();
   const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
-  const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
   std::vector<float> offsets;
   std::vector<float> copy;
-  for (std::size_t begin = 0; begin < origins.size(); begin += perBatch)
+  for (std::size_t begin = 0, end = 0; begin < reached.size(); begin = end)
   {
-    checkpoint(static_cast<double>(begin) / origins.size());
-    const std::size_t count = std::min(perBatch, origins.size() - begin);
-    std::vector<int> places(frame.bricks.voxels(), -1);
-    std::vector<cl_int4> firsts;
-    for (std::size_t n = 0; n < count; ++n)
+    checkpoint(static_cast<double>(begin) / reached.size());
+    end = std::min(begin + perBatch, reached.size());
+    Batch batch = makeBatch(this->bricks_, frame, reaches, reached, begin, end);
+    while (!batch.cells.fits() && end - begin > 1)
     {
-      places[frame.at(origins[begin + n], size)] = static_cast<int>(n);
-      firsts.push_back(int4(origins[begin + n]));
+      end = begin + (end - begin) / 2;
+      batch = makeBatch(this->bricks_, frame, reaches, reached, begin, end);
     }
-
-    const std::size_t voxels = count * perBrick;
-    const cl::Buffer& claims = this->claims_.sized(context, sizeof(cl_uint) * voxels);
-    const cl::Buffer& offsetBuffer = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
-    context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
-    const auto common = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
-      this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat)));
-    context.launch(context.kernel("claim.cl", defines, "claim"), work.sources.size(), items,
-      this->list_.holding(context, work.sources), common,
-      int4({ frame.firstBrick[0] * size[0], frame.firstBrick[1] * size[1], frame.firstBrick[2] * size[2] }),
-      int4(frame.bricks.size), this->places_.holding(context, places), claims);
-    context.launch(context.kernel("locate.cl", defines, "locate"), count, items, common,
-      this->firsts_.holding(context, firsts), claims, offsetBuffer);
-
-    offsets.resize(3 * voxels);
-    context.read(offsetBuffer, offsets);
-    for (std::size_t n = 0; n < count; ++n)
+    this->locate(batch, offsets);
+    for (std::size_t n = begin; n < end; ++n)
     {
-      visit(clipped(origins[begin + n], size, frame.low, frame.high, offsets.data() + 3 * perBrick * n, copy));
+      const float* offset = offsets.data() + 3 * perBrick * (n - begin);
+      visit(clipped(frame.origin(reached[n], size), size, frame.low, frame.high, offset, copy));
     }
   }
 }
