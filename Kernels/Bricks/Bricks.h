@@ -40,6 +40,9 @@ public:
   /// Work-items for one colour of a brick.
   std::size_t workItems(bool vectors) const;
 
+  /// The elements of a row that a kernel handles at once: its WIDTH.
+  int width(bool vectors) const;
+
   // --- Memory
 
   /// Gives memory to these bricks and to the 26 around each of them, so that kernels may update them.
@@ -190,7 +193,6 @@ private:
 
   void allocate(const std::vector<int>& bricks);
   void grow(int slots);
-  int width(bool vectors) const;
   bool fill(int brick, std::vector<float>& out) const;
   template <typename T>
   void set(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses,

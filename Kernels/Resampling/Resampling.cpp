@@ -230,11 +230,13 @@ Resampling::Batch makeBatch(const Bricks& bricks, const Frame& frame, const std:
       reach.cells.mark(isSource, frame.bricks);
     }
   }
+  batch.numbers.assign(frame.bricks.voxels(), -1);
   BrickBox cells;
   for (std::size_t n = 0; n < isSource.size(); ++n)
   {
     if (isSource[n])
     {
+      batch.numbers[n] = static_cast<int>(batch.sources.size());
       const Index3 origin = frame.origin(n, size);
       batch.sources.push_back(bricks.brickAt(origin[0], origin[1], origin[2]));
       cells.include(frame.bricks.indexOf(n));
@@ -259,22 +261,29 @@ void Resampling::locate(const Batch& batch, std::vector<float>& offsets)
   const std::size_t items = this->bricks_.workItems(true);
   const std::size_t voxels = batch.firsts.size() * this->bricks_.elementsPerBrick();
   const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
+  const std::size_t cells = batch.sources.size() * (this->bricks_.elementsPerBrick() / this->bricks_.width(true));
   const cl::Buffer& claims = this->claims_.sized(context, sizeof(cl_uint) * voxels);
+  const cl::Buffer& contested = this->contested_.sized(context, voxels);
+  const cl::Buffer& again = this->again_.sized(context, cells);
   const cl::Buffer& found = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
   const auto tissue = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
     this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat)));
+  const auto boxes =
+    std::make_tuple(int4(batch.firstVoxel), int4(batch.bricks.size), int4(batch.firstCell), int4(batch.cells.size));
   const cl::Buffer& list = this->list_.holding(context, batch.sources);
   const cl::Buffer& places = this->places_.holding(context, batch.places);
   const auto cover = [&](bool claiming)
   {
-    context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(), items, list, tissue,
-      int4(batch.firstVoxel), int4(batch.bricks.size), int4(batch.firstCell), int4(batch.cells.size), places, claims,
-      found, static_cast<cl_int>(claiming));
+    context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(), items, list, tissue, boxes,
+      places, claims, contested, found, again, static_cast<cl_int>(claiming));
   };
   context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
+  context.queue().enqueueFillBuffer(contested, cl_uchar(0), 0, voxels);
+  context.queue().enqueueFillBuffer(again, cl_uchar(0), 0, cells);
   cover(true);
-  context.launch(context.kernel("cover.cl", defines, "leave"), batch.firsts.size(), items, tissue,
-    this->firsts_.holding(context, batch.firsts), claims, found);
+  context.launch(context.kernel("cover.cl", defines, "leave"), batch.firsts.size(), items, tissue, boxes,
+    this->firsts_.holding(context, batch.firsts), this->numbers_.holding(context, batch.numbers), claims, contested,
+    found, again);
   cover(false);
   offsets.resize(3 * voxels);
   context.read(found, offsets);

@@ -1,5 +1,6 @@
-// Resampling (resample.clh): `cover` goes over the moved cells, once to claim the output voxels that they cover and once
-// more to find the material of those voxels whose claim won. In between, `leave` decides what becomes of the others.
+// Resampling (resample.clh): `cover` goes over the moved cells, once to claim the output voxels that they cover, and
+// once more over those cells that have claimed a voxel that others claimed, too: only then is it known who has won. In
+// between, `leave` decides what becomes of voxels that no cell takes.
 //
 // Output voxels come in bricks, too. For each brick of a box that starts at voxel `boxFirst` (a multiple of the brick
 // size away from voxel 0), `places` gives its number in the list of bricks that tissue may reach, or -1. A list is
@@ -12,53 +13,50 @@ typedef struct
   int4 boxFirst, boxBricks;
   int4 cellsFirst, cellsSize; // the box in which cells are counted
   global const int* places;
-  volatile global uint* claims;
+  volatile global uint* claims; // these three have one value for each voxel of the listed bricks
+  global uchar* contested;      // 1 where several cells claim the voxel
   global float* offsets;
   bool claiming; // in the first pass
 } Output;
 
-// The number of an output voxel among those of the listed bricks, or -1.
-RULE int placeOf(const Output* o, int3 voxel)
+// The number of a voxel, given by brick and offset in it, in the arrays of the output; -1 where it has none, or where
+// the cell with a key has no business: in the second pass, with voxels that it need not or cannot have.
+RULE int soughtIn(const Output* o, int brick, int offset, uint key)
 {
-  const uint3 at = convert_uint3(voxel - o->boxFirst.xyz); // huge where negative
-  const uint3 brick = at / (uint3)(BX, BY, BZ);
+  const int place = o->places[brick];
+  const int voxel = place * ELEMENTS + offset;
+  return place >= 0 && (o->claiming || (o->contested[voxel] && (o->claims[voxel] & ~BORDER) == key)) ? voxel : -1;
+}
+
+RULE int soughtAt(const Output* o, int3 at, uint key)
+{
+  const uint3 from = convert_uint3(at - o->boxFirst.xyz); // huge where negative
+  const uint3 brick = from / (uint3)(BX, BY, BZ), offset = from % (uint3)(BX, BY, BZ);
   if (brick.x >= (uint)o->boxBricks.x || brick.y >= (uint)o->boxBricks.y || brick.z >= (uint)o->boxBricks.z)
   {
     return -1;
   }
-  const int place = o->places[brick.x + o->boxBricks.x * (brick.y + o->boxBricks.y * brick.z)];
-  const uint3 local3 = at % (uint3)(BX, BY, BZ);
-  return place < 0 ? -1 : place * ELEMENTS + (int)(local3.x + BX * (local3.y + BY * local3.z));
+  return soughtIn(o, brick.x + o->boxBricks.x * (brick.y + o->boxBricks.y * brick.z),
+    offset.x + BX * (offset.y + BY * offset.z), key);
 }
 
-// The same, and -1 for a voxel that is of no use to the cell with a key: in the second pass, one that another has won.
-RULE int soughtPlace(const Output* o, int3 voxel, uint key)
+// Claims a voxel, or, if that claim has won, says where its material came from. While no other cell has claimed it, it
+// has won.
+inline void take(const Output* o, int voxel, uint claim, float3 offset)
 {
-  const int place = placeOf(o, voxel);
-  return place >= 0 && (o->claiming || (o->claims[place] & ~BORDER) == key) ? place : -1;
-}
-
-// Tissue that does not move is not hidden by a border.
-inline bool restsAt(const Tissue* t, int3 voxel)
-{
-  if (any(voxel < 0) || any(voxel >= t->size.xyz))
-  {
-    return false;
-  }
-  const uint address = addressOf(voxel, t->table, t->strideY, t->strideZ);
-  return isElement(t, address) && all(displacementAt(t, address) == 0.0f);
-}
-
-// Claims a voxel, or, if that claim has won, says where its material came from.
-inline void take(const Tissue* t, const Output* o, int place, int3 voxel, uint claim, float3 offset)
-{
+  bool won = true;
   if (o->claiming)
   {
-    atomic_min(o->claims + place, claim);
+    const uint before = atomic_min(o->claims + voxel, claim);
+    won = before >= RESTS || ((before ^ claim) & ~BORDER) == 0;
+    if (!won)
+    {
+      o->contested[voxel] = 1;
+    }
   }
-  else if (o->claims[place] == claim && !(claim >= BORDER && restsAt(t, voxel)))
+  if (won && (o->claiming || o->claims[voxel] == claim))
   {
-    vstore3(offset, place, o->offsets);
+    vstore3(offset, voxel, o->offsets);
   }
 }
 
@@ -68,20 +66,15 @@ inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corner
 {
   for (int n = 0; n < 8; ++n)
   {
-    const int3 voxel = cornerAt(t, base, n);
-    const int place = corners >> n & 1 ? placeOf(o, voxel) : -1;
-    if (place < 0)
-    {
-      continue;
-    }
+    const int voxel = corners >> n & 1 ? soughtAt(o, cornerAt(t, base, n), key) : -1;
     const bool rests = all(u[n] == 0.0f);
-    if (!rests && all(fabs(u[n]) < 1.0f))
+    if (voxel >= 0 && !rests && all(fabs(u[n]) < 1.0f))
     {
-      take(t, o, place, voxel, BORDER + key, -u[n]);
+      take(o, voxel, BORDER + key, -u[n]);
     }
-    else if (o->claiming)
+    else if (voxel >= 0 && o->claiming)
     {
-      atomic_min(o->claims + place, rests ? RESTS : VACATED);
+      atomic_min(o->claims + voxel, rests ? RESTS : VACATED);
     }
   }
 }
@@ -89,16 +82,15 @@ inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corner
 // WIDTH inversions. Each lane is about one voxel and one cell, from whose lowest corner the target is measured.
 typedef struct
 {
-  int3 voxel[WIDTH];
   float target[3][WIDTH];
-  int place[WIDTH];     // of the voxel; -1 where the lane has nothing to do
+  int voxel[WIDTH];     // its number; -1 where the lane has nothing to do
   uint key[WIDTH];      // of the cell
   uint elements[WIDTH]; // of the cell
 } Lanes;
 
 // Takes those voxels that lie in their cells, which have the coefficients `c`. `cell` is null, or a cell for all lanes
 // of which only the share of one component counts.
-RULE void takeInside(const Tissue* t, const Output* o, real (*c)[8], const Lanes* lanes, const Cell* cell, int component)
+RULE void takeInside(const Output* o, real (*c)[8], const Lanes* lanes, const Cell* cell, int component)
 {
   const real target[3] = { LOAD(lanes->target[0]), LOAD(lanes->target[1]), LOAD(lanes->target[2]) };
   real x[3];
@@ -107,22 +99,24 @@ RULE void takeInside(const Tissue* t, const Output* o, real (*c)[8], const Lanes
   {
     return;
   }
-  float found[3][WIDTH];
+  float found[3][WIDTH], offset[3][WIDTH];
   int hits[WIDTH];
   STORE(inside, hits);
+  UNROLL
   for (int a = 0; a < 3; ++a)
   {
     STORE(x[a], found[a]);
+    STORE(x[a] - target[a], offset[a]);
   }
   for (int lane = 0; lane < WIDTH; ++lane)
   {
     const float3 place = (float3)(found[0][lane], found[1][lane], found[2][lane]);
-    if (lanes->place[lane] >= 0 && hits[lane] && (!cell || isShareOf(cell, component, place)))
+    if (lanes->voxel[lane] >= 0 && hits[lane] && (!cell || isShareOf(cell, component, place)))
     {
       const int nearest = (place.x > 0.5f) | (place.y > 0.5f) << 1 | (place.z > 0.5f) << 2;
       const uint border = lanes->elements[lane] >> nearest & 1 ? 0 : BORDER;
-      const float3 target = (float3)(lanes->target[0][lane], lanes->target[1][lane], lanes->target[2][lane]);
-      take(t, o, lanes->place[lane], lanes->voxel[lane], border + lanes->key[lane], place - target);
+      take(o, lanes->voxel[lane], border + lanes->key[lane],
+        (float3)(offset[0][lane], offset[1][lane], offset[2][lane]));
     }
   }
 }
@@ -147,7 +141,24 @@ RULE uint cornerBits(const Tissue* t, local const ulong* rows, int3 at)
   return bits;
 }
 
-// --- Cells whose elements belong together: a row of them at once
+// The displacement of corner n of the virtual cell that some corners of a cell span: the mean over those elements
+// around the corner that links join to these. Cells that share a corner and the tissue around it get the same value, so
+// their virtual cells fit together.
+inline float3 virtualCorner(const Tissue* t, local const Part* part, int3 at, int n, uint own)
+{
+  const int3 corner = cornerAt(t, at, n);
+  uint seeds = 0;
+  for (int m = 0; m < 8; ++m)
+  {
+    const int3 from = cornerAt(t, at, m) - corner + 1;
+    seeds |= (own >> m & 1) << (from.x + 3 * from.y + 9 * from.z);
+  }
+  const uint joined = joinedTo(seeds, part, corner);
+  // The corner may itself be joined to them, around the end of a cut.
+  return joined >> 13 & 1 ? displacementIn(part, corner) : meanAround(part, corner, joined);
+}
+
+// --- Cells whose elements belong together: WIDTH of them at once
 
 // The lowest of some corners.
 RULE uint lowest(uint corners)
@@ -170,12 +181,49 @@ inline bool isOnePiece(uint corners)
   return joined == corners;
 }
 
+// The corners of WIDTH cells along x, of which the first is at a place of the part.
+typedef struct
+{
+  float u[3][8][WIDTH];
+} Corners;
+
+// `ambiguous` has a bit for each cell of which a corner is.
+inline void cornersOfRow(const Tissue* t, local const Part* part, int3 at, uint ambiguous, const uint* elements, Corners* corners)
+{
+  UNROLL
+  for (int n = 0; n < 8; ++n)
+  {
+    UNROLL
+    for (int a = 0; a < 3; ++a)
+    {
+      local const float* from = part->displacement[a] + POINT(at.x + (n & 1), at.y + (n >> 1 & 1), at.z + (n >> 2));
+      STORE(LOAD(from), corners->u[a][n]);
+    }
+  }
+  for (int lane = 0; ambiguous >> lane; ++lane)
+  {
+    const int3 place = at + (int3)(lane, 0, 0);
+    const uint air = ambiguous >> lane & 1 ? cornerBits(t, part->ambiguous, place) : 0;
+    for (int n = 0; air >> n; ++n)
+    {
+      if (air >> n & 1)
+      {
+        const float3 u = virtualCorner(t, part, place, n, elements[lane]);
+        corners->u[0][n][lane] = u.x;
+        corners->u[1][n][lane] = u.y;
+        corners->u[2][n][lane] = u.z;
+      }
+    }
+  }
+}
+
 // Takes the voxels that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`, and looks at
 // the voxels `first` to `last` from that cell's lowest corner, where it `moves`.
-inline void takeReached(const Tissue* t, const Output* o, real (*c)[8], const real* first, const real* last, mask moves,
-  int3 base, Lanes* lanes)
+inline void takeReached(const Output* o, real (*c)[8], const real* first, const real* last, mask moves,
+  const mask* start, Lanes* lanes)
 {
   int most[3];
+  UNROLL
   for (int a = 0; a < 3; ++a)
   {
     most[a] = (int)largestOf(select((real)(-1.0f), last[a] - first[a], moves));
@@ -184,27 +232,25 @@ inline void takeReached(const Tissue* t, const Output* o, real (*c)[8], const re
   while (step.x <= most[0] && step.y <= most[1] && step.z <= most[2])
   {
     const real target[3] = { first[0] + (float)step.x, first[1] + (float)step.y, first[2] + (float)step.z };
-    int within[WIDTH];
+    int within[WIDTH], brick[WIDTH], offset[WIDTH];
     STORE(moves & (target[0] <= last[0]) & (target[1] <= last[1]) & (target[2] <= last[2]), within);
-    for (int a = 0; a < 3; ++a)
-    {
-      STORE(target[a], lanes->target[a]);
-    }
+    const mask x = start[0] + TO_INT(target[0]), y = start[1] + TO_INT(target[1]), z = start[2] + TO_INT(target[2]);
+    STORE(x / BX + o->boxBricks.x * (y / BY + o->boxBricks.y * (z / BZ)), brick);
+    STORE((x & (BX - 1)) + BX * ((y & (BY - 1)) + BY * (z & (BZ - 1))), offset);
     bool some = false;
     for (int lane = 0; lane < WIDTH; ++lane)
     {
-      lanes->place[lane] = -1;
-      if (within[lane])
-      {
-        const float3 reach = (float3)(lanes->target[0][lane], lanes->target[1][lane], lanes->target[2][lane]);
-        lanes->voxel[lane] = base + (int3)(lane, 0, 0) + convert_int3(reach);
-        lanes->place[lane] = soughtPlace(o, lanes->voxel[lane], lanes->key[lane]);
-        some = some || lanes->place[lane] >= 0;
-      }
+      lanes->voxel[lane] = within[lane] ? soughtIn(o, brick[lane], offset[lane], lanes->key[lane]) : -1;
+      some = some || lanes->voxel[lane] >= 0;
     }
     if (some)
     {
-      takeInside(t, o, c, lanes, 0, 0);
+      UNROLL
+      for (int a = 0; a < 3; ++a)
+      {
+        STORE(target[a], lanes->target[a]);
+      }
+      takeInside(o, c, lanes, 0, 0);
     }
     const bool endsRow = step.x == most[0], endsLayer = endsRow && step.y == most[1];
     step = (int3)(endsRow ? 0 : step.x + 1, endsLayer ? 0 : step.y + endsRow, step.z + endsLayer);
@@ -213,11 +259,12 @@ inline void takeReached(const Tissue* t, const Output* o, real (*c)[8], const re
 
 // Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
 // and has its lowest corner at `base`.
-inline void coverRow(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted)
+inline void coverRow(
+  const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted, uint ambiguous)
 {
   Lanes lanes;
-  float numbers[WIDTH];
-  int moving[WIDTH];
+  Corners corners;
+  int numbers[WIDTH], moving[WIDTH];
   for (int lane = 0; lane < WIDTH; ++lane)
   {
     lanes.elements[lane] = cornerBits(t, part->elements, at + (int3)(lane, 0, 0));
@@ -225,8 +272,10 @@ inline void coverRow(const Tissue* t, const Output* o, local const Part* part, i
     numbers[lane] = lane;
     moving[lane] = wanted >> lane & 1 ? -1 : 0;
   }
-  const int3 end = o->boxFirst.xyz + o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
-  const float3 least = convert_float3(o->boxFirst.xyz - base), greatest = convert_float3(end - base);
+  cornersOfRow(t, part, at, ambiguous, lanes.elements, &corners);
+  // Voxels are counted from the lowest corner of each cell, and cells from the box of the output.
+  const int3 from = base - o->boxFirst.xyz, end = o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
+  const mask start[3] = { LOAD(numbers) + from.x, (mask)(from.y), (mask)(from.z) };
   real c[3][8], first[3], last[3];
   mask moves = (mask)(0);
   UNROLL
@@ -236,15 +285,14 @@ inline void coverRow(const Tissue* t, const Output* o, local const Part* part, i
     UNROLL
     for (int n = 0; n < 8; ++n)
     {
-      u[n] = LOAD(part->displacement[a] + POINT(at.x + (n & 1), at.y + (n >> 1 & 1), at.z + (n >> 2)));
+      u[n] = LOAD(corners.u[a][n]);
       moves |= u[n] != 0.0f;
       low = min(low, u[n] + (float)(n >> a & 1));
       high = max(high, u[n] + (float)(n >> a & 1));
     }
     TRILINEAR(u, c[a])
-    const real before = a == 0 ? LOAD(numbers) : (real)(0.0f);
-    first[a] = max(ceil(low - SLACK), (a == 0 ? least.x : a == 1 ? least.y : least.z) - before);
-    last[a] = min(floor(high + SLACK), (a == 0 ? greatest.x : a == 1 ? greatest.y : greatest.z) - before);
+    first[a] = max(ceil(low - SLACK), TO_FLOAT(-start[a]));
+    last[a] = min(floor(high + SLACK), TO_FLOAT((a == 0 ? end.x : a == 1 ? end.y : end.z) - start[a]));
   }
   moves &= LOAD(moving);
   STORE(moves, moving);
@@ -255,59 +303,30 @@ inline void coverRow(const Tissue* t, const Output* o, local const Part* part, i
       float3 u[8];
       for (int n = 0; n < 8; ++n)
       {
-        u[n] = displacementIn(part, at + (int3)(lane + (n & 1), n >> 1 & 1, n >> 2));
+        u[n] = (float3)(corners.u[0][n][lane], corners.u[1][n][lane], corners.u[2][n][lane]);
       }
       takeCorners(t, o, base + (int3)(lane, 0, 0), ~lanes.elements[lane] & 255, u, lanes.key[lane]);
     }
   }
-  takeReached(t, o, c, first, last, moves, base, &lanes);
+  takeReached(o, c, first, last, moves, start, &lanes);
 }
 
 // --- Cells that several pieces share, or in a grid of one layer: one by one
-
-// The displacements of all corners of a component's virtual cell: its own, and for the others the mean over those
-// elements around the corner that links join to the component. Cells that share a corner and the tissue around it get
-// the same value, so their virtual cells fit together.
-inline void cornersOf(
-  const Tissue* t, local const Part* part, int3 at, const Cell* cell, int component, float3* corners)
-{
-  for (int n = 0; n < 8; ++n)
-  {
-    const int3 corner = cornerAt(t, at, n);
-    corners[n] = displacementIn(part, corner);
-    if (isOwn(cell, component, n))
-    {
-      continue;
-    }
-    uint seeds = 0;
-    for (int m = 0; m < 8; ++m)
-    {
-      if (isOwn(cell, component, m))
-      {
-        const int3 from = cornerAt(t, at, m) - corner + 1;
-        seeds |= 1u << (from.x + 3 * from.y + 9 * from.z);
-      }
-    }
-    const uint joined = joinedTo(seeds, part, corner);
-    // The corner may itself be joined to the component, around the end of a cut.
-    if (!(joined >> 13 & 1))
-    {
-      corners[n] = meanAround(part, corner, joined);
-    }
-  }
-}
 
 // Takes the voxels that a component of a cell covers.
 inline void coverComponent(
   const Tissue* t, const Output* o, local const Part* part, int3 at, const Cell* cell, int component)
 {
-  float3 u[8];
-  cornersOf(t, part, at, cell, component, u);
-  float3 low = (float3)(INFINITY), high = (float3)(-INFINITY);
+  float3 u[8], low = (float3)(INFINITY), high = (float3)(-INFINITY);
   bool rests = true;
-  uint air = 0;
+  uint own = 0, air = 0;
   for (int n = 0; n < 8; ++n)
   {
+    own |= isOwn(cell, component, n) ? 1u << n : 0;
+  }
+  for (int n = 0; n < 8; ++n)
+  {
+    u[n] = own >> n & 1 ? displacementIn(part, cornerAt(t, at, n)) : virtualCorner(t, part, at, n, own);
     const float3 corner = u[n] + (float3)(n & 1, n >> 1 & 1, n >> 2);
     low = min(low, corner);
     high = max(high, corner);
@@ -346,15 +365,14 @@ inline void coverComponent(
   int used = 0;
   for (int3 voxel = first; all(voxel <= last);)
   {
-    const int place = soughtPlace(o, voxel, lanes.key[0]);
-    if (place >= 0)
+    const int number = soughtAt(o, voxel, lanes.key[0]);
+    if (number >= 0)
     {
       const float3 target = convert_float3(voxel - base);
-      lanes.voxel[used] = voxel;
       lanes.target[0][used] = target.x;
       lanes.target[1][used] = target.y;
       lanes.target[2][used] = target.z;
-      lanes.place[used++] = place;
+      lanes.voxel[used++] = number;
     }
     const bool endsRow = voxel.x == last.x, endsLayer = endsRow && voxel.y == last.y;
     voxel = (int3)(endsRow ? first.x : voxel.x + 1, endsLayer ? first.y : voxel.y + endsRow, voxel.z + endsLayer);
@@ -362,9 +380,9 @@ inline void coverComponent(
     {
       for (int lane = used; lane < WIDTH; ++lane)
       {
-        lanes.place[lane] = -1;
+        lanes.voxel[lane] = -1;
       }
-      takeInside(t, o, c, &lanes, cell, component);
+      takeInside(o, c, &lanes, cell, component);
       used = 0;
     }
   }
@@ -388,7 +406,7 @@ inline void coverCell(const Tissue* t, const Output* o, local const Part* part, 
 // Handles WIDTH cells along x: those that have tissue and move.
 inline void coverCells(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base)
 {
-  ulong full = ~(ulong)0, some = 0, moved = 0, alone = any(t->flat.xyz != 0) ? ~(ulong)0 : 0;
+  ulong full = ~(ulong)0, some = 0, moved = 0, ambiguous = 0, cut = any(t->flat.xyz != 0) ? ~(ulong)0 : 0;
   UNROLL
   for (int n = 0; n < 4; ++n)
   {
@@ -396,26 +414,23 @@ inline void coverCells(const Tissue* t, const Output* o, local const Part* part,
     full &= part->elements[row] & part->elements[row] >> 1;
     some |= part->elements[row] | part->elements[row] >> 1;
     moved |= part->moved[row] | part->moved[row] >> 1;
-    alone |= part->ambiguous[row] | part->ambiguous[row] >> 1;
+    ambiguous |= part->ambiguous[row] | part->ambiguous[row] >> 1;
 #ifdef CUTS
-    alone |= part->cut[row] | part->cut[row] >> 1;
+    cut |= part->cut[row] | part->cut[row] >> 1;
 #endif
   }
   const ulong near = part->near[at.y - 1 + PART_Y * (at.z - 1)];
   uint wanted = (uint)((near & some & (moved | ~full)) >> at.x) & ((1u << WIDTH) - 1);
-  for (int lane = 0; wanted >> lane; ++lane)
+  const uint whole = (uint)((full & ~cut) >> at.x);
+  for (int lane = 0; (wanted & ~whole) >> lane; ++lane)
   {
     const int3 place = at + (int3)(lane, 0, 0), corner = base + (int3)(lane, 0, 0);
-    if ((wanted >> lane & 1) == 0)
+    if ((wanted & ~whole) >> lane & 1)
     {
-      continue;
-    }
-    const bool hasCell = all(corner < max(t->size.xyz - 1, 1));
-    const bool isAlone = alone >> place.x & 1;
-    if (!hasCell || isAlone || !(full >> place.x & 1 || isOnePiece(cornerBits(t, part->elements, place))))
-    {
-      wanted &= ~(1u << lane);
-      if (hasCell)
+      const bool hasCell = all(corner < max(t->size.xyz - 1, 1));
+      const bool alone = (cut >> place.x & 1) || !isOnePiece(cornerBits(t, part->elements, place));
+      wanted &= hasCell && !alone ? ~0u : ~(1u << lane);
+      if (hasCell && alone)
       {
         coverCell(t, o, part, place, corner);
       }
@@ -423,55 +438,91 @@ inline void coverCells(const Tissue* t, const Output* o, local const Part* part,
   }
   if (wanted)
   {
-    coverRow(t, o, part, at, base, wanted);
+    coverRow(t, o, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted);
   }
 }
 
-// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table.
+// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table. `again` has a byte
+// for each WIDTH cells along x of these bricks: in the second pass those are handled that have theirs set.
 kernel void cover(global const int* list, global const int* table, int strideY, int strideZ, uint pitch,
   global const float* displacement, global const float* constraint, global const uchar* cut, int4 size, int4 flat,
   int4 boxFirst, int4 boxBricks, int4 cellsFirst, int4 cellsSize, global const int* places,
-  volatile global uint* claims, global float* offsets, int claiming)
+  volatile global uint* claims, global uchar* contested, global float* offsets, global const uchar* again,
+  int claiming)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
-  const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, offsets, claiming };
+  const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, contested, offsets, claiming };
   const int3 origin = brickAt(list[get_group_id(0)], strideY, strideZ) * (int3)(BX, BY, BZ);
   local Part part;
+  local int some;
+  again += get_group_id(0) * (size_t)(ELEMENTS / WIDTH);
   for (int n = 0; n < PARTS; ++n)
   {
-    const int3 begin = origin - 1 + (int3)(n % (BX / PART_X) * PART_X, n / (BX / PART_X) % (BY / PART_Y) * PART_Y,
-                                      n / (BX / PART_X * (BY / PART_Y)) * PART_Z);
-    if (lookAround(&tissue, begin, &part))
+    const int3 first =
+      (int3)(n % (BX / PART_X), n / (BX / PART_X) % (BY / PART_Y), n / (BX / PART_X * (BY / PART_Y))) *
+      (int3)(PART_X, PART_Y, PART_Z);
+    some = claiming;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int work = get_local_id(0); !claiming && work < PART_WORK; work += get_local_size(0))
     {
-      for (int work = get_local_id(0); work < PART_X * PART_Y * PART_Z / WIDTH; work += get_local_size(0))
+      if (again[inBrick(first + partAt(work)) / WIDTH])
       {
-        const int x = work % (PART_X / WIDTH) * WIDTH, row = work / (PART_X / WIDTH);
-        const int3 at = (int3)(x, row % PART_Y, row / PART_Y) + 1;
-        coverCells(&tissue, &output, &part, at, begin + at);
+        some = 1;
+      }
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (some && lookAround(&tissue, origin + first - 1, &part))
+    {
+      for (int work = get_local_id(0); work < PART_WORK; work += get_local_size(0))
+      {
+        const int3 at = partAt(work);
+        if (claiming || again[inBrick(first + at) / WIDTH])
+        {
+          coverCells(&tissue, &output, &part, at + 1, origin + first + at);
+        }
       }
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
 }
 
-// Gives every voxel of the listed output bricks an offset for the case that no cell takes it: NaN where material went
-// away, else 0. `firsts` holds the lowest voxel of each brick.
+// Says for every voxel of the listed output bricks what becomes of it where no cell takes it: its offset is NaN where
+// material went away, else 0. Then marks, in `again`, the cells that have won contested voxels. `firsts` holds the
+// lowest voxel of each brick, and `numbers` gives for each brick of the box its place in the list of `cover`.
 kernel void leave(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
-  global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
-  global const uint* claims, global float* offsets)
+  global const float* constraint, global const uchar* cut, int4 size, int4 flat, int4 boxFirst, int4 boxBricks,
+  int4 cellsFirst, int4 cellsSize, global const int4* firsts, global const int* numbers, global const uint* claims,
+  global uchar* contested, global float* offsets, global uchar* again)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
   {
     const size_t at = get_group_id(0) * (size_t)ELEMENTS + n;
     const int3 voxel = firsts[get_group_id(0)].xyz + (int3)(n % BX, n / BX % BY, n / (BX * BY));
-    bool left = claims[at] == VACATED;
-    if (all(voxel >= 0) && all(voxel < size.xyz))
+    const uint claim = claims[at];
+    if (claim >= BORDER)
     {
-      const uint address = addressOf(voxel, table, strideY, strideZ);
-      left = left || isCarved(&tissue, address) ||
-             (isElement(&tissue, address) && any(displacementAt(&tissue, address) != 0.0f));
+      // Tissue that rests is not hidden by the border of other tissue.
+      const bool inside = all(voxel >= 0) && all(voxel < size.xyz);
+      const uint address = inside ? addressOf(voxel, table, strideY, strideZ) : 0;
+      const bool element = inside && isElement(&tissue, address);
+      const bool rests = element && all(displacementAt(&tissue, address) == 0.0f);
+      const bool left = claim == VACATED || (element && !rests) || (inside && isCarved(&tissue, address));
+      if (claim >= RESTS || rests)
+      {
+        vstore3((float3)(left ? NAN : 0.0f), at, offsets);
+        contested[at] = 0;
+        continue;
+      }
     }
-    vstore3((float3)(left ? NAN : 0.0f), at, offsets);
+    if (contested[at])
+    {
+      const int cell = (claim & ~BORDER) / 8;
+      const int3 base = cellsFirst.xyz + (int3)(cell % cellsSize.x, cell / cellsSize.x % cellsSize.y,
+                                           cell / cellsSize.x / cellsSize.y);
+      const int3 from = base - boxFirst.xyz, brick = from / (int3)(BX, BY, BZ);
+      const int number = numbers[brick.x + boxBricks.x * (brick.y + boxBricks.y * brick.z)];
+      again[number * (size_t)(ELEMENTS / WIDTH) + inBrick(from % (int3)(BX, BY, BZ)) / WIDTH] = 1;
+    }
   }
 }
