@@ -160,12 +160,6 @@ inline float3 virtualCorner(const Tissue* t, local const Part* part, int3 at, in
 
 // --- Cells whose elements belong together: WIDTH of them at once
 
-// The lowest of some corners.
-RULE uint lowest(uint corners)
-{
-  return popcount((corners & -corners) - 1);
-}
-
 // Whether the links between some corners of a cell join them all.
 inline bool isOnePiece(uint corners)
 {
