@@ -209,6 +209,18 @@ cl::Kernel Context::kernel(const std::string& file, const std::string& defines, 
   return cl::Kernel(this->program(file, defines), name);
 }
 
+void Context::unmap(const cl::Buffer& buffer, void* values) noexcept
+{
+  try
+  {
+    this->queue_.enqueueUnmapMemObject(buffer, values);
+  }
+  catch (const cl::Error&)
+  {
+    // The next call that uses the buffer fails, too, and says why.
+  }
+}
+
 void Context::enqueue(const cl::Kernel& kernel, std::size_t groups, std::size_t items)
 {
   if (groups > 0)

@@ -91,8 +91,19 @@ public:
     }
   }
 
+  /// Calls visit(values) with the values that a buffer holds now. Where the device shares the host's memory nothing is
+  /// copied.
+  template <typename T, typename Visit> void look(const cl::Buffer& buffer, std::size_t count, const Visit& visit)
+  {
+    const auto unmap = [this, &buffer](T* values) { this->unmap(buffer, values); };
+    const std::unique_ptr<T, decltype(unmap)> values(
+      static_cast<T*>(this->queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, 0, sizeof(T) * count)), unmap);
+    visit(static_cast<const T*>(values.get()));
+  }
+
 private:
   cl::Program build(const std::string& file, const std::string& options);
+  void unmap(const cl::Buffer& buffer, void* values) noexcept;
   void enqueue(const cl::Kernel& kernel, std::size_t groups, std::size_t items);
   void count(cl::Buffer& buffer, std::size_t bytes);
 

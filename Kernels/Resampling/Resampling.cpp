@@ -186,8 +186,8 @@ std::vector<Reach> findReaches(Bricks& bricks, const Frame& frame)
       last[a] = origin[a] + 2 + (a == 0 ? size[0] - 1.0 : brick.lastRow[a - 1]);
     }
     Reach reach;
-    reach.cells = bricksBetween(
-      frame, size, first, last, { 0, 0, 0 }, { grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 });
+    reach.cells =
+      bricksBetween(frame, size, first, last, { 0, 0, 0 }, { grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 });
     for (int a = 0; a < 3; ++a)
     {
       first[a] += std::floor(brick.low[a]);
@@ -253,7 +253,7 @@ Resampling::Batch makeBatch(const Bricks& bricks, const Frame& frame, const std:
 
 }
 
-void Resampling::locate(const Batch& batch, std::vector<float>& offsets)
+const cl::Buffer& Resampling::locate(const Batch& batch)
 {
   Context& context = this->bricks_.context();
   const Grid& grid = this->bricks_.model().grid();
@@ -284,9 +284,8 @@ void Resampling::locate(const Batch& batch, std::vector<float>& offsets)
   context.launch(context.kernel("cover.cl", defines, "leave"), batch.firsts.size(), items, tissue, boxes,
     this->firsts_.holding(context, batch.firsts), this->numbers_.holding(context, batch.numbers), claims, contested,
     found, again);
-  if (!getenv("ONCE")) cover(false);
-  offsets.resize(3 * voxels);
-  context.read(found, offsets);
+  cover(false);
+  return found;
 }
 
 void Resampling::run(const Index3& padding, const std::function<void(double)>& checkpoint,
@@ -320,7 +319,6 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
 
   const std::size_t perBrick = this->bricks_.elementsPerBrick();
   const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
-  std::vector<float> offsets;
   std::vector<float> copy;
   for (std::size_t begin = 0, end = 0; begin < reached.size(); begin = end)
   {
@@ -332,12 +330,15 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
       end = begin + (end - begin) / 2;
       batch = makeBatch(this->bricks_, frame, reaches, reached, begin, end);
     }
-    this->locate(batch, offsets);
-    for (std::size_t n = begin; n < end; ++n)
-    {
-      const float* offset = offsets.data() + 3 * perBrick * (n - begin);
-      visit(clipped(frame.origin(reached[n], size), size, frame.low, frame.high, offset, copy));
-    }
+    this->bricks_.context().look<float>(this->locate(batch), 3 * perBrick * (end - begin),
+      [&](const float* offsets)
+      {
+        for (std::size_t n = begin; n < end; ++n)
+        {
+          const float* offset = offsets + 3 * perBrick * (n - begin);
+          visit(clipped(frame.origin(reached[n], size), size, frame.low, frame.high, offset, copy));
+        }
+      });
   }
 }
 

@@ -35,8 +35,8 @@ public:
   };
 
 private:
-  /// Finds the offsets of all voxels of a batch, brick by brick.
-  void locate(const Batch& batch, std::vector<float>& offsets);
+  /// Finds the offsets of all voxels of a batch, brick by brick, 3 floats each.
+  const cl::Buffer& locate(const Batch& batch);
 
   Bricks& bricks_;
   Scratch list_{ "the list of bricks" };

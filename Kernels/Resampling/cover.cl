@@ -115,8 +115,8 @@ RULE void takeInside(const Output* o, real (*c)[8], const Lanes* lanes, const Ce
     {
       const int nearest = (place.x > 0.5f) | (place.y > 0.5f) << 1 | (place.z > 0.5f) << 2;
       const uint border = lanes->elements[lane] >> nearest & 1 ? 0 : BORDER;
-      take(o, lanes->voxel[lane], border + lanes->key[lane],
-        (float3)(offset[0][lane], offset[1][lane], offset[2][lane]));
+      take(
+        o, lanes->voxel[lane], border + lanes->key[lane], (float3)(offset[0][lane], offset[1][lane], offset[2][lane]));
     }
   }
 }
@@ -158,154 +158,7 @@ inline float3 virtualCorner(const Tissue* t, local const Part* part, int3 at, in
   return joined >> 13 & 1 ? displacementIn(part, corner) : meanAround(part, corner, joined);
 }
 
-// --- Cells whose elements belong together: WIDTH of them at once
-
-// Whether the links between some corners of a cell join them all.
-inline bool isOnePiece(uint corners)
-{
-  uint joined = corners & -corners;
-  for (uint before = 0; before != joined;)
-  {
-    before = joined;
-    const uint x = (joined & 0x55) << 1 | (joined >> 1 & 0x55);
-    const uint y = (joined & 0x33) << 2 | (joined >> 2 & 0x33);
-    const uint z = joined << 4 | joined >> 4;
-    joined |= (x | y | z) & corners;
-  }
-  return joined == corners;
-}
-
-// The corners of WIDTH cells along x, of which the first is at a place of the part.
-typedef struct
-{
-  float u[3][8][WIDTH];
-} Corners;
-
-// `ambiguous` has a bit for each cell of which a corner is.
-inline void cornersOfRow(const Tissue* t, local const Part* part, int3 at, uint ambiguous, const uint* elements, Corners* corners)
-{
-  UNROLL
-  for (int n = 0; n < 8; ++n)
-  {
-    UNROLL
-    for (int a = 0; a < 3; ++a)
-    {
-      local const float* from = part->displacement[a] + POINT(at.x + (n & 1), at.y + (n >> 1 & 1), at.z + (n >> 2));
-      STORE(LOAD(from), corners->u[a][n]);
-    }
-  }
-  for (int lane = 0; ambiguous >> lane; ++lane)
-  {
-    const int3 place = at + (int3)(lane, 0, 0);
-    const uint air = ambiguous >> lane & 1 ? cornerBits(t, part->ambiguous, place) : 0;
-    for (int n = 0; air >> n; ++n)
-    {
-      if (air >> n & 1)
-      {
-        const float3 u = virtualCorner(t, part, place, n, elements[lane]);
-        corners->u[0][n][lane] = u.x;
-        corners->u[1][n][lane] = u.y;
-        corners->u[2][n][lane] = u.z;
-      }
-    }
-  }
-}
-
-// Takes the voxels that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`, and looks at
-// the voxels `first` to `last` from that cell's lowest corner, where it `moves`.
-inline void takeReached(const Output* o, real (*c)[8], const real* first, const real* last, mask moves,
-  const mask* start, Lanes* lanes)
-{
-  int most[3];
-  UNROLL
-  for (int a = 0; a < 3; ++a)
-  {
-    most[a] = (int)largestOf(select((real)(-1.0f), last[a] - first[a], moves));
-  }
-  int3 step = (int3)(0, 0, 0);
-  while (step.x <= most[0] && step.y <= most[1] && step.z <= most[2])
-  {
-    const real target[3] = { first[0] + (float)step.x, first[1] + (float)step.y, first[2] + (float)step.z };
-    int within[WIDTH], brick[WIDTH], offset[WIDTH];
-    STORE(moves & (target[0] <= last[0]) & (target[1] <= last[1]) & (target[2] <= last[2]), within);
-    const mask x = start[0] + TO_INT(target[0]), y = start[1] + TO_INT(target[1]), z = start[2] + TO_INT(target[2]);
-    STORE(x / BX + o->boxBricks.x * (y / BY + o->boxBricks.y * (z / BZ)), brick);
-    STORE((x & (BX - 1)) + BX * ((y & (BY - 1)) + BY * (z & (BZ - 1))), offset);
-    bool some = false;
-    for (int lane = 0; lane < WIDTH; ++lane)
-    {
-      lanes->voxel[lane] = within[lane] ? soughtIn(o, brick[lane], offset[lane], lanes->key[lane]) : -1;
-      some = some || lanes->voxel[lane] >= 0;
-    }
-    if (some)
-    {
-      UNROLL
-      for (int a = 0; a < 3; ++a)
-      {
-        STORE(target[a], lanes->target[a]);
-      }
-      takeInside(o, c, lanes, 0, 0);
-    }
-    const bool endsRow = step.x == most[0], endsLayer = endsRow && step.y == most[1];
-    step = (int3)(endsRow ? 0 : step.x + 1, endsLayer ? 0 : step.y + endsRow, step.z + endsLayer);
-  }
-}
-
-// Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
-// and has its lowest corner at `base`.
-inline void coverRow(
-  const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted, uint ambiguous)
-{
-  Lanes lanes;
-  Corners corners;
-  int numbers[WIDTH], moving[WIDTH];
-  for (int lane = 0; lane < WIDTH; ++lane)
-  {
-    lanes.elements[lane] = cornerBits(t, part->elements, at + (int3)(lane, 0, 0));
-    lanes.key[lane] = keyOf(o, base + (int3)(lane, 0, 0)) + lowest(lanes.elements[lane]);
-    numbers[lane] = lane;
-    moving[lane] = wanted >> lane & 1 ? -1 : 0;
-  }
-  cornersOfRow(t, part, at, ambiguous, lanes.elements, &corners);
-  // Voxels are counted from the lowest corner of each cell, and cells from the box of the output.
-  const int3 from = base - o->boxFirst.xyz, end = o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
-  const mask start[3] = { LOAD(numbers) + from.x, (mask)(from.y), (mask)(from.z) };
-  real c[3][8], first[3], last[3];
-  mask moves = (mask)(0);
-  UNROLL
-  for (int a = 0; a < 3; ++a)
-  {
-    real u[8], low = (real)(INFINITY), high = (real)(-INFINITY);
-    UNROLL
-    for (int n = 0; n < 8; ++n)
-    {
-      u[n] = LOAD(corners.u[a][n]);
-      moves |= u[n] != 0.0f;
-      low = min(low, u[n] + (float)(n >> a & 1));
-      high = max(high, u[n] + (float)(n >> a & 1));
-    }
-    TRILINEAR(u, c[a])
-    first[a] = max(ceil(low - SLACK), TO_FLOAT(-start[a]));
-    last[a] = min(floor(high + SLACK), TO_FLOAT((a == 0 ? end.x : a == 1 ? end.y : end.z) - start[a]));
-  }
-  moves &= LOAD(moving);
-  STORE(moves, moving);
-  for (int lane = 0; lane < WIDTH; ++lane)
-  {
-    if (moving[lane] && lanes.elements[lane] != 255)
-    {
-      float3 u[8];
-      for (int n = 0; n < 8; ++n)
-      {
-        u[n] = (float3)(corners.u[0][n][lane], corners.u[1][n][lane], corners.u[2][n][lane]);
-      }
-      takeCorners(t, o, base + (int3)(lane, 0, 0), ~lanes.elements[lane] & 255, u, lanes.key[lane]);
-    }
-  }
-  takeReached(o, c, first, last, moves, start, &lanes);
-}
-
-// --- Cells that several pieces share, or in a grid of one layer: one by one
+// --- One cell
 
 // Takes the voxels that a component of a cell covers.
 inline void coverComponent(
@@ -395,6 +248,167 @@ inline void coverCell(const Tissue* t, const Output* o, local const Part* part, 
   }
 }
 
+// --- WIDTH cells whose elements belong together
+
+// Whether the links between some corners of a cell join them all.
+inline bool isOnePiece(uint corners)
+{
+  uint joined = corners & -corners;
+  for (uint before = 0; before != joined;)
+  {
+    before = joined;
+    const uint x = (joined & 0x55) << 1 | (joined >> 1 & 0x55);
+    const uint y = (joined & 0x33) << 2 | (joined >> 2 & 0x33);
+    const uint z = joined << 4 | joined >> 4;
+    joined |= (x | y | z) & corners;
+  }
+  return joined == corners;
+}
+
+// Cells that may reach more voxels than this are handled one by one.
+#define LONG (4 * WIDTH)
+
+// The corners of WIDTH cells along x, of which the first is at a place of the part.
+typedef struct
+{
+  float u[3][8][WIDTH];
+} Corners;
+
+// `ambiguous` has a bit for each cell of which a corner is.
+inline void cornersOfRow(
+  const Tissue* t, local const Part* part, int3 at, uint ambiguous, const uint* elements, Corners* corners)
+{
+  UNROLL
+  for (int n = 0; n < 8; ++n)
+  {
+    UNROLL
+    for (int a = 0; a < 3; ++a)
+    {
+      local const float* from = part->displacement[a] + POINT(at.x + (n & 1), at.y + (n >> 1 & 1), at.z + (n >> 2));
+      STORE(LOAD(from), corners->u[a][n]);
+    }
+  }
+  for (int lane = 0; ambiguous >> lane; ++lane)
+  {
+    const int3 place = at + (int3)(lane, 0, 0);
+    const uint air = ambiguous >> lane & 1 ? cornerBits(t, part->ambiguous, place) : 0;
+    for (int n = 0; air >> n; ++n)
+    {
+      if (air >> n & 1)
+      {
+        const float3 u = virtualCorner(t, part, place, n, elements[lane]);
+        corners->u[0][n][lane] = u.x;
+        corners->u[1][n][lane] = u.y;
+        corners->u[2][n][lane] = u.z;
+      }
+    }
+  }
+}
+
+// Takes the voxels that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`, and looks at
+// the voxels `first` to `last` from that cell's lowest corner, where it `moves`.
+inline void takeReached(
+  const Output* o, real (*c)[8], const real* first, const real* last, mask moves, const mask* start, Lanes* lanes)
+{
+  int most[3];
+  UNROLL
+  for (int a = 0; a < 3; ++a)
+  {
+    most[a] = (int)largestOf(select((real)(-1.0f), last[a] - first[a], moves));
+  }
+  int3 step = (int3)(0, 0, 0);
+  while (step.x <= most[0] && step.y <= most[1] && step.z <= most[2])
+  {
+    const real target[3] = { first[0] + (float)step.x, first[1] + (float)step.y, first[2] + (float)step.z };
+    int within[WIDTH], brick[WIDTH], offset[WIDTH];
+    STORE(moves & (target[0] <= last[0]) & (target[1] <= last[1]) & (target[2] <= last[2]), within);
+    const mask x = start[0] + TO_INT(target[0]), y = start[1] + TO_INT(target[1]), z = start[2] + TO_INT(target[2]);
+    STORE(x / BX + o->boxBricks.x * (y / BY + o->boxBricks.y * (z / BZ)), brick);
+    STORE((x & (BX - 1)) + BX * ((y & (BY - 1)) + BY * (z & (BZ - 1))), offset);
+    bool some = false;
+    for (int lane = 0; lane < WIDTH; ++lane)
+    {
+      lanes->voxel[lane] = within[lane] ? soughtIn(o, brick[lane], offset[lane], lanes->key[lane]) : -1;
+      some = some || lanes->voxel[lane] >= 0;
+    }
+    if (some)
+    {
+      UNROLL
+      for (int a = 0; a < 3; ++a)
+      {
+        STORE(target[a], lanes->target[a]);
+      }
+      takeInside(o, c, lanes, 0, 0);
+    }
+    const bool endsRow = step.x == most[0], endsLayer = endsRow && step.y == most[1];
+    step = (int3)(endsRow ? 0 : step.x + 1, endsLayer ? 0 : step.y + endsRow, step.z + endsLayer);
+  }
+}
+
+// Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
+// and has its lowest corner at `base`.
+inline void coverRow(
+  const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted, uint ambiguous)
+{
+  Lanes lanes;
+  Corners corners;
+  int numbers[WIDTH], moving[WIDTH];
+  for (int lane = 0; lane < WIDTH; ++lane)
+  {
+    lanes.elements[lane] = cornerBits(t, part->elements, at + (int3)(lane, 0, 0));
+    lanes.key[lane] = keyOf(o, base + (int3)(lane, 0, 0)) + lowest(lanes.elements[lane]);
+    numbers[lane] = lane;
+    moving[lane] = wanted >> lane & 1 ? -1 : 0;
+  }
+  cornersOfRow(t, part, at, ambiguous, lanes.elements, &corners);
+  // Voxels are counted from the lowest corner of each cell, and cells from the box of the output.
+  const int3 from = base - o->boxFirst.xyz, end = o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
+  const mask start[3] = { LOAD(numbers) + from.x, (mask)(from.y), (mask)(from.z) };
+  real c[3][8], first[3], last[3];
+  mask moves = (mask)(0);
+  UNROLL
+  for (int a = 0; a < 3; ++a)
+  {
+    real u[8], low = (real)(INFINITY), high = (real)(-INFINITY);
+    UNROLL
+    for (int n = 0; n < 8; ++n)
+    {
+      u[n] = LOAD(corners.u[a][n]);
+      moves |= u[n] != 0.0f;
+      low = min(low, u[n] + (float)(n >> a & 1));
+      high = max(high, u[n] + (float)(n >> a & 1));
+    }
+    TRILINEAR(u, c[a])
+    first[a] = max(ceil(low - SLACK), TO_FLOAT(-start[a]));
+    last[a] = min(floor(high + SLACK), TO_FLOAT((a == 0 ? end.x : a == 1 ? end.y : end.z) - start[a]));
+  }
+  moves &= LOAD(moving);
+  // A cell that a wave has just torn long would keep the others waiting.
+  const real reach = (last[0] - first[0] + 1.0f) * (last[1] - first[1] + 1.0f) * (last[2] - first[2] + 1.0f);
+  const mask isLong = moves & (reach > (float)LONG);
+  int tooLong[WIDTH];
+  STORE(isLong, tooLong);
+  moves &= isLong == 0;
+  STORE(moves, moving);
+  for (int lane = 0; lane < WIDTH; ++lane)
+  {
+    if (tooLong[lane])
+    {
+      coverCell(t, o, part, at + (int3)(lane, 0, 0), base + (int3)(lane, 0, 0));
+    }
+    else if (moving[lane] && lanes.elements[lane] != 255)
+    {
+      float3 u[8];
+      for (int n = 0; n < 8; ++n)
+      {
+        u[n] = (float3)(corners.u[0][n][lane], corners.u[1][n][lane], corners.u[2][n][lane]);
+      }
+      takeCorners(t, o, base + (int3)(lane, 0, 0), ~lanes.elements[lane] & 255, u, lanes.key[lane]);
+    }
+  }
+  takeReached(o, c, first, last, moves, start, &lanes);
+}
+
 // --- Kernels
 
 // Handles WIDTH cells along x: those that have tissue and move.
@@ -441,8 +455,7 @@ inline void coverCells(const Tissue* t, const Output* o, local const Part* part,
 kernel void cover(global const int* list, global const int* table, int strideY, int strideZ, uint pitch,
   global const float* displacement, global const float* constraint, global const uchar* cut, int4 size, int4 flat,
   int4 boxFirst, int4 boxBricks, int4 cellsFirst, int4 cellsSize, global const int* places,
-  volatile global uint* claims, global uchar* contested, global float* offsets, global const uchar* again,
-  int claiming)
+  volatile global uint* claims, global uchar* contested, global float* offsets, global const uchar* again, int claiming)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, contested, offsets, claiming };
@@ -452,9 +465,8 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
   again += get_group_id(0) * (size_t)(ELEMENTS / WIDTH);
   for (int n = 0; n < PARTS; ++n)
   {
-    const int3 first =
-      (int3)(n % (BX / PART_X), n / (BX / PART_X) % (BY / PART_Y), n / (BX / PART_X * (BY / PART_Y))) *
-      (int3)(PART_X, PART_Y, PART_Z);
+    const int3 first = (int3)(n % (BX / PART_X), n / (BX / PART_X) % (BY / PART_Y), n / (BX / PART_X * (BY / PART_Y))) *
+                       (int3)(PART_X, PART_Y, PART_Z);
     some = claiming;
     barrier(CLK_LOCAL_MEM_FENCE);
     for (int work = get_local_id(0); !claiming && work < PART_WORK; work += get_local_size(0))
@@ -512,8 +524,8 @@ kernel void leave(global const int* table, int strideY, int strideZ, uint pitch,
     if (contested[at])
     {
       const int cell = (claim & ~BORDER) / 8;
-      const int3 base = cellsFirst.xyz + (int3)(cell % cellsSize.x, cell / cellsSize.x % cellsSize.y,
-                                           cell / cellsSize.x / cellsSize.y);
+      const int3 base =
+        cellsFirst.xyz + (int3)(cell % cellsSize.x, cell / cellsSize.x % cellsSize.y, cell / cellsSize.x / cellsSize.y);
       const int3 from = base - boxFirst.xyz, brick = from / (int3)(BX, BY, BZ);
       const int number = numbers[brick.x + boxBricks.x * (brick.y + boxBricks.y * brick.z)];
       again[number * (size_t)(ELEMENTS / WIDTH) + inBrick(from % (int3)(BX, BY, BZ)) / WIDTH] = 1;

@@ -189,6 +189,15 @@ void CommandQueue::enqueueWriteBuffer(
   std::memcpy(part(buffer, offset, bytes, "clEnqueueWriteBuffer"), from, bytes);
 }
 
+void* CommandQueue::enqueueMapBuffer(const Buffer& buffer, cl_bool, cl_map_flags, std::size_t offset, std::size_t bytes)
+{
+  return part(buffer, offset, bytes, "clEnqueueMapBuffer");
+}
+
+void CommandQueue::enqueueUnmapMemObject(const Buffer&, void*)
+{
+}
+
 void CommandQueue::enqueueCopyBuffer(
   const Buffer& from, const Buffer& to, std::size_t fromOffset, std::size_t toOffset, std::size_t bytes)
 {

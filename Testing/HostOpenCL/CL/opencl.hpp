@@ -204,6 +204,9 @@ public:
   void enqueueReadBuffer(const Buffer& buffer, cl_bool blocking, std::size_t offset, std::size_t bytes, void* to);
   void enqueueWriteBuffer(
     const Buffer& buffer, cl_bool blocking, std::size_t offset, std::size_t bytes, const void* from);
+  void* enqueueMapBuffer(
+    const Buffer& buffer, cl_bool blocking, cl_map_flags flags, std::size_t offset, std::size_t bytes);
+  void enqueueUnmapMemObject(const Buffer& buffer, void* mapped);
   void enqueueCopyBuffer(
     const Buffer& from, const Buffer& to, std::size_t fromOffset, std::size_t toOffset, std::size_t bytes);
   template <typename T> void enqueueFillBuffer(const Buffer& buffer, T pattern, std::size_t offset, std::size_t bytes)
