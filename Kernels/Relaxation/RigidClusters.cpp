@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace chainmail
 {
@@ -223,6 +224,7 @@ void RigidClusters::activate(const std::vector<int>& bricks)
   const Grid& grid = this->bricks_.model().grid();
   const int axes = this->bricks_.model().axes();
   std::vector<float> c(axes);
+  this->bricks_.giveStates(this->bricksLinkedTo(added));
   for (const int id : added)
   {
     const Cluster& cluster = this->clusters_[id];
@@ -254,6 +256,32 @@ void RigidClusters::activate(const std::vector<int>& bricks)
     this->active_.push_back(id);
   }
   this->upload();
+}
+
+/// The bricks beside those of these clusters that hold an element linked to one of theirs.
+std::vector<int> RigidClusters::bricksLinkedTo(const std::vector<int>& clusters) const
+{
+  const Grid& grid = this->bricks_.model().grid();
+  std::set<int> beside;
+  for (const int id : clusters)
+  {
+    const Cluster& cluster = this->clusters_[id];
+    for (std::size_t n = cluster.first; n < cluster.first + cluster.count; ++n)
+    {
+      const Index3 at = grid.indexOf(this->voxels_[n]);
+      const int own = this->bricks_.brickAt(at[0], at[1], at[2]);
+      this->bricks_.forNeighbours(at,
+        [&](int, const Index3& next)
+        {
+          const int brick = this->bricks_.brickAt(next[0], next[1], next[2]);
+          if (brick != own)
+          {
+            beside.insert(brick);
+          }
+        });
+    }
+  }
+  return std::vector<int>(beside.begin(), beside.end());
 }
 
 void RigidClusters::upload()
@@ -306,7 +334,7 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
 
   context.launchOver(context.kernel("clusters.cl", defines, "clusterGather"), this->chunkList_.size(), turn.log,
     turn.turn, this->chunks_, this->links_, this->places_, elasticity.slack, this->bricks_.pitch(),
-    this->bricks_.displacement, this->bricks_.constraint, this->partial_);
+    this->bricks_.tissuePitch(), this->bricks_.displacement, this->bricks_.constraint, this->partial_);
 
   context.launch(context.kernel("clusters.cl", defines, "clusterMove"), this->active_.size(),
     context.info().gpu ? 16 : 1, turn.log, turn.turn, this->heads_, omega, still, this->partial_, this->places_,

@@ -62,6 +62,7 @@ private:
     std::vector<int> bricks;
   };
 
+  std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
   void upload();
 
   Bricks& bricks_;

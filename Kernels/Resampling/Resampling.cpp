@@ -196,7 +196,7 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   const Work work = findWork(this->bricks_, frame);
   const std::vector<Index3>& origins = work.origins;
   // The kernels also have to read the tissue at rest where displaced tissue arrives.
-  this->bricks_.require(work.tissue);
+  this->bricks_.know(work.tissue);
 
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(true);
