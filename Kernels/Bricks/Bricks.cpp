@@ -111,25 +111,30 @@ void Bricks::enlarge(
     throw MemoryError("The deformation reaches more tissue than one device can address (1.4 billion elements). Crop "
                       "the scan or resample it to fewer voxels.");
   }
-  cl::Buffer larger = this->context_->allocate(runs * pitch * bytes, purpose);
-  for (std::size_t run = 0; buffer() && run < runs; ++run)
+  const std::size_t values = buffer() ? oldPitch - skew : 0;
+  cl::Buffer larger = this->context_->allocate(runs * pitch * bytes, purpose, 1);
+  cl::CommandQueue& queue = this->context_->queue();
+  for (std::size_t run = 0; run < runs; ++run)
   {
-    this->context_->queue().enqueueCopyBuffer(
-      buffer, larger, run * oldPitch * bytes, run * pitch * bytes, (oldPitch - skew) * bytes);
+    if (values > 0)
+    {
+      queue.enqueueCopyBuffer(buffer, larger, run * oldPitch * bytes, run * pitch * bytes, values * bytes);
+    }
+    queue.enqueueFillBuffer(larger, cl_uchar(0), (run * pitch + values) * bytes, (pitch - values) * bytes);
   }
-  this->context_->queue().finish();
+  queue.finish();
   buffer = larger; // one field after the other, so that there are never two copies of all
 }
 
 namespace
 {
 
-/// How many slots to make room for. Few are doubled, which keeps the copies rare; many grow by a quarter, which keeps
+/// How many slots to make room for. Few are doubled, which keeps the copies rare; many grow by a sixteenth, which keeps
 /// the room that stays empty small.
 int roomFor(int slots, int before, int most)
 {
-  constexpr int few = 512;
-  return std::min(std::max({ slots, before + (before < few ? before : before / 4), 64 }), std::max(most, slots));
+  constexpr int few = 1024;
+  return std::min(std::max({ slots, before + (before < few ? before : before / 16), 64 }), std::max(most, slots));
 }
 
 }
@@ -346,9 +351,15 @@ void Bricks::follow(SharedTable& rows, std::size_t& followed) const
 
 void Bricks::keep(Field& field)
 {
+  this->keep(field, field.runs * this->pitch() * field.bytes);
+}
+
+/// As keep(), where the caller writes to all but the first bytes, `zeros` of them.
+void Bricks::keep(Field& field, std::size_t zeros)
+{
   if (!field.buffer())
   {
-    field.buffer = this->context_->allocate(field.runs * this->pitch() * field.bytes, field.purpose);
+    field.buffer = this->context_->allocate(field.runs * this->pitch() * field.bytes, field.purpose, zeros);
     this->fields_.push_back(&field);
   }
 }
@@ -403,7 +414,7 @@ std::vector<int> Bricks::slotsAround(const std::vector<int>& slots) const
 
 void Bricks::saveBefore()
 {
-  this->keepBefore();
+  this->keep(this->before_, 1);
   this->context_->queue().enqueueCopyBuffer(
     this->displacement, this->before(), 0, 0, sizeof(float) * 3 * this->pitch());
 }

@@ -226,6 +226,7 @@ private:
   };
 
   void readTissue(const std::vector<int>& bricks);
+  void keep(Field& field, std::size_t zeros);
   void growTissue(int slots);
   void growStates(int slots);
   void enlarge(cl::Buffer& buffer, std::size_t runs, std::size_t bytes, std::size_t oldPitch, std::size_t pitch,

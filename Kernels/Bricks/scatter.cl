@@ -16,9 +16,8 @@ kernel void scatter(
   }
 }
 
-kernel void gather(
-  global const uint* field, uint pitch, uint atRest, int components, global const uint* addresses, global uint* values,
-  uint count)
+kernel void gather(global const uint* field, uint pitch, uint atRest, int components, global const uint* addresses,
+  global uint* values, uint count)
 {
   const size_t n = get_global_id(0);
   if (n >= count)

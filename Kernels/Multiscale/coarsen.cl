@@ -9,8 +9,8 @@
 
 // Gives elements of the coarser grid the mean displacement of those they stand for or, where some are held, of these.
 kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, uint finerTissuePitch,
-  global const int* finerTable, global const int* finerPlace, int finerStrideY, int finerStrideZ, global const float* finerDisplacement,
-  global const float* finerConstraint, global float* displacement)
+  global const int* finerTable, global const int* finerPlace, int finerStrideY, int finerStrideZ,
+  global const float* finerDisplacement, global const float* finerConstraint, global float* displacement)
 {
   const uint slot = list[get_group_id(0)];
   const int3 brick = brickAt(place[slot], strideY, strideZ);
@@ -80,8 +80,8 @@ kernel void goBack(
 #define LAYER (FIELDS * SPAN_Y * SPAN_X)
 
 // Loads a layer whose first element is at `corner`. All items of the group have to call it.
-inline void loadLayer(local float* layer, int3 corner, uint pitch, uint tissuePitch, global const int* table, int strideY, int strideZ,
-  global const float* displacement, global const float* constraint, global const uchar* cut)
+inline void loadLayer(local float* layer, int3 corner, uint pitch, uint tissuePitch, global const int* table,
+  int strideY, int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut)
 {
   for (int n = get_local_id(0); n < SPAN_Y * SPAN_X; n += get_local_size(0))
   {
@@ -225,8 +225,8 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
 // Takes the elements of the finer grid that are not held to where the coarser grid is: interpolated between the up to
 // eight coarser elements around, without those that a cut divides from the element it belongs to (shareOut). For rigid
 // elements only rigid ones among these count, axis by axis, so that bone comes out where the coarser bone is.
-kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitch, global const int* finerTable, global const int* finerPlace,
-  int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
+kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitch, global const int* finerTable,
+  global const int* finerPlace, int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global const float* finerConstraint,
   global float* finerDisplacement)
 {
@@ -235,8 +235,8 @@ kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitc
   const int3 corner = brickAt(finerPlace[finerSlot], finerStrideY, finerStrideZ) * (int3)(HALF, BY / 2, BZ / 2) - 1;
   for (int z = 0; z < BZ / 2 + 2; ++z)
   {
-    loadLayer(
-      layers + z % 3 * LAYER, corner + (int3)(0, 0, z), pitch, tissuePitch, table, strideY, strideZ, displacement, constraint, cut);
+    loadLayer(layers + z % 3 * LAYER, corner + (int3)(0, 0, z), pitch, tissuePitch, table, strideY, strideZ,
+      displacement, constraint, cut);
     barrier(CLK_LOCAL_MEM_FENCE);
     for (int work = get_local_id(0); z >= 2 && work < HALF / WIDTH * (BY / 2); work += get_local_size(0))
     {

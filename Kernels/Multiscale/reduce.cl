@@ -16,10 +16,10 @@ inline float mix2(float a, float b, float c, float d, float3 w)
 // Displaces every voxel by the interpolation between the up to eight elements around it, without those that links
 // between these eight do not join to its own. Equal displacements give just that value. Rigid voxels go exactly with
 // their own element; anchored ones stay.
-kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitch, global const int* wholeTable, global const int* wholePlace,
-  int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY, int strideZ, int4 size,
-  global const float* displacement, global const float* constraint, global const uchar* cut, global const int* owner,
-  global const float* wholeConstraint, global float* wholeDisplacement)
+kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitch, global const int* wholeTable,
+  global const int* wholePlace, int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY,
+  int strideZ, int4 size, global const float* displacement, global const float* constraint, global const uchar* cut,
+  global const int* owner, global const float* wholeConstraint, global float* wholeDisplacement)
 {
   const uint slot = list[get_group_id(0)];
   const int3 origin = brickAt(wholePlace[slot], wholeStrideY, wholeStrideZ) * (int3)(BX, BY, BZ);

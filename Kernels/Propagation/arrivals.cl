@@ -10,8 +10,8 @@
 #include "element.clh"
 #include "fixedpoint.clh"
 
-RULE int arriveAt(const Site* s, uint pitch, uint tissuePitch, global const float* displacement, global const float* before,
-  global const float* constraint, global const uchar* cut, global float* arrival)
+RULE int arriveAt(const Site* s, uint pitch, uint tissuePitch, global const float* displacement,
+  global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
 {
   int touched = 0;
   UNROLL

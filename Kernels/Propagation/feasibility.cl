@@ -22,8 +22,8 @@ RULE void loadLimits(
 }
 
 // Whether any element of a piece of work has a link beyond its limit, so that `bound` would move its bounds.
-RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint, global const uchar* cut,
-  global const float* displacement)
+RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
+  global const uchar* cut, global const float* displacement)
 {
   mask beyond = (mask)(0);
   real limits[6];
@@ -64,8 +64,8 @@ kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const floa
   }
 }
 
-RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint, global const uchar* cut,
-  global float* lower, global float* upper)
+RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
+  global const uchar* cut, global float* lower, global float* upper)
 {
   int touched = 0;
   real limits[6];
@@ -111,8 +111,8 @@ kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* c
 
 // Leaves the mean in `before` and, except for held elements, in `displacement`. This is the state from which an
 // envelope wave that starts at the held elements can bring them back.
-kernel void settle(global const int* list, uint pitch, uint tissuePitch, global const float* constraint, global const float* upper,
-  global float* before, global float* displacement)
+kernel void settle(global const int* list, uint pitch, uint tissuePitch, global const float* constraint,
+  global const float* upper, global float* before, global float* displacement)
 {
   const uint slot = list[get_group_id(0)];
   for (int axis = 0; axis < 3; ++axis)

@@ -14,8 +14,8 @@
 
 // Relaxes one piece of work and returns the largest move. `odd`: see BY_PARITY. Summing up neighbour by neighbour, for
 // all axes at once, keeps the sums in registers.
-RULE float relaxPiece(const int odd, const Site* s, float omega, float still, float slack, uint pitch,
-  uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut, int* faces WAVES_ARGUMENTS)
+RULE float relaxPiece(const int odd, const Site* s, float omega, float still, float slack, uint pitch, uint tissuePitch,
+  global float* displacement, global const float* constraint, global const uchar* cut, int* faces WAVES_ARGUMENTS)
 {
   real c[AXES], u[3];
   mask relaxes[AXES];
