@@ -1,5 +1,6 @@
 #include "Resampling.h"
 
+#include "Error.h"
 #include "Measurement.h"
 
 #include <algorithm>
@@ -185,6 +186,42 @@ Work findWork(Bricks& bricks, const Frame& frame)
   return work;
 }
 
+/// The box of all cells whose lowest corner lies in one of these bricks.
+struct CellBox
+{
+  Index3 first{ 0, 0, 0 };
+  Index3 size{ 1, 1, 1 };
+
+  /// Throws InputError where it holds more cells than claims can count (resample.clh).
+  CellBox(const Bricks& bricks, const std::vector<int>& sources)
+  {
+    constexpr double most = 1 << 28;
+    Index3 last{ 0, 0, 0 };
+    for (const int brick : sources)
+    {
+      const Index3 origin = bricks.origin(brick);
+      for (int a = 0; a < 3; ++a)
+      {
+        this->first[a] = brick == sources.front() ? origin[a] : std::min(this->first[a], origin[a]);
+        last[a] = std::max(last[a], origin[a] + bricks.size()[a] - 1);
+      }
+    }
+    double cells = 1.0;
+    for (int a = 0; a < 3 && !sources.empty(); ++a)
+    {
+      this->size[a] = last[a] - this->first[a] + 1;
+      cells *= this->size[a];
+    }
+    if (cells >= most)
+    {
+      throw InputError("The displaced tissue spans " + std::to_string(this->size[0]) + " x " +
+                       std::to_string(this->size[1]) + " x " + std::to_string(this->size[2]) +
+                       " voxels; at most 268 million can be resampled. Crop the image to what is to be deformed, or "
+                       "resample it to fewer voxels.");
+    }
+  }
+};
+
 }
 
 void Resampling::run(const Index3& padding, const std::function<void(double)>& checkpoint,
@@ -204,6 +241,7 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   const std::size_t perBrick = this->bricks_.elementsPerBrick();
   const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
   const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
+  const CellBox cells(this->bricks_, work.sources);
   std::vector<float> offsets;
   std::vector<float> copy;
   for (std::size_t begin = 0; begin < origins.size(); begin += perBatch)
@@ -223,7 +261,7 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
     const cl::Buffer& offsetBuffer = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
     context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
     const auto common = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
-      this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat)));
+      this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat), int4(cells.first), int4(cells.size)));
     context.launch(context.kernel("claim.cl", defines, "claim"), work.sources.size(), items,
       this->list_.holding(context, work.sources), common,
       int4({ frame.firstBrick[0] * size[0], frame.firstBrick[1] * size[1], frame.firstBrick[2] * size[2] }),

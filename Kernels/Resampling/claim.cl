@@ -131,7 +131,7 @@ RULE Around aroundIn(local const Part* part, int3 centre)
 inline void claimComponent(const Tissue* t, const Output* o, const Cell* cell, int component, const Around* around)
 {
   const int3 base = cell->base, cells = max(t->size.xyz - 1, 1);
-  const int4 size = t->size, flat = t->flat;
+  const int4 flat = t->flat;
   float3 u[8];
   cornersOf(t, cell, component, around, u);
   float3 low = (float3)(INFINITY), high = (float3)(-INFINITY);
@@ -148,7 +148,7 @@ inline void claimComponent(const Tissue* t, const Output* o, const Cell* cell, i
   {
     return;
   }
-  const uint key = (uint)(base.x + size.x * (base.y + size.y * base.z)) * 8 + component;
+  const uint key = numberOf(t, base) * 8 + component;
   // Corners leave their voxels, unless they stay where they are.
   UNROLL
   for (int n = 0; n < 8; ++n)
@@ -268,9 +268,11 @@ inline void claimCell(const Tissue* t, const Output* o, local const Part* part, 
 // Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table.
 kernel void claim(global const int* list, global const int* table, int strideY, int strideZ, uint pitch,
   global const float* displacement, global const float* constraint, global const uchar* cut, int4 size, int4 flat,
-  int4 boxFirst, int4 boxBricks, global const int* places, volatile global uint* claims)
+  int4 firstCell, int4 cellCounts, int4 boxFirst, int4 boxBricks, global const int* places,
+  volatile global uint* claims)
 {
-  const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
+  const Tissue tissue = { table, strideY, strideZ, size, flat, firstCell, cellCounts, pitch, displacement, constraint,
+    cut };
   const Output output = { boxFirst, boxBricks, places, claims };
   const int3 origin = brickAt(list[get_group_id(0)], strideY, strideZ) * (int3)(BX, BY, BZ);
   local Part part;

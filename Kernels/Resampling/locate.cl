@@ -22,10 +22,11 @@ inline bool isKnown(const Tissue* t, int3 voxel, uint key, float3* offset)
 
 // `firsts` holds the lowest voxel of each listed brick of the output.
 kernel void locate(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
-  global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
-  global const uint* claims, global float* offsets)
+  global const float* constraint, global const uchar* cut, int4 size, int4 flat, int4 firstCell, int4 cellCounts,
+  global const int4* firsts, global const uint* claims, global float* offsets)
 {
-  const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
+  const Tissue tissue = { table, strideY, strideZ, size, flat, firstCell, cellCounts, pitch, displacement, constraint,
+    cut };
   const Tissue* t = &tissue;
   for (int work = get_local_id(0); work < ELEMENTS / WIDTH; work += get_local_size(0))
   {
@@ -51,8 +52,7 @@ kernel void locate(global const int* table, int strideY, int strideZ, uint pitch
       {
         any = true;
         const uint claimed = key & ~BORDER;
-        const int linear = (int)(claimed / 8);
-        const int3 base = (int3)(linear % size.x, linear / size.x % size.y, linear / (size.x * size.y));
+        const int3 base = cellOfNumber(t, claimed / 8);
         cells[lane] = cellAt(t, base);
         findComponents(t, &cells[lane]);
         Around around[8];
