@@ -138,7 +138,7 @@
  *
  * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
- * tissue can fold over itself; the resampling then shows one layer, always the same. There may be at most 2^28 voxels,
+ * tissue can fold over itself; the resampling then shows one layer, always the same. There may be at most 2^31 voxels,
  * padding included. In parallel one process computes, so more of them make it neither faster nor the image larger. A
  * knife or a carving tool that moves between two updates works at the places where updates find it, not along its way.
  * The state of MODE_INTERACTIVE is not part of a saved pipeline: a loaded one starts from rest.
@@ -353,8 +353,8 @@ public:
 
   ///@{
   /**
-   * Whether output 1 has the arrays PropagationTime and Wavefront. Updates without them are faster and need less
-   * memory. With MODE_INTERACTIVE a change applies to waves that start from then on. Default: on.
+   * Whether output 1 has the arrays PropagationTime and Wavefront. They take 8 bytes a voxel, and as much on the device
+   * where waves came. With MODE_INTERACTIVE a change applies to waves that start from then on. Default: off.
    */
   vtkSetMacro(PropagationTimes, bool);
   vtkGetMacro(PropagationTimes, bool);
@@ -502,7 +502,7 @@ public:
   ///@{
   /**
    * Voxels added on every side of output 0, for tissue that leaves the image, [0, 4096]. A single slice stays a single
-   * slice: axes with one voxel are not padded. More than 2^28 voxels with the padding are an error. Default: 0.
+   * slice: axes with one voxel are not padded. More than 2^31 voxels with the padding are an error. Default: 0.
    */
   vtkSetClampMacro(OutputPadding, int, 0, 4096);
   vtkGetMacro(OutputPadding, int);
@@ -574,7 +574,7 @@ private:
   int PropagationMethod = PROPAGATION_ENVELOPE;
   int PropagationIterations = 0;
   int ConflictPolicy = CONFLICT_LIMIT;
-  bool PropagationTimes = true;
+  bool PropagationTimes = false;
   int RelaxationMethod = RELAXATION_PROJECTED;
   int RelaxationPreset = RELAXATION_CUSTOM;
   bool CoarseToFine = false;

@@ -152,14 +152,16 @@ void Readout::wavefronts(const ArrivalTimes& arrivals, int* out, bool zeroed) co
 
 void Readout::clusters(int* out) const
 {
-  const int axes = this->voxels_.model().axes();
-  std::vector<int> labels;
-  for (int a = 0; a < axes; ++a)
+  const std::size_t axes = static_cast<std::size_t>(this->voxels_.model().axes());
+  std::fill(out, out + axes * this->voxels_.model().grid().voxels(), -1);
+  for (std::size_t a = 0; a < axes; ++a)
   {
-    RigidClusters::label(this->voxels_, a, labels);
-    for (std::size_t n = 0; n < labels.size(); ++n)
+    for (const RigidClusters::Run& run : RigidClusters::runs(this->voxels_, static_cast<int>(a)))
     {
-      out[n * axes + a] = labels[n];
+      for (std::size_t n = run.first; n < run.first + run.count; ++n)
+      {
+        out[n * axes + a] = run.cluster;
+      }
     }
   }
 }

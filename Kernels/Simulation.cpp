@@ -381,21 +381,19 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
 Statistics Simulation::Impl::measure()
 {
   Statistics statistics;
-  for (const BrickFigures& figures : measureBricks(this->bricks_, this->elasticity_))
+  const std::vector<BrickFigures> all = measureBricks(this->bricks_, this->elasticity_);
+  statistics.energy = energyOf(this->bricks_, all);
+  for (const BrickFigures& figures : all)
   {
-    for (int a = 0; a < 3; ++a)
-    {
-      statistics.energy += figures.energy[a] * this->bricks_.model().grid().spacing[a];
-    }
     statistics.maxLinkExcess = std::max(statistics.maxLinkExcess, static_cast<double>(figures.excess));
     statistics.displaced += static_cast<std::size_t>(figures.displaced);
   }
-  statistics.allocated = static_cast<std::size_t>(this->bricks_.slots() - 1) * this->bricks_.elementsPerBrick();
+  statistics.allocated = static_cast<std::size_t>(this->bricks_.states() - 1) * this->bricks_.elementsPerBrick();
   statistics.deviceBytes = this->bricks_.deviceBytes();
   if (this->reduction_)
   {
     statistics.energy *= this->reduction_->linksPerLink();
-    statistics.allocated += static_cast<std::size_t>(this->voxels_.slots() - 1) * this->voxels_.elementsPerBrick();
+    statistics.allocated += static_cast<std::size_t>(this->voxels_.states() - 1) * this->voxels_.elementsPerBrick();
     statistics.deviceBytes += this->voxels_.deviceBytes();
   }
   return statistics;

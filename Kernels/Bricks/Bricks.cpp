@@ -46,11 +46,12 @@ Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> mo
 
   // Slot 0 is a brick of air at rest.
   this->touched_.assign(1, 0);
-  this->grow(1);
+  this->growTissue(1);
+  this->growStates(1);
   const std::vector<float> air(this->elements_, -std::numeric_limits<float>::infinity());
   for (int a = 0; a < this->model_->axes(); ++a)
   {
-    this->context_->write(this->constraint, sizeof(float) * a * this->pitch(), air);
+    this->context_->write(this->constraint, sizeof(float) * a * this->tissuePitch(), air);
   }
 }
 
@@ -73,7 +74,8 @@ std::string Bricks::defines(bool vectors) const
 {
   return "-DBX=" + std::to_string(this->size_[0]) + " -DBY=" + std::to_string(this->size_[1]) +
          " -DBZ=" + std::to_string(this->size_[2]) + " -DWIDTH=" + std::to_string(this->width(vectors)) +
-         " -DAXES=" + std::to_string(this->model_->axes()) + (this->anyCut() ? " -DCUTS" : "");
+         " -DAXES=" + std::to_string(this->model_->axes()) + " -DSKEW=" + std::to_string(skew) +
+         (this->anyCut() ? " -DCUTS" : "");
 }
 
 bool Bricks::fill(int brick, std::vector<float>& out) const
@@ -100,69 +102,81 @@ bool Bricks::fill(int brick, std::vector<float>& out) const
   return tissue;
 }
 
-void Bricks::grow(int slots)
+/// Gives each run of a field room for more elements, filled with zeros.
+void Bricks::enlarge(
+  cl::Buffer& buffer, std::size_t runs, std::size_t bytes, std::size_t oldPitch, std::size_t pitch, const char* purpose)
+{
+  if (pitch * runs > std::numeric_limits<std::uint32_t>::max())
+  {
+    throw MemoryError("The deformation reaches more tissue than one device can address (1.4 billion elements). Crop "
+                      "the scan or resample it to fewer voxels.");
+  }
+  const std::size_t values = buffer() ? oldPitch - skew : 0;
+  cl::Buffer larger = this->context_->allocate(runs * pitch * bytes, purpose, 1);
+  cl::CommandQueue& queue = this->context_->queue();
+  for (std::size_t run = 0; run < runs; ++run)
+  {
+    if (values > 0)
+    {
+      queue.enqueueCopyBuffer(buffer, larger, run * oldPitch * bytes, run * pitch * bytes, values * bytes);
+    }
+    queue.enqueueFillBuffer(larger, cl_uchar(0), (run * pitch + values) * bytes, (pitch - values) * bytes);
+  }
+  queue.finish();
+  buffer = larger; // one field after the other, so that there are never two copies of all
+}
+
+namespace
+{
+
+/// How many slots to make room for. Few are doubled, which keeps the copies rare; many grow by a sixteenth, which keeps
+/// the room that stays empty small.
+int roomFor(int slots, int before, int most)
+{
+  constexpr int few = 1024;
+  return std::min(std::max({ slots, before + (before < few ? before : before / 16), 64 }), std::max(most, slots));
+}
+
+}
+
+void Bricks::growTissue(int slots)
+{
+  if (slots <= this->tissueCapacity_)
+  {
+    return;
+  }
+  const std::size_t oldPitch = this->tissuePitch();
+  const int bricks = this->counts_[0] * this->counts_[1] * this->counts_[2] + 1;
+  this->tissueCapacity_ = roomFor(slots, this->tissueCapacity_, bricks);
+  this->enlarge(this->constraint, static_cast<std::size_t>(this->model_->axes()), sizeof(float), oldPitch,
+    this->tissuePitch(), "the constraints of the tissue reached");
+  if (this->anyCut())
+  {
+    this->enlarge(this->cut, 1, 1, oldPitch, this->tissuePitch(), "the cuts");
+  }
+  std::vector<int> place = this->place_;
+  place.resize(this->tissueCapacity_, 0);
+  this->placeBuffer_ = this->context_->upload(place, "the brick list");
+}
+
+void Bricks::growStates(int slots)
 {
   if (slots <= this->capacity_)
   {
     return;
   }
-  // Doubling keeps the copies rare. Large pools grow by less, so that the last step does not ask for twice what is
-  // needed.
-  const int before = this->capacity_;
-  const int bricks = this->counts_[0] * this->counts_[1] * this->counts_[2] + 1;
-  const int wanted = std::min(std::max({ slots, before + std::min(before, 2048), 64 }), std::max(bricks, slots));
   const std::size_t oldPitch = this->pitch();
-  const std::size_t pitch = static_cast<std::size_t>(wanted) * this->elements_ + skew;
-  const int axes = this->model_->axes();
-  if (pitch * 3 > std::numeric_limits<std::uint32_t>::max())
+  this->capacity_ = roomFor(slots, this->capacity_, this->tissueCapacity_);
+  this->enlarge(
+    this->displacement, 3, sizeof(float), oldPitch, this->pitch(), "the displacement of the tissue reached");
+  for (Field* field : this->fields_)
   {
-    throw MemoryError(
-      "The deformation reaches more tissue than one device can address (1.4 billion elements). Crop the "
-      "scan or resample it to fewer voxels.");
+    this->enlarge(field->buffer, field->runs, field->bytes, oldPitch, this->pitch(), field->purpose);
   }
-  const auto enlarged = [&](const cl::Buffer& old, std::size_t runs, std::size_t bytes, const char* purpose)
-  {
-    cl::Buffer buffer = this->context_->allocate(runs * pitch * bytes, purpose);
-    for (std::size_t run = 0; before > 0 && run < runs; ++run)
-    {
-      this->context_->queue().enqueueCopyBuffer(
-        old, buffer, run * oldPitch * bytes, run * pitch * bytes, (oldPitch - skew) * bytes);
-    }
-    this->context_->queue().finish();
-    return buffer;
-  };
-  cl::Buffer u = enlarged(this->displacement, 3, sizeof(float), "the displacement of the tissue reached");
-  cl::Buffer u0 = enlarged(this->before, 3, sizeof(float), "the displacement before a wave");
-  cl::Buffer c = enlarged(this->constraint, axes, sizeof(float), "the constraints of the tissue reached");
-  cl::Buffer cuts;
-  if (this->anyCut())
-  {
-    cuts = enlarged(this->cut, this->cut() ? 1 : 0, 1, "the cuts");
-    if (!this->cut())
-    {
-      cuts = this->context_->allocate(pitch, "the cuts");
-    }
-  }
-  std::vector<cl::Buffer> optional;
-  for (const Field* field : this->fields_)
-  {
-    optional.push_back(enlarged(field->buffer, field->runs, field->bytes, field->purpose));
-  }
-  std::vector<int> place = this->place_;
-  place.resize(wanted, 0);
-  this->placeBuffer_ = this->context_->upload(place, "the brick list");
-  this->displacement = u;
-  this->before = u0;
-  this->constraint = c;
-  this->cut = cuts;
-  for (std::size_t n = 0; n < optional.size(); ++n)
-  {
-    this->fields_[n]->buffer = optional[n];
-  }
-  this->capacity_ = wanted;
 }
 
-void Bricks::allocate(const std::vector<int>& bricks)
+/// Gives memory to the tissue of bricks that are unknown.
+void Bricks::readTissue(const std::vector<int>& bricks)
 {
   // New slots follow each other, so many bricks are uploaded in one piece.
   constexpr std::size_t batch = 256;
@@ -174,18 +188,18 @@ void Bricks::allocate(const std::vector<int>& bricks)
   const auto flush = [&]
   {
     const std::size_t first = this->slots();
-    this->grow(static_cast<int>(first + found.size()));
+    this->growTissue(static_cast<int>(first + found.size()));
     for (std::size_t a = 0; a < axes; ++a)
     {
-      this->context_->write(this->constraint, sizeof(float) * (a * this->pitch() + first * count), staging[a]);
+      this->context_->write(this->constraint, sizeof(float) * (a * this->tissuePitch() + first * count), staging[a]);
       staging[a].clear();
     }
     for (const int brick : found)
     {
       this->table_[brick] = this->slots();
       this->place_.push_back(brick);
-      this->touched_.push_back(0);
-      this->status_[brick] = Status::Allocated;
+      this->known_.push_back(brick);
+      this->status_[brick] = Status::Known;
       const auto bits = this->links_.all().find(brick);
       if (bits != this->links_.all().end() && this->cut())
       {
@@ -214,7 +228,7 @@ void Bricks::allocate(const std::vector<int>& bricks)
   flush();
 }
 
-void Bricks::require(const std::vector<int>& bricks)
+void Bricks::know(const std::vector<int>& bricks)
 {
   std::vector<int> wanted;
   for (const int brick : bricks)
@@ -238,33 +252,114 @@ void Bricks::require(const std::vector<int>& bricks)
       }
     }
   }
-  if (wanted.empty() && bricks.empty())
-  {
-    return;
-  }
   const int before = this->slots();
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-  this->allocate(wanted);
-  for (const int brick : bricks)
-  {
-    if (this->status_[brick] == Status::Allocated)
-    {
-      this->status_[brick] = Status::Ready;
-    }
-  }
+  this->readTissue(wanted);
   if (this->slots() > before)
   {
-    this->context_->write(this->tableBuffer_, 0, this->table_);
-    this->context_->write(this->placeBuffer_, 0, this->place_);
+    this->uploadTables();
+  }
+}
+
+void Bricks::uploadTables()
+{
+  this->context_->write(this->tableBuffer_, 0, this->table_);
+  this->context_->write(this->placeBuffer_, 0, this->place_);
+}
+
+void Bricks::require(const std::vector<int>& bricks)
+{
+  this->know(bricks);
+  this->giveStates(bricks);
+  for (const int brick : bricks)
+  {
+    this->status_[brick] = this->status_[brick] == Status::Known ? Status::Ready : this->status_[brick];
+  }
+}
+
+/// The bricks take the slots that follow those with a state, from bricks without one.
+void Bricks::giveStates(const std::vector<int>& bricks)
+{
+  std::vector<char> wanted(this->slots(), 0);
+  int count = 0;
+  for (const int brick : bricks)
+  {
+    const int slot = this->slot(brick);
+    if (slot >= this->states_ && !wanted[slot])
+    {
+      wanted[slot] = 1;
+      ++count;
+    }
+  }
+  if (count == 0)
+  {
+    return;
+  }
+  int next = this->states_;
+  this->states_ += count;
+  this->growStates(this->states_);
+  this->touched_.resize(this->states_, 0);
+  std::vector<cl_uint> pairs;
+  for (int from = this->states_; from < this->slots(); ++from)
+  {
+    if (!wanted[from])
+    {
+      continue;
+    }
+    while (wanted[next])
+    {
+      ++next;
+    }
+    pairs.push_back(static_cast<cl_uint>(next));
+    pairs.push_back(static_cast<cl_uint>(from));
+    this->exchanged_.emplace_back(next, from);
+    std::swap(this->place_[next], this->place_[from]);
+    this->table_[this->place_[next]] = next;
+    this->table_[this->place_[from]] = from;
+    ++next;
+  }
+  if (pairs.empty())
+  {
+    return;
+  }
+  const cl::Buffer& list = this->addresses_.holding(*this->context_, pairs);
+  const std::size_t perBrick = static_cast<std::size_t>(this->elements_);
+  this->exchange(this->constraint, static_cast<std::size_t>(this->model_->axes()), perBrick, list, pairs.size() / 2);
+  if (this->cut())
+  {
+    this->exchange(this->cut, 1, perBrick / sizeof(cl_uint), list, pairs.size() / 2);
+  }
+  this->uploadTables();
+}
+
+/// Exchanges the values of pairs of slots, of so many 4-byte values each.
+void Bricks::exchange(
+  const cl::Buffer& field, std::size_t runs, std::size_t perBrick, const cl::Buffer& pairs, std::size_t count)
+{
+  this->context_->launch(this->context_->kernel("scatter.cl", "", "exchange"), count, 64, field, this->tissuePitch(),
+    static_cast<cl_int>(runs), static_cast<cl_uint>(perBrick), pairs);
+}
+
+void Bricks::follow(SharedTable& rows, std::size_t& followed) const
+{
+  for (; followed < this->exchanged_.size(); ++followed)
+  {
+    rows.exchange(this->exchanged_[followed].first, this->exchanged_[followed].second);
   }
 }
 
 void Bricks::keep(Field& field)
 {
+  this->keep(field, field.runs * this->pitch() * field.bytes);
+}
+
+/// As keep(), where the caller writes to all but the first bytes, `zeros` of them.
+void Bricks::keep(Field& field, std::size_t zeros)
+{
   if (!field.buffer())
   {
-    field.buffer = this->context_->allocate(field.runs * this->pitch() * field.bytes, field.purpose);
+    field.buffer = this->context_->allocate(field.runs * this->pitch() * field.bytes, field.purpose, zeros);
     this->fields_.push_back(&field);
   }
 }
@@ -285,7 +380,7 @@ void Bricks::clearDisplacements()
 std::vector<int> Bricks::touchedSlots() const
 {
   std::vector<int> slots;
-  for (int slot = 1; slot < this->slots(); ++slot)
+  for (int slot = 1; slot < this->states_; ++slot)
   {
     if (this->touched_[slot] != 0)
     {
@@ -319,43 +414,48 @@ std::vector<int> Bricks::slotsAround(const std::vector<int>& slots) const
 
 void Bricks::saveBefore()
 {
-  this->context_->queue().enqueueCopyBuffer(this->displacement, this->before, 0, 0, sizeof(float) * 3 * this->pitch());
+  this->keep(this->before_, 1);
+  this->context_->queue().enqueueCopyBuffer(
+    this->displacement, this->before(), 0, 0, sizeof(float) * 3 * this->pitch());
 }
 
 void Bricks::restoreBefore()
 {
-  this->context_->queue().enqueueCopyBuffer(this->before, this->displacement, 0, 0, sizeof(float) * 3 * this->pitch());
+  this->context_->queue().enqueueCopyBuffer(
+    this->before(), this->displacement, 0, 0, sizeof(float) * 3 * this->pitch());
 }
 
-void Bricks::scatter(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses,
-  const cl::Buffer& values)
+void Bricks::scatter(const cl::Buffer& field, cl_uint pitch, std::size_t components,
+  const std::vector<std::uint32_t>& addresses, const cl::Buffer& values)
 {
   Context& context = *this->context_;
-  context.launchOver(context.kernel("scatter.cl", "", "scatter"), addresses.size(), field, this->pitch(),
+  context.launchOver(context.kernel("scatter.cl", "", "scatter"), addresses.size(), field, pitch,
     static_cast<cl_int>(components), this->addresses_.holding(context, addresses), values);
   context.queue().finish();
 }
 
 void Bricks::setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
 {
-  this->set(this->displacement, 3, addresses, values);
+  this->set(this->displacement, this->pitch(), 3, addresses, values);
 }
 
 void Bricks::setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
 {
-  this->set(this->constraint, this->model_->axes(), addresses, values);
+  this->set(this->constraint, this->tissuePitch(), this->model_->axes(), addresses, values);
 }
 
 std::vector<float> Bricks::get(
-  const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses)
+  const cl::Buffer& field, cl_uint pitch, std::size_t components, const std::vector<std::uint32_t>& addresses)
 {
   Context& context = *this->context_;
   std::vector<float> values(components * addresses.size());
   if (!addresses.empty())
   {
     const cl::Buffer& out = this->values_.sized(context, sizeof(float) * values.size());
-    context.launchOver(context.kernel("scatter.cl", "", "gather"), addresses.size(), field, this->pitch(),
-      static_cast<cl_int>(components), this->addresses_.holding(context, addresses), out);
+    // From the address pitch - skew on there are zeros: elements without a state are at rest.
+    context.launchOver(context.kernel("scatter.cl", "", "gather"), addresses.size(), field, pitch,
+      static_cast<cl_uint>(pitch - skew), static_cast<cl_int>(components), this->addresses_.holding(context, addresses),
+      out);
     context.read(out, values);
   }
   return values;
@@ -363,12 +463,12 @@ std::vector<float> Bricks::get(
 
 std::vector<float> Bricks::displacements(const std::vector<std::uint32_t>& addresses)
 {
-  return this->get(this->displacement, 3, addresses);
+  return this->get(this->displacement, this->pitch(), 3, addresses);
 }
 
 std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& addresses)
 {
-  return this->get(this->constraint, this->model_->axes(), addresses);
+  return this->get(this->constraint, this->tissuePitch(), this->model_->axes(), addresses);
 }
 
 namespace
@@ -395,20 +495,26 @@ void Bricks::readSlot(int slot, std::vector<float>& out)
 
 void Bricks::removeElements(const std::vector<std::size_t>& voxels)
 {
-  std::vector<std::uint32_t> addresses;
+  std::vector<std::uint32_t> known;
+  std::vector<std::uint32_t> movable;
   for (const std::size_t voxel : voxels)
   {
     const Index3 at = this->model_->grid().indexOf(voxel);
     this->links_.removeElement(at[0], at[1], at[2]);
-    if (this->slot(this->brickAt(at[0], at[1], at[2])) > 0)
+    const int brick = this->brickAt(at[0], at[1], at[2]);
+    if (this->slot(brick) > 0)
     {
-      addresses.push_back(this->address(at[0], at[1], at[2]));
+      known.push_back(this->address(at[0], at[1], at[2]));
+    }
+    if (this->hasState(brick))
+    {
+      movable.push_back(this->address(at[0], at[1], at[2]));
     }
   }
   this->uploadCuts();
   const std::size_t axes = this->model_->axes();
-  this->setConstraints(addresses, std::vector<float>(axes * addresses.size(), -std::numeric_limits<float>::infinity()));
-  this->setDisplacements(addresses, std::vector<float>(3 * addresses.size(), 0.0f));
+  this->setConstraints(known, std::vector<float>(axes * known.size(), -std::numeric_limits<float>::infinity()));
+  this->setDisplacements(movable, std::vector<float>(3 * movable.size(), 0.0f));
 }
 
 void Bricks::row(int i, int j, int k, int count, float* out) const
@@ -440,7 +546,8 @@ void Bricks::mend()
       for (std::size_t a = 0; a < axes; ++a)
       {
         const std::vector<float> run(constraints.begin() + a * count, constraints.begin() + (a + 1) * count);
-        this->context_->write(this->constraint, sizeof(float) * (a * this->pitch() + this->slot(brick) * count), run);
+        this->context_->write(
+          this->constraint, sizeof(float) * (a * this->tissuePitch() + this->slot(brick) * count), run);
       }
     }
   }
@@ -454,7 +561,7 @@ void Bricks::uploadCuts()
   }
   if (!this->cut())
   {
-    this->cut = this->context_->allocate(this->pitch(), "the cuts");
+    this->cut = this->context_->allocate(this->tissuePitch(), "the cuts");
   }
   for (const auto& [brick, bits] : this->links_.all())
   {
@@ -467,14 +574,14 @@ void Bricks::uploadCuts()
 
 std::size_t Bricks::deviceBytes() const
 {
-  std::size_t perElement =
-    sizeof(float) * (3 + 3 + static_cast<std::size_t>(this->model_->axes())) + (this->anyCut() ? 1 : 0);
+  const auto bytes = [](const cl::Buffer& buffer) { return buffer() ? buffer.getInfo<CL_MEM_SIZE>() : 0; };
+  std::size_t all = bytes(this->displacement) + bytes(this->constraint) + bytes(this->cut) + bytes(this->tableBuffer_) +
+                    bytes(this->placeBuffer_) + this->addresses_.bytes() + this->values_.bytes();
   for (const Field* field : this->fields_)
   {
-    perElement += field->runs * field->bytes;
+    all += bytes(field->buffer);
   }
-  return perElement * this->pitch() + sizeof(int) * (this->table_.size() + this->capacity_) + this->addresses_.bytes() +
-         this->values_.bytes();
+  return all;
 }
 
 }

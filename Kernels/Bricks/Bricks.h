@@ -4,16 +4,19 @@
 #include "Context.h"
 #include "Links.h"
 #include "Model.h"
+#include "SharedTable.h"
 #include "Threads.h"
 
 #include <cstdint>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace chainmail
 {
 
-/// A field with values for every element, laid out as [run][address]. Optional fields get memory by Bricks::keep().
+/// A field with values for every element that may move, laid out as [run][address]. Optional fields get memory by
+/// Bricks::keep().
 struct Field
 {
   std::size_t runs;
@@ -24,6 +27,9 @@ struct Field
 
 /// The state of all elements on the device, kept in bricks that get memory when they are first needed. Every room above
 /// works on it through the fields below and their addresses. brick.clh describes the layout and what an address is.
+///
+/// Most of the memory is that of displacements, so only bricks whose elements may move have a state: the first slots.
+/// The bricks around them are known by their tissue alone, and kernels read rest where they have no state.
 class Bricks : public BrickTable
 {
 public:
@@ -45,19 +51,43 @@ public:
 
   // --- Memory
 
-  /// Gives memory to these bricks and to the 26 around each of them, so that kernels may update them.
+  /// Gives memory to the tissue of these bricks and of the 26 around each of them, so that kernels may read it.
+  void know(const std::vector<int>& bricks);
+  /// Gives a state to those of these bricks that are known and have none. Addresses of their elements change now, and
+  /// never again.
+  void giveStates(const std::vector<int>& bricks);
+  /// Does both, so that kernels may update these bricks.
   void require(const std::vector<int>& bricks);
   bool ready(int brick) const { return this->status_[brick] == Status::Ready || this->status_[brick] == Status::Air; }
 
-  /// keep() gives a field memory for all slots, filled with zeros, now and whenever there are more slots; drop() takes
-  /// it away. A kept field must outlive the bricks or be dropped.
+  /// The slots with a state are 1 .. states() - 1.
+  int states() const { return this->states_; }
+  bool hasState(int brick) const { return this->slot(brick) > 0 && this->slot(brick) < this->states_; }
+  /// Lets a table with a row for each slot follow the bricks that got other slots since `followed`. It must have all
+  /// its rows.
+  void follow(SharedTable& rows, std::size_t& followed) const;
+  bool isFollowed(const SharedTable& rows, std::size_t followed) const
+  {
+    return rows.rows() == this->slots() && followed == this->exchanged_.size();
+  }
+  /// Calls f(slot) for all slots, in the order in which their bricks became known.
+  template <typename F> void forKnown(const F& f) const
+  {
+    for (const int brick : this->known_)
+    {
+      f(this->slot(brick));
+    }
+  }
+
+  /// keep() gives a field memory for all states, filled with zeros, now and whenever there are more; drop() takes it
+  /// away. A kept field must outlive the bricks or be dropped.
   void keep(Field& field);
   void drop(Field& field);
 
   /// All displacements to zero.
   void clearDisplacements();
 
-  /// Slots in which an element may be displaced, ascending.
+  /// Slots in which an element may be displaced, ascending. They have a state.
   std::vector<int> touchedSlots() const;
   /// These slots and all that share a face with one of them, ascending.
   std::vector<int> slotsAround(const std::vector<int>& slots) const;
@@ -66,8 +96,12 @@ public:
   /// Saves the displacements as the state before a wave, or goes back to that state.
   void saveBefore();
   void restoreBefore();
+  /// Gives that state memory or, when no wave needs it any more, takes it away.
+  void keepBefore() { this->keep(this->before_); }
+  void forgetBefore() { this->drop(this->before_); }
 
-  /// Sets single elements: displacements (3 values each) or signed constraints (`axes()` values each), interleaved.
+  /// Sets single elements: displacements (3 values each), of bricks with a state, or signed constraints (`axes()`
+  /// values each), interleaved.
   void setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
   void setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
   /// Displacements of single elements, 3 interleaved values each.
@@ -89,7 +123,7 @@ public:
   template <typename T>
   void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<T>& values)
   {
-    this->set(field.buffer, field.runs, addresses, values);
+    this->set(field.buffer, this->pitch(), field.runs, addresses, values);
   }
 
   /// What readSlots() read of one slot: the value at an offset (`local`) in a run. Runs are counted on from field to
@@ -154,20 +188,23 @@ public:
   // --- Fields that kernels read
 
   cl::Buffer displacement; ///< float [axis][address]
-  cl::Buffer before;       ///< float [axis][address], the state that saveBefore() saved
-  cl::Buffer constraint;   ///< float [axis][address], signed
+  cl::Buffer constraint;   ///< float [axis][address], signed, with the pitch of tissue
   cl::Buffer cut;          ///< uchar [address], bits as in Links; only where anyCut()
+  /// float [axis][address], the state that saveBefore() saved
+  const cl::Buffer& before() const { return this->before_.buffer; }
   /// `cut` or, for kernels that were built without cuts and do not read it, any buffer.
   const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }
+  /// Elements between the runs of a field of the state, and of tissue.
   cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_ + skew; }
+  cl_uint tissuePitch() const { return static_cast<cl_uint>(this->tissueCapacity_) * this->elements_ + skew; }
 
   // --- Groups of kernel arguments, in this order
 
   /// LAYOUT_ARGUMENTS of brick.clh.
   auto layout() const
   {
-    return std::tuple<cl_uint, const cl::Buffer&, const cl::Buffer&, cl_int, cl_int>(
-      this->pitch(), this->tableBuffer_, this->placeBuffer_, this->strideY_, this->strideZ_);
+    return std::tuple<cl_uint, cl_uint, const cl::Buffer&, const cl::Buffer&, cl_int, cl_int>(
+      this->pitch(), this->tissuePitch(), this->tableBuffer_, this->placeBuffer_, this->strideY_, this->strideZ_);
   }
   /// `table, strideY, strideZ`.
   auto table() const
@@ -186,27 +223,36 @@ private:
   enum class Status : std::uint8_t
   {
     Unknown,
-    Air,       ///< holds no element
-    Allocated, ///< has memory
-    Ready      ///< has memory, and so have all 26 around it
+    Air,   ///< holds no element
+    Known, ///< its tissue has memory
+    Ready  ///< has a state, and all 26 around it are known
   };
 
-  void allocate(const std::vector<int>& bricks);
-  void grow(int slots);
+  void readTissue(const std::vector<int>& bricks);
+  void keep(Field& field, std::size_t zeros);
+  void growTissue(int slots);
+  void growStates(int slots);
+  void enlarge(cl::Buffer& buffer, std::size_t runs, std::size_t bytes, std::size_t oldPitch, std::size_t pitch,
+    const char* purpose);
+  void exchange(
+    const cl::Buffer& field, std::size_t runs, std::size_t perBrick, const cl::Buffer& pairs, std::size_t count);
+  void uploadTables();
   bool fill(int brick, std::vector<float>& out) const;
+  /// Addresses and values of single elements.
   template <typename T>
-  void set(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses,
+  void set(const cl::Buffer& field, cl_uint pitch, std::size_t components, const std::vector<std::uint32_t>& addresses,
     const std::vector<T>& values)
   {
     static_assert(sizeof(T) == sizeof(cl_uint), "scatter.cl moves 4 bytes");
     if (!addresses.empty())
     {
-      this->scatter(field, components, addresses, this->values_.holding(*this->context_, values));
+      this->scatter(field, pitch, components, addresses, this->values_.holding(*this->context_, values));
     }
   }
-  void scatter(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses,
-    const cl::Buffer& values);
-  std::vector<float> get(const cl::Buffer& field, std::size_t components, const std::vector<std::uint32_t>& addresses);
+  void scatter(const cl::Buffer& field, cl_uint pitch, std::size_t components,
+    const std::vector<std::uint32_t>& addresses, const cl::Buffer& values);
+  std::vector<float> get(
+    const cl::Buffer& field, cl_uint pitch, std::size_t components, const std::vector<std::uint32_t>& addresses);
 
   std::shared_ptr<Context> context_;
   std::shared_ptr<const Model> model_;
@@ -214,10 +260,15 @@ private:
   /// compete for the same lines of a CPU's cache.
   static constexpr int skew = 272;
 
-  int capacity_ = 0;
+  int capacity_ = 0;       ///< slots that there is memory for: of the state,
+  int tissueCapacity_ = 0; ///< and of tissue
+  int states_ = 1;
   std::vector<Status> status_;
-  std::vector<char> touched_;
+  std::vector<int> known_;                     ///< bricks in the order in which they became known
+  std::vector<std::pair<int, int>> exchanged_; ///< pairs of slots whose bricks took each other's
+  std::vector<char> touched_;                  ///< for each slot with a state
   Links links_;
+  Field before_{ 3, sizeof(float), "the displacement before a wave" };
   std::vector<Field*> fields_; ///< the fields that keep() was called for
   cl::Buffer tableBuffer_;
   cl::Buffer placeBuffer_;

@@ -30,4 +30,19 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
   return figures;
 }
 
+double energyOf(const Bricks& bricks, const std::vector<BrickFigures>& figures)
+{
+  double energy = 0.0;
+  // A sum depends on its order a little, and slots depend on which bricks got a state first.
+  bricks.forKnown(
+    [&](int slot)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        energy += figures[slot - 1].energy[a] * bricks.model().grid().spacing[a];
+      }
+    });
+  return energy;
+}
+
 }

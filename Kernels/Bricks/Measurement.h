@@ -21,4 +21,7 @@ struct BrickFigures
 /// The figures of all slots from 1 on: element n is for slot n + 1.
 std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasticity = {});
 
+/// The energy of the whole state [mm], from these figures.
+double energyOf(const Bricks& bricks, const std::vector<BrickFigures>& figures);
+
 }

@@ -27,7 +27,8 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
   {
     for (int work = lid; work < VECTORS; work += get_local_size(0))
     {
-      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+      const Site state = stateSite(&s);
       mask displaced = (mask)(0);
       real c, limit[6], weight[6];
       UNROLL
@@ -35,8 +36,8 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
       {
         if (axis < AXES)
         {
-          c = LOAD(constraint + axis * pitch + s.self);
-          loadConstraints(constraint + axis * pitch, cut, &s, limit);
+          c = LOAD(constraint + axis * tissuePitch + s.self);
+          loadConstraints(constraint + axis * tissuePitch, cut, &s, limit);
           UNROLL
           for (int d = 0; d < 6; ++d)
           {
@@ -44,11 +45,11 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
             weight[d] = linkWeight(limit[d]);
           }
         }
-        const real u = LOAD(displacement + axis * pitch + s.self);
+        const real u = LOAD(displacement + axis * pitch + state.self);
         UNROLL
         for (int d = 0; d < 6; ++d)
         {
-          const real other = neighbour(displacement + axis * pitch, &s, d, s.odd);
+          const real other = neighbour(displacement + axis * pitch, &state, d, s.odd);
           const real pull = linkPull(u, other, limit[d], slack);
           energy[axis] += weight[d] * pull * pull;
           excess = max(excess, fabs(other - u) - limit[d]);

@@ -1,6 +1,6 @@
 // Writes (scatter) or reads (gather) single elements of a field of 4-byte values of any type:
 // values[n * components + axis] <-> field[axis * pitch + addresses[n]]. The host guarantees that addresses are valid
-// and, for scatter, distinct.
+// and, for scatter, distinct. From the address `atRest` on, every element has the value of that address.
 
 kernel void scatter(
   global uint* field, uint pitch, int components, global const uint* addresses, global const uint* values, uint count)
@@ -16,8 +16,8 @@ kernel void scatter(
   }
 }
 
-kernel void gather(
-  global const uint* field, uint pitch, int components, global const uint* addresses, global uint* values, uint count)
+kernel void gather(global const uint* field, uint pitch, uint atRest, int components, global const uint* addresses,
+  global uint* values, uint count)
 {
   const size_t n = get_global_id(0);
   if (n >= count)
@@ -26,6 +26,23 @@ kernel void gather(
   }
   for (int axis = 0; axis < components; ++axis)
   {
-    values[n * components + axis] = field[axis * pitch + addresses[n]];
+    values[n * components + axis] = field[axis * pitch + min(addresses[n], atRest)];
+  }
+}
+
+// Exchanges the values of bricks, one work-group for each pair of slots. A brick has `length` values in each run. The
+// host guarantees that no slot is in two pairs.
+kernel void exchange(global uint* field, uint pitch, int runs, uint length, global const uint* pairs)
+{
+  const uint one = pairs[2 * get_group_id(0)] * length, other = pairs[2 * get_group_id(0) + 1] * length;
+  for (int run = 0; run < runs; ++run)
+  {
+    for (uint n = get_local_id(0); n < length; n += get_local_size(0))
+    {
+      const uint a = run * pitch + one + n, b = run * pitch + other + n;
+      const uint value = field[a];
+      field[a] = field[b];
+      field[b] = value;
+    }
   }
 }

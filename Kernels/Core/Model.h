@@ -17,7 +17,7 @@ using Vector3 = std::array<double, 3>;
 struct Grid
 {
   /// The most voxels that an image, deformed or to be deformed, may have.
-  static constexpr std::size_t maxVoxels = std::size_t(1) << 28;
+  static constexpr std::size_t maxVoxels = std::size_t(1) << 31;
 
   Index3 size{ 0, 0, 0 };           ///< voxels per axis
   Vector3 spacing{ 1.0, 1.0, 1.0 }; ///< [mm], positive

@@ -111,7 +111,7 @@ struct Statistics
   double energy = 0.0;        ///< sum over links and axes of max(0, |u(i) - u(j)| - (1 - r) D(i,j))^2 / D(i,j) [mm]
   double maxLinkExcess = 0.0; ///< largest violation of a link's limit, as a fraction of the spacing; 0 if none
   std::size_t displaced = 0;  ///< elements away from their rest place
-  std::size_t allocated = 0;  ///< element places held on the device
+  std::size_t allocated = 0;  ///< element places whose displacement is held on the device
   std::size_t deviceBytes = 0;
 };
 

@@ -250,7 +250,7 @@ std::size_t Context::takePeakBytes()
   return this->inUse_->most.exchange(this->inUse_->now);
 }
 
-cl::Buffer Context::allocate(std::size_t bytes, const char* purpose)
+cl::Buffer Context::allocate(std::size_t bytes, const char* purpose, std::size_t zeros)
 {
   const auto fail = [&](const std::string& room)
   {
@@ -267,7 +267,8 @@ cl::Buffer Context::allocate(std::size_t bytes, const char* purpose)
   {
     cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE, bytes);
     this->count(buffer, bytes);
-    this->queue_.enqueueFillBuffer(buffer, cl_uchar(0), 0, bytes);
+    // Many a device finds out that it has no room only when something is written.
+    this->queue_.enqueueFillBuffer(buffer, cl_uchar(0), 0, zeros);
     this->queue_.finish();
     return buffer;
   }

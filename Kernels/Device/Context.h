@@ -65,7 +65,9 @@ public:
 
   /// A device buffer, filled with zeros. Throws MemoryError, whose message names `purpose`, where the device has no
   /// room.
-  cl::Buffer allocate(std::size_t bytes, const char* purpose);
+  cl::Buffer allocate(std::size_t bytes, const char* purpose) { return this->allocate(bytes, purpose, bytes); }
+  /// The same, where the caller writes to all but the first bytes, `zeros` of them (at least 1).
+  cl::Buffer allocate(std::size_t bytes, const char* purpose, std::size_t zeros);
 
   /// The most bytes that buffers took at once since the last call of this function.
   std::size_t takePeakBytes();

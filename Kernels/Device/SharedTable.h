@@ -2,6 +2,7 @@
 
 #include "Context.h"
 
+#include <algorithm>
 #include <cstring>
 #include <vector>
 
@@ -23,6 +24,8 @@ public:
   void clear(int rows) { this->values_.assign(static_cast<std::size_t>(rows) * this->columns_, 0); }
   /// Changes the number of rows, on the host. New rows are zeros.
   void resize(int rows) { this->values_.resize(static_cast<std::size_t>(rows) * this->columns_); }
+  /// Exchanges two rows, on the host.
+  void exchange(int a, int b) { std::swap_ranges((*this)[a], (*this)[a] + this->columns_, (*this)[b]); }
   int rows() const { return static_cast<int>(this->values_.size()) / this->columns_; }
 
   cl_int* operator[](int row) { return this->values_.data() + static_cast<std::size_t>(row) * this->columns_; }

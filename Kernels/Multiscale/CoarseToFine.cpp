@@ -232,15 +232,7 @@ void CoarseToFine::build()
 
 double CoarseToFine::energy(const Elasticity& elasticity) const
 {
-  double energy = 0.0;
-  for (const BrickFigures& figures : measureBricks(this->bricks_, elasticity))
-  {
-    for (int a = 0; a < 3; ++a)
-    {
-      energy += figures.energy[a] * this->bricks_.model().grid().spacing[a];
-    }
-  }
-  return energy;
+  return energyOf(this->bricks_, measureBricks(this->bricks_, elasticity));
 }
 
 void CoarseToFine::cycle(

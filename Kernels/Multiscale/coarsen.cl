@@ -8,9 +8,9 @@
 #include "element.clh"
 
 // Gives elements of the coarser grid the mean displacement of those they stand for or, where some are held, of these.
-kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, global const int* finerTable,
-  global const int* finerPlace, int finerStrideY, int finerStrideZ, global const float* finerDisplacement,
-  global const float* finerConstraint, global float* displacement)
+kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, uint finerTissuePitch,
+  global const int* finerTable, global const int* finerPlace, int finerStrideY, int finerStrideZ,
+  global const float* finerDisplacement, global const float* finerConstraint, global float* displacement)
 {
   const uint slot = list[get_group_id(0)];
   const int3 brick = brickAt(place[slot], strideY, strideZ);
@@ -30,8 +30,8 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, g
       {
         continue;
       }
-      const float3 u =
-        (float3)(finerDisplacement[at], finerDisplacement[finerPitch + at], finerDisplacement[2 * finerPitch + at]);
+      global const float* u0 = finerDisplacement + min(at, finerPitch - SKEW);
+      const float3 u = (float3)(u0[0], u0[finerPitch], u0[2 * finerPitch]);
       if (signbit(c))
       {
         held += u;
@@ -80,8 +80,8 @@ kernel void goBack(
 #define LAYER (FIELDS * SPAN_Y * SPAN_X)
 
 // Loads a layer whose first element is at `corner`. All items of the group have to call it.
-inline void loadLayer(local float* layer, int3 corner, uint pitch, global const int* table, int strideY, int strideZ,
-  global const float* displacement, global const float* constraint, global const uchar* cut)
+inline void loadLayer(local float* layer, int3 corner, uint pitch, uint tissuePitch, global const int* table,
+  int strideY, int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut)
 {
   for (int n = get_local_id(0); n < SPAN_Y * SPAN_X; n += get_local_size(0))
   {
@@ -89,11 +89,11 @@ inline void loadLayer(local float* layer, int3 corner, uint pitch, global const 
     const bool air = isinf(constraint[at]);
     for (int axis = 0; axis < 3; ++axis)
     {
-      layer[axis * SPAN_Y * SPAN_X + n] = air ? 0.0f : displacement[axis * pitch + at];
+      layer[axis * SPAN_Y * SPAN_X + n] = air ? 0.0f : displacement[axis * pitch + min(at, pitch - SKEW)];
     }
     for (int axis = 0; axis < AXES; ++axis)
     {
-      layer[(3 + axis) * SPAN_Y * SPAN_X + n] = constraint[axis * pitch + at];
+      layer[(3 + axis) * SPAN_Y * SPAN_X + n] = constraint[axis * tissuePitch + at];
     }
 #ifdef CUTS
     layer[(3 + AXES) * SPAN_Y * SPAN_X + n] = as_float((int)cut[at]);
@@ -162,7 +162,7 @@ RULE void shareOut(const real* c, const mask cut, Towards* towards)
 // Moves the children of a vector of elements in a row, at (x, y) of the middle layer, except held ones. `finer`:
 // addresses of the children, index x + 2 y + 4 z; children on the same side of elements in a row follow each other.
 RULE void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
-  global const float* finerConstraint, global float* finerDisplacement)
+  uint finerTissuePitch, global const float* finerConstraint, global float* finerDisplacement)
 {
 #ifdef CUTS
   const mask bits = AS_MASK(LOAD(layers + middle % 3 * LAYER + ((3 + AXES) * SPAN_Y + y + 1) * SPAN_X + x + 1));
@@ -188,7 +188,7 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
     loadAround(layers, middle, axis, x, y, u);
     interpolate(u, &towards, sum);
 
-    global const float* constraints = finerConstraint + min(axis, AXES - 1) * finerPitch;
+    global const float* constraints = finerConstraint + min(axis, AXES - 1) * finerTissuePitch;
     mask anyRigid = (mask)(0);
     UNROLL
     for (int child = 0; child < 8; ++child)
@@ -225,8 +225,8 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
 // Takes the elements of the finer grid that are not held to where the coarser grid is: interpolated between the up to
 // eight coarser elements around, without those that a cut divides from the element it belongs to (shareOut). For rigid
 // elements only rigid ones among these count, axis by axis, so that bone comes out where the coarser bone is.
-kernel void refine(global const int* list, uint finerPitch, global const int* finerTable, global const int* finerPlace,
-  int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
+kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitch, global const int* finerTable,
+  global const int* finerPlace, int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global const float* finerConstraint,
   global float* finerDisplacement)
 {
@@ -235,8 +235,8 @@ kernel void refine(global const int* list, uint finerPitch, global const int* fi
   const int3 corner = brickAt(finerPlace[finerSlot], finerStrideY, finerStrideZ) * (int3)(HALF, BY / 2, BZ / 2) - 1;
   for (int z = 0; z < BZ / 2 + 2; ++z)
   {
-    loadLayer(
-      layers + z % 3 * LAYER, corner + (int3)(0, 0, z), pitch, table, strideY, strideZ, displacement, constraint, cut);
+    loadLayer(layers + z % 3 * LAYER, corner + (int3)(0, 0, z), pitch, tissuePitch, table, strideY, strideZ,
+      displacement, constraint, cut);
     barrier(CLK_LOCAL_MEM_FENCE);
     for (int work = get_local_id(0); z >= 2 && work < HALF / WIDTH * (BY / 2); work += get_local_size(0))
     {
@@ -248,7 +248,7 @@ kernel void refine(global const int* list, uint finerPitch, global const int* fi
         const int j = 2 * y + (child >> 1 & 1), k = 2 * (z - 2) + (child >> 2);
         finer[child] = finerSlot * ELEMENTS + ((child ^ j ^ k) & 1) * COLOUR + (k * BY + j) * HALF + x;
       }
-      refineAt(layers, z - 1, x, y, finer, finerPitch, finerConstraint, finerDisplacement);
+      refineAt(layers, z - 1, x, y, finer, finerPitch, finerTissuePitch, finerConstraint, finerDisplacement);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }

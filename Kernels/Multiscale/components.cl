@@ -14,14 +14,14 @@
 #define STRAINED 2
 
 // Marks elements for themselves and their own links, from their displacements before the coarser grids.
-RULE mask markOf(const int odd, const Site* s, uint pitch, global const float* displacement,
+RULE mask markOf(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* displacement,
   global const float* constraint, global const uchar* cut)
 {
   mask held = (mask)(0), strained = (mask)(0);
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    held |= isHeld(LOAD(constraint + axis * pitch + s->self));
+    held |= isHeld(LOAD(constraint + axis * tissuePitch + s->self));
   }
   const real c = LOAD(constraint + s->self);
   UNROLL
@@ -44,8 +44,8 @@ kernel void mark(global const int* list, LAYOUT_ARGUMENTS, global const float* d
   const uint slot = list[get_group_id(0)];
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
-    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, table, place, strideY, strideZ);
-#define MARK(odd) markOf(odd, &s, pitch, displacement, constraint, cut)
+    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+#define MARK(odd) markOf(odd, &s, pitch, tissuePitch, displacement, constraint, cut)
     const mask mark = BY_PARITY(MARK, s);
 #undef MARK
     STORE(mark, marks + s.self);

@@ -16,10 +16,10 @@ inline float mix2(float a, float b, float c, float d, float3 w)
 // Displaces every voxel by the interpolation between the up to eight elements around it, without those that links
 // between these eight do not join to its own. Equal displacements give just that value. Rigid voxels go exactly with
 // their own element; anchored ones stay.
-kernel void expand(global const int* list, uint wholePitch, global const int* wholeTable, global const int* wholePlace,
-  int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY, int strideZ, int4 size,
-  global const float* displacement, global const float* constraint, global const uchar* cut, global const int* owner,
-  global const float* wholeConstraint, global float* wholeDisplacement)
+kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitch, global const int* wholeTable,
+  global const int* wholePlace, int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY,
+  int strideZ, int4 size, global const float* displacement, global const float* constraint, global const uchar* cut,
+  global const int* owner, global const float* wholeConstraint, global float* wholeDisplacement)
 {
   const uint slot = list[get_group_id(0)];
   const int3 origin = brickAt(wholePlace[slot], wholeStrideY, wholeStrideZ) * (int3)(BX, BY, BZ);
@@ -39,7 +39,8 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
       own = (int3)(element % size.x, element / size.x % size.y, element / (size.x * size.y));
     }
 #endif
-    const uint ownAddress = addressOf(own, table, strideY, strideZ);
+    const uint atRest = pitch - SKEW; // see brick.clh
+    const uint ownAddress = min(addressOf(own, table, strideY, strideZ), atRest);
     const float3 where = (convert_float3(voxel) + 0.5f) * (float3)(1.0f / FX, 1.0f / FY, 1.0f / FZ) - 0.5f;
     const int3 base = convert_int3(floor(where));
     const float3 w = where - floor(where);
@@ -62,6 +63,7 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
           cutZ |= (bits >> 5 & 1) << d;
 #endif
         }
+        addresses[d] = min(addresses[d], atRest);
       }
       const uint linkX = elements & elements >> 1 & ~cutX & 0x55u;
       const uint linkY = elements & elements >> 2 & ~cutY & 0x33u;
@@ -103,7 +105,7 @@ kernel void expand(global const int* list, uint wholePitch, global const int* wh
     const int factors[3] = { FX, FY, FZ };
     for (int a = 0; a < 3; ++a)
     {
-      const bool rigid = wholeConstraint[min(a, AXES - 1) * wholePitch + at] == 0.0f;
+      const bool rigid = wholeConstraint[min(a, AXES - 1) * wholeTissuePitch + at] == 0.0f;
       const float u = displacement[a * pitch + ownAddress];
       wholeDisplacement[a * wholePitch + at] = factors[a] * (rigid || weight == 0.0f ? u : u + sums[a] / weight);
     }

@@ -57,7 +57,7 @@ void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, 
   this->fixedPoint_.start(bricks);
   this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
     [this](ArgumentList& own)
-    { own.add(this->bricks_.displacement, this->bricks_.before, this->bricks_.tissue(), this->arrival_.buffer); });
+    { own.add(this->bricks_.displacement, this->bricks_.before(), this->bricks_.tissue(), this->arrival_.buffer); });
 
   const std::vector<int> slots = this->fixedPoint_.seen();
   Scratch list("the list of active bricks");
@@ -89,7 +89,7 @@ template <typename T> void ArrivalTimes::read(const Field& field, T* out) const
     return;
   }
   const std::size_t axes = field.runs;
-  std::vector<int> slots(this->bricks_.slots() - 1);
+  std::vector<int> slots(this->bricks_.states() - 1);
   std::iota(slots.begin(), slots.end(), 1);
   this->bricks_.readSlots<cl_int>({ { this->front_.buffer, axes }, { field.buffer, axes } }, slots,
     [&](int slot, const Bricks::SlotValues<cl_int>& values)

@@ -39,7 +39,8 @@ int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& che
   try
   {
     const int done = this->fixedPoint_.run(iterations, enough, checkpoint,
-      [this](ArgumentList& own) { own.add(this->bricks_.displacement, this->bricks_.before, this->bricks_.tissue()); });
+      [this](ArgumentList& own)
+      { own.add(this->bricks_.displacement, this->bricks_.before(), this->bricks_.tissue()); });
     touch();
     return done;
   }

@@ -63,7 +63,7 @@ void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
 
   this->fixedPoint_.start(violated);
   this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
-    [this](ArgumentList& own) { own.add(this->bricks_.tissue(), this->bricks_.before, this->upper_.buffer); });
+    [this](ArgumentList& own) { own.add(this->bricks_.tissue(), this->bricks_.before(), this->upper_.buffer); });
   const std::vector<int> slots = this->fixedPoint_.changed();
   std::vector<int> bricks;
   for (const int slot : slots)
@@ -72,11 +72,13 @@ void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     bricks.push_back(this->bricks_.brick(slot));
   }
   context.launch(context.kernel("feasibility.cl", this->bricks_.defines(true), "settle"), slots.size(),
-    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), this->bricks_.constraint,
-    this->upper_.buffer, this->bricks_.before, this->bricks_.displacement);
+    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
+    this->bricks_.tissuePitch(), this->bricks_.constraint, this->upper_.buffer, this->bricks_.before(),
+    this->bricks_.displacement);
   propagation.start(bricks);
   propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
   this->bricks_.drop(this->upper_);
+  this->bricks_.forgetBefore();
 }
 
 }

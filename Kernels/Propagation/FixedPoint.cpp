@@ -36,6 +36,7 @@ int FixedPoint::parityOf(int brick) const
 void FixedPoint::fit()
 {
   this->visits_.resize(this->bricks_.slots());
+  this->bricks_.follow(this->visits_, this->followed_);
   for (int slot = 1; slot < this->visits_.rows(); ++slot)
   {
     this->visits_[slot][VISIT_STATE] |= this->bricks_.ready(this->bricks_.brick(slot)) ? VISIT_READY : 0;
@@ -47,6 +48,7 @@ void FixedPoint::start(const std::vector<int>& bricks)
 {
   this->bricks_.require(bricks);
   this->visits_.clear(this->bricks_.slots());
+  this->bricks_.follow(this->visits_, this->followed_);
   for (const int brick : bricks)
   {
     this->visits_[this->bricks_.slot(brick)][VISIT_FROM] = VISIT_ANY;
@@ -108,7 +110,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
   int batch = 1;
   while (!this->finished_ && !this->isBeyond(enough) && (iterations == 0 || done < iterations))
   {
-    if (this->visits_.rows() < this->bricks_.slots()) // others may have given memory to bricks
+    if (!this->bricks_.isFollowed(this->visits_, this->followed_)) // others may have given memory to bricks
     {
       this->visits_.fromDevice(context);
       this->fit();

@@ -61,6 +61,7 @@ private:
   SharedTable log_;
   std::vector<float> extremes_;
   std::vector<float> ofTurn_; ///< extremes of the turn that is half done
+  std::size_t followed_ = 0;  ///< see Bricks::follow()
   bool finished_ = true;
   bool goesOn_[2] = {}; ///< for each parity: its last turn left something to do
   int parity_ = 0;      ///< of the next turn

@@ -56,7 +56,7 @@ public:
         here.constraint[part.local(i)] = row[static_cast<std::size_t>(i * axes + (axes == 3 ? this->axis_ : 0))];
       }
     }
-    if (this->bricks_.slot(brick) > 0)
+    if (this->bricks_.hasState(brick))
     {
       std::vector<float> u;
       this->bricks_.readSlot(this->bricks_.slot(brick), u);

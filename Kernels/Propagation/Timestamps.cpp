@@ -30,6 +30,7 @@ void Timestamps::clear()
 void Timestamps::keep()
 {
   this->arrivals_.keep();
+  this->bricks_.keepBefore();
   for (Field* field : { &this->stamp_, &this->nextTime_, &this->nextFront_ })
   {
     this->bricks_.keep(*field);
@@ -101,11 +102,11 @@ void Timestamps::advance()
 
   context.launch(context.kernel("timestamp.cl", defines, "arriveNext"), list.size(), items, slots,
     static_cast<cl_int>(this->iteration_), this->bricks_.layout(), this->bricks_.state(), this->arrivals_.time().buffer,
-    this->arrivals_.front().buffer, this->stamp_.buffer, this->bricks_.before, this->nextTime_.buffer,
+    this->arrivals_.front().buffer, this->stamp_.buffer, this->bricks_.before(), this->nextTime_.buffer,
     this->nextFront_.buffer);
 
   context.launch(context.kernel("timestamp.cl", defines, "shift"), list.size(), items, slots,
-    static_cast<cl_int>(this->iteration_), this->bricks_.layout(), this->bricks_.before, this->nextTime_.buffer,
+    static_cast<cl_int>(this->iteration_), this->bricks_.layout(), this->bricks_.before(), this->nextTime_.buffer,
     this->nextFront_.buffer, this->bricks_.displacement, this->arrivals_.time().buffer, this->arrivals_.front().buffer,
     this->stamp_.buffer, result);
   context.read(result, faces);

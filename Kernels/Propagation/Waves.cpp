@@ -58,6 +58,7 @@ void Waves::clear()
   this->front_ = 0;
   this->timestamps_.clear();
   this->arrivals_.clear();
+  this->bricks_.forgetBefore();
 }
 
 void Waves::letGo()
@@ -118,6 +119,7 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
   if (result.finished)
   {
     this->letGo();
+    this->bricks_.forgetBefore();
   }
   return result;
 }

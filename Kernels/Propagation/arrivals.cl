@@ -10,19 +10,19 @@
 #include "element.clh"
 #include "fixedpoint.clh"
 
-RULE int arriveAt(const Site* s, uint pitch, global const float* displacement, global const float* before,
-  global const float* constraint, global const uchar* cut, global float* arrival)
+RULE int arriveAt(const Site* s, uint pitch, uint tissuePitch, global const float* displacement,
+  global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
 {
   int touched = 0;
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    const real c = LOAD(constraint + axis * pitch + s->self);
+    const real c = LOAD(constraint + axis * tissuePitch + s->self);
     real next = (real)(INFINITY);
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-      const real limit = linkLimit(c, neighbourConstraint(constraint + axis * pitch, cut, s, d, s->odd));
+      const real limit = linkLimit(c, neighbourConstraint(constraint + axis * tissuePitch, cut, s, d, s->odd));
       const real time = neighbour(arrival + axis * pitch, s, d, s->odd);
       next = min(next, select(time + limit, (real)(INFINITY), AS_MASK(time) < 0));
     }
@@ -48,7 +48,7 @@ kernel void arrive(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* 
   global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
 {
   FIXED_POINT_BEGIN
-  FIXED_POINT(arriveAt(&s, pitch, displacement, before, constraint, cut, arrival))
+  FIXED_POINT(arriveAt(&s, pitch, tissuePitch, displacement, before, constraint, cut, arrival))
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);

@@ -14,7 +14,7 @@
 #include "fixedpoint.clh"
 
 // Updates one piece of work. `odd`: see BY_PARITY. `beside`, a constant, says whether it or a neighbour may be held.
-RULE int wave(const int odd, const int beside, const Site* s, uint pitch, global float* displacement,
+RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint tissuePitch, global float* displacement,
   global const float* before, global const float* constraint, global const uchar* cut, float* conflict)
 {
   real c[AXES];
@@ -22,7 +22,7 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, global
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    c[axis] = LOAD(constraint + axis * pitch + s->self);
+    c[axis] = LOAD(constraint + axis * tissuePitch + s->self);
   }
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
@@ -39,7 +39,7 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, global
     {
       if (axis < AXES)
       {
-        const real cd = neighbourConstraint(constraint + axis * pitch, cut, s, d, odd);
+        const real cd = neighbourConstraint(constraint + axis * tissuePitch, cut, s, d, odd);
         limit = linkLimit(c[axis], cd);
         held = beside ? isHeld(cd) : (mask)(0);
       }
@@ -73,17 +73,17 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, global
 }
 
 // Whether an element of a piece of work, or a neighbour of one, is held on any axis.
-RULE int anyHeld(const Site* s, uint pitch, global const float* constraint)
+RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint)
 {
   mask held = (mask)(0);
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    held |= isHeld(LOAD(constraint + axis * pitch + s->self));
+    held |= isHeld(LOAD(constraint + axis * tissuePitch + s->self));
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-      held |= isHeld(neighbour(constraint + axis * pitch, s, d, s->odd));
+      held |= isHeld(neighbourBefore(~0u, constraint + axis * tissuePitch, s, d, s->odd));
     }
   }
   return SOME(held);
@@ -94,9 +94,9 @@ kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* dis
 {
   FIXED_POINT_BEGIN
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
-#define WAVE(odd, beside) wave(odd, beside, &s, pitch, displacement, before, constraint, cut, conflict)
+#define WAVE(odd, beside) wave(odd, beside, &s, pitch, tissuePitch, displacement, before, constraint, cut, conflict)
 #define FREE_WAVE(odd) WAVE(odd, 0)
-  FIXED_POINT(anyHeld(&s, pitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
+  FIXED_POINT(anyHeld(&s, tissuePitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
 #undef FREE_WAVE
 #undef WAVE
   for (int n = 0; n < 6; ++n)

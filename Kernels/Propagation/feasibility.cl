@@ -22,8 +22,8 @@ RULE void loadLimits(
 }
 
 // Whether any element of a piece of work has a link beyond its limit, so that `bound` would move its bounds.
-RULE int isViolated(const int odd, const Site* s, uint pitch, global const float* constraint, global const uchar* cut,
-  global const float* displacement)
+RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
+  global const uchar* cut, global const float* displacement)
 {
   mask beyond = (mask)(0);
   real limits[6];
@@ -32,7 +32,7 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, global const float
   {
     if (axis < AXES)
     {
-      loadLimits(odd, s, constraint + axis * pitch, cut, limits);
+      loadLimits(odd, s, constraint + axis * tissuePitch, cut, limits);
     }
     const real u = LOAD(displacement + axis * pitch + s->self);
     UNROLL
@@ -53,8 +53,8 @@ kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const floa
   int any = 0;
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
-    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, table, place, strideY, strideZ);
-#define VIOLATED(odd) isViolated(odd, &s, pitch, constraint, cut, displacement)
+    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+#define VIOLATED(odd) isViolated(odd, &s, pitch, tissuePitch, constraint, cut, displacement)
     any |= BY_PARITY(VIOLATED, s);
 #undef VIOLATED
   }
@@ -64,8 +64,8 @@ kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const floa
   }
 }
 
-RULE int boundAt(const int odd, const Site* s, uint pitch, global const float* constraint, global const uchar* cut,
-  global float* lower, global float* upper)
+RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
+  global const uchar* cut, global float* lower, global float* upper)
 {
   int touched = 0;
   real limits[6];
@@ -74,7 +74,7 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, global const float* c
   {
     if (axis < AXES)
     {
-      loadLimits(odd, s, constraint + axis * pitch, cut, limits);
+      loadLimits(odd, s, constraint + axis * tissuePitch, cut, limits);
     }
     const real l = LOAD(lower + axis * pitch + s->self);
     const real u = LOAD(upper + axis * pitch + s->self);
@@ -100,7 +100,7 @@ kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* c
   global float* lower, global float* upper)
 {
   FIXED_POINT_BEGIN
-#define BOUND(odd) boundAt(odd, &s, pitch, constraint, cut, lower, upper)
+#define BOUND(odd) boundAt(odd, &s, pitch, tissuePitch, constraint, cut, lower, upper)
   FIXED_POINT(BY_PARITY(BOUND, s))
 #undef BOUND
   if (lid == 0 && from != 0)
@@ -111,8 +111,8 @@ kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* c
 
 // Leaves the mean in `before` and, except for held elements, in `displacement`. This is the state from which an
 // envelope wave that starts at the held elements can bring them back.
-kernel void settle(global const int* list, uint pitch, global const float* constraint, global const float* upper,
-  global float* before, global float* displacement)
+kernel void settle(global const int* list, uint pitch, uint tissuePitch, global const float* constraint,
+  global const float* upper, global float* before, global float* displacement)
 {
   const uint slot = list[get_group_id(0)];
   for (int axis = 0; axis < 3; ++axis)
@@ -122,7 +122,7 @@ kernel void settle(global const int* list, uint pitch, global const float* const
       const uint at = axis * pitch + slot * ELEMENTS + n;
       const float mean = 0.5f * (before[at] + upper[at]);
       before[at] = mean;
-      if (!signbit(constraint[min(axis, AXES - 1) * pitch + slot * ELEMENTS + n]))
+      if (!signbit(constraint[min(axis, AXES - 1) * tissuePitch + slot * ELEMENTS + n]))
       {
         displacement[at] = mean;
       }

@@ -24,23 +24,23 @@ kernel void arriveNext(global const int* list, int iteration, LAYOUT_ARGUMENTS, 
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
-      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       const uint neighbours[6] = { s.odd ? s.sameRow : s.edge, s.odd ? s.edge : s.sameRow, s.side[0], s.side[1],
         s.side[2], s.side[3] };
       for (int group = 0; group < AXES; ++group)
       {
         const uint base = group * pitch;
         const int firstAxis = AXES == 1 ? 0 : group, lastAxis = AXES == 1 ? 2 : group;
-        const float c = constraint[base + s.self];
+        const float c = constraint[group * tissuePitch + s.self];
         real cs[6];
-        loadConstraints(constraint + base, cut, &s, cs);
+        loadConstraints(constraint + group * tissuePitch, cut, &s, cs);
         int newest = front[base + s.self];
         float earliest = newest == 0 ? INFINITY : time[base + s.self];
         bool comes = false;
         float lower[3], upper[3];
         for (int d = 0; d < 6 && !signbit(c); ++d)
         {
-          const uint n = neighbours[d];
+          const uint n = stateAddress(&s, neighbours[d]);
           if (isinf(cs[d]) || stamp[base + n] != iteration - 1)
           {
             continue;
@@ -94,7 +94,7 @@ kernel void shift(global const int* list, int iteration, LAYOUT_ARGUMENTS, globa
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
-      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       for (int group = 0; group < AXES; ++group)
       {
         const uint at = group * pitch + s.self;

@@ -376,7 +376,8 @@ float moveBlockedGroups(
     {
       addresses.push_back(patch.addresses[n]);
       values.insert(values.end(), u, u + 3);
-      moved.push_back(bricks.brick(static_cast<int>(patch.addresses[n]) / bricks.elementsPerBrick()));
+      moved.push_back(
+        bricks.brick(static_cast<int>(patch.addresses[n] / static_cast<std::uint32_t>(bricks.elementsPerBrick()))));
     }
   }
   bricks.setDisplacements(addresses, values);

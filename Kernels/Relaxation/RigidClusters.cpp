@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace chainmail
 {
@@ -14,54 +15,91 @@ namespace
 /// The number of links that one work-item sums up. It is fixed so that no layout of the state changes a sum.
 constexpr int chunkLength = 16;
 
+using Run = RigidClusters::Run;
+
+bool isLinked(const Bricks& bricks, int i, int j, int k, int direction)
+{
+  return !bricks.anyCut() || (bricks.cutBits(i, j, k) & (1 << direction)) == 0;
 }
 
-int RigidClusters::label(const Bricks& bricks, int axis, std::vector<int>& out)
+/// Joins the runs of a row, from `run` to `end`, with those of a row beside it in a direction, from `other` to `last`.
+void joinRows(const Bricks& bricks, const std::vector<Run>& runs, std::size_t run, std::size_t end, std::size_t other,
+  std::size_t last, int direction, DisjointSets& joined)
+{
+  const Grid& grid = bricks.model().grid();
+  const std::size_t width = static_cast<std::size_t>(grid.size[0]);
+  while (run < end && other < last)
+  {
+    const int first = static_cast<int>(std::max(runs[run].first % width, runs[other].first % width));
+    const int endOfRun = static_cast<int>(runs[run].first % width + runs[run].count);
+    const int endOfOther = static_cast<int>(runs[other].first % width + runs[other].count);
+    const Index3 at = grid.indexOf(runs[run].first);
+    for (int i = first; i < std::min(endOfRun, endOfOther); ++i)
+    {
+      if (isLinked(bricks, i, at[1], at[2], direction))
+      {
+        joined.join(run, other);
+        break;
+      }
+    }
+    (endOfRun < endOfOther ? run : other) += 1;
+  }
+}
+
+}
+
+std::vector<Run> RigidClusters::runs(const Bricks& bricks, int axis)
 {
   const Grid& grid = bricks.model().grid();
   const int axes = bricks.model().axes();
-  constexpr int unlabelled = -2;
-  out.assign(grid.voxels(), -1);
+  const std::size_t rowsInLayer = static_cast<std::size_t>(grid.size[1]);
+  std::vector<Run> runs;
+  std::vector<std::size_t> firstOf; // the first run of each row
   std::vector<float> row(static_cast<std::size_t>(grid.size[0]) * axes);
   for (int k = 0; k < grid.size[2]; ++k)
   {
     for (int j = 0; j < grid.size[1]; ++j)
     {
+      firstOf.push_back(runs.size());
       bricks.row(0, j, k, grid.size[0], row.data());
-      int* labels = out.data() + grid.at(0, j, k);
+      bool goesOn = false;
       for (int i = 0; i < grid.size[0]; ++i)
       {
-        labels[i] = row[static_cast<std::size_t>(i) * axes + axis] == 0.0f ? unlabelled : -1;
+        const bool rigid = row[static_cast<std::size_t>(i) * axes + axis] == 0.0f;
+        if (rigid && goesOn && isLinked(bricks, i, j, k, 0))
+        {
+          ++runs.back().count;
+        }
+        else if (rigid)
+        {
+          runs.push_back({ grid.at(i, j, k), 1, 0 });
+        }
+        goesOn = rigid;
       }
     }
   }
+  firstOf.push_back(runs.size());
 
-  int count = 0;
-  std::vector<std::size_t> front;
-  for (std::size_t seed = 0; seed < out.size(); ++seed)
+  DisjointSets joined(runs.size());
+  for (std::size_t r = 0; r + 1 < firstOf.size(); ++r)
   {
-    if (out[seed] != unlabelled)
+    if (r % rowsInLayer > 0)
     {
-      continue;
+      joinRows(bricks, runs, firstOf[r], firstOf[r + 1], firstOf[r - 1], firstOf[r], 2, joined);
     }
-    out[seed] = count;
-    visitComponent(seed, front,
-      [&](std::size_t voxel, const auto& add)
-      {
-        bricks.forNeighbours(grid.indexOf(voxel),
-          [&](int, const Index3& next)
-          {
-            int& label = out[grid.at(next[0], next[1], next[2])];
-            if (label == unlabelled)
-            {
-              label = count;
-              add(grid.at(next[0], next[1], next[2]));
-            }
-          });
-      });
-    ++count;
+    if (r >= rowsInLayer)
+    {
+      const std::size_t below = r - rowsInLayer;
+      joinRows(bricks, runs, firstOf[r], firstOf[r + 1], firstOf[below], firstOf[below + 1], 4, joined);
+    }
   }
-  return count;
+  int count = 0;
+  for (std::size_t n = 0; n < runs.size(); ++n)
+  {
+    const std::size_t root = joined.root(n); // the first run of the cluster
+    runs[n].cluster = root == n ? count++ : runs[root].cluster;
+  }
+  return runs;
 }
 
 RigidClusters::RigidClusters(Bricks& bricks)
@@ -69,34 +107,31 @@ RigidClusters::RigidClusters(Bricks& bricks)
 {
   const Grid& grid = bricks.model().grid();
   const int axes = bricks.model().axes();
-  std::vector<int> labels;
   for (int axis = 0; axis < axes; ++axis)
   {
     const std::size_t before = this->clusters_.size();
     const std::size_t firstVoxel = this->voxels_.size();
-    const int count = label(bricks, axis, labels);
+    const std::vector<Run> found = runs(bricks, axis);
 
     // A counting sort leaves the members of each cluster in the order of voxels.
-    std::vector<std::size_t> ends(count + 1, firstVoxel);
-    for (const int id : labels)
+    std::vector<std::size_t> ends(1, firstVoxel);
+    for (const Run& run : found)
     {
-      if (id >= 0)
-      {
-        ++ends[id + 1];
-      }
+      ends.resize(std::max<std::size_t>(ends.size(), static_cast<std::size_t>(run.cluster) + 2), 0);
+      ends[run.cluster + 1] += run.count;
     }
-    for (int id = 0; id < count; ++id)
+    const std::size_t count = ends.size() - 1;
+    for (std::size_t id = 0; id < count; ++id)
     {
-      ends[id + 1] += ends[id] - firstVoxel;
+      ends[id + 1] += ends[id];
       this->clusters_.push_back({ axes == 1 ? -1 : axis, ends[id], ends[id + 1] - ends[id], false, false, false, {} });
     }
     this->voxels_.resize(ends[count]);
-    std::vector<std::size_t> cursor(ends.begin(), ends.end());
-    for (std::size_t voxel = 0; voxel < labels.size(); ++voxel)
+    for (const Run& run : found)
     {
-      if (labels[voxel] >= 0)
+      for (std::uint32_t n = 0; n < run.count; ++n)
       {
-        this->voxels_[cursor[labels[voxel]]++] = static_cast<std::uint32_t>(voxel);
+        this->voxels_[ends[run.cluster]++] = static_cast<std::uint32_t>(run.first + n);
       }
     }
     std::vector<float> c(axes);
@@ -223,6 +258,7 @@ void RigidClusters::activate(const std::vector<int>& bricks)
   const Grid& grid = this->bricks_.model().grid();
   const int axes = this->bricks_.model().axes();
   std::vector<float> c(axes);
+  this->bricks_.giveStates(this->bricksLinkedTo(added));
   for (const int id : added)
   {
     const Cluster& cluster = this->clusters_[id];
@@ -254,6 +290,32 @@ void RigidClusters::activate(const std::vector<int>& bricks)
     this->active_.push_back(id);
   }
   this->upload();
+}
+
+/// The bricks beside those of these clusters that hold an element linked to one of theirs.
+std::vector<int> RigidClusters::bricksLinkedTo(const std::vector<int>& clusters) const
+{
+  const Grid& grid = this->bricks_.model().grid();
+  std::set<int> beside;
+  for (const int id : clusters)
+  {
+    const Cluster& cluster = this->clusters_[id];
+    for (std::size_t n = cluster.first; n < cluster.first + cluster.count; ++n)
+    {
+      const Index3 at = grid.indexOf(this->voxels_[n]);
+      const int own = this->bricks_.brickAt(at[0], at[1], at[2]);
+      this->bricks_.forNeighbours(at,
+        [&](int, const Index3& next)
+        {
+          const int brick = this->bricks_.brickAt(next[0], next[1], next[2]);
+          if (brick != own)
+          {
+            beside.insert(brick);
+          }
+        });
+    }
+  }
+  return std::vector<int>(beside.begin(), beside.end());
 }
 
 void RigidClusters::upload()
@@ -306,7 +368,7 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
 
   context.launchOver(context.kernel("clusters.cl", defines, "clusterGather"), this->chunkList_.size(), turn.log,
     turn.turn, this->chunks_, this->links_, this->places_, elasticity.slack, this->bricks_.pitch(),
-    this->bricks_.displacement, this->bricks_.constraint, this->partial_);
+    this->bricks_.tissuePitch(), this->bricks_.displacement, this->bricks_.constraint, this->partial_);
 
   context.launch(context.kernel("clusters.cl", defines, "clusterMove"), this->active_.size(),
     context.info().gpu ? 16 : 1, turn.log, turn.turn, this->heads_, omega, still, this->partial_, this->places_,

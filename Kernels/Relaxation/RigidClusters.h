@@ -16,9 +16,15 @@ class RigidClusters
 public:
   explicit RigidClusters(Bricks& bricks);
 
-  /// Writes to `out` the cluster of every voxel for one axis of the constraint, -1 where the voxel is not rigid.
-  /// Clusters are numbered by their first voxels. Returns their number.
-  static int label(const Bricks& bricks, int axis, std::vector<int>& out);
+  /// Rigid voxels that follow each other along x, and that links join.
+  struct Run
+  {
+    std::size_t first; ///< Grid::at
+    std::uint32_t count;
+    int cluster;
+  };
+  /// All runs for one axis of the constraint, in the order of voxels. Clusters are numbered by their first voxels.
+  static std::vector<Run> runs(const Bricks& bricks, int axis);
 
   /// The cluster of an axis that a voxel belongs to; -1 where there is none.
   int clusterOf(std::size_t voxel, int axis) const;
@@ -62,6 +68,7 @@ private:
     std::vector<int> bricks;
   };
 
+  std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
   void upload();
 
   Bricks& bricks_;

@@ -35,6 +35,7 @@ void SweepSchedule::fit()
   {
     this->activity_[slot][SWEEP_NOTED] = never;
   }
+  this->bricks_.follow(this->activity_, this->followed_);
   for (slot = 1; slot < this->activity_.rows(); ++slot)
   {
     this->activity_[slot][SWEEP_READY] = this->bricks_.ready(this->bricks_.brick(slot)) ? 1 : 0;
@@ -71,7 +72,7 @@ void SweepSchedule::begin(Bodies bodies)
 
 void SweepSchedule::beginBatch(int sweeps)
 {
-  if (this->activity_.rows() < this->bricks_.slots()) // others may have given memory to bricks
+  if (!this->bricks_.isFollowed(this->activity_, this->followed_)) // others may have given memory to bricks
   {
     this->activity_.fromDevice(this->bricks_.context());
     this->fit();

@@ -76,6 +76,7 @@ private:
   Bodies bodies_;
   SharedTable activity_;
   SharedTable log_;
+  std::size_t followed_ = 0; ///< see Bricks::follow()
 
   int sweep_ = 0;  ///< number of the next sweep, or of the one that is half done
   int resume_ = 0; ///< the turn that a half done sweep goes on with, for the bricks that waited; else its first

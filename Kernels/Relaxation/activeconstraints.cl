@@ -16,7 +16,7 @@ kernel void activeConstraints(global const int* list, LAYOUT_ARGUMENTS, global c
   const uint slot = list[get_group_id(0)];
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
-    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, table, place, strideY, strideZ);
+    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     mask found = (mask)(0);
     UNROLL
     for (int d = 1; d < 6; d += 2)
@@ -28,8 +28,8 @@ kernel void activeConstraints(global const int* list, LAYOUT_ARGUMENTS, global c
       {
         if (axis < AXES)
         {
-          const real c = LOAD(constraint + axis * pitch + s.self);
-          const real other = neighbourConstraint(constraint + axis * pitch, cut, &s, d, s.odd);
+          const real c = LOAD(constraint + axis * tissuePitch + s.self);
+          const real other = neighbourConstraint(constraint + axis * tissuePitch, cut, &s, d, s.odd);
           limit = linkLimit(c, other);
           free = (AS_MASK(c) >= 0) & (AS_MASK(other) >= 0) & (limit > 0.0f);
         }

@@ -13,8 +13,8 @@
 // Sums up one chunk of links. chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4] is the sum,
 // as the fields of Neighbours.
 kernel void clusterGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
-  global const float* places, float slack, uint pitch, global const float* displacement, global const float* constraint,
-  global float* partial, uint count)
+  global const float* places, float slack, uint pitch, uint tissuePitch, global const float* displacement,
+  global const float* constraint, global float* partial, uint count)
 {
   if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
   {
@@ -24,7 +24,7 @@ kernel void clusterGather(global const int* log, int4 turn, global const int4* c
   for (int axis = 0; axis < 3; ++axis)
   {
     global const float* u = displacement + axis * pitch;
-    global const float* c = constraint + min(axis, AXES - 1) * pitch;
+    global const float* c = constraint + min(axis, AXES - 1) * tissuePitch;
     const float ui = places[chunk.x * 3 + axis];
     Neighbours sum = noNeighbours();
     for (int n = chunk.y; n < chunk.y + chunk.z; ++n)

@@ -26,15 +26,15 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
-      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       real limit[6], weight[6], us[6];
       mask relaxes;
       for (int axis = 0; axis < 3; ++axis)
       {
         if (axis < AXES)
         {
-          const real c = LOAD(constraint + axis * pitch + s.self);
-          loadConstraints(constraint + axis * pitch, cut, &s, limit);
+          const real c = LOAD(constraint + axis * tissuePitch + s.self);
+          loadConstraints(constraint + axis * tissuePitch, cut, &s, limit);
           relaxes = !signbit(c) & IS_STILL(axis, &s);
           for (int d = 0; d < 6; ++d)
           {

@@ -14,7 +14,7 @@
 
 // Relaxes one piece of work and returns the largest move. `odd`: see BY_PARITY. Summing up neighbour by neighbour, for
 // all axes at once, keeps the sums in registers.
-RULE float relaxPiece(const int odd, const Site* s, float omega, float still, float slack, uint pitch,
+RULE float relaxPiece(const int odd, const Site* s, float omega, float still, float slack, uint pitch, uint tissuePitch,
   global float* displacement, global const float* constraint, global const uchar* cut, int* faces WAVES_ARGUMENTS)
 {
   real c[AXES], u[3];
@@ -23,7 +23,7 @@ RULE float relaxPiece(const int odd, const Site* s, float omega, float still, fl
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    c[axis] = LOAD(constraint + axis * pitch + s->self);
+    c[axis] = LOAD(constraint + axis * tissuePitch + s->self);
     relaxes[axis] = (c[axis] > 0.0f) & IS_STILL(axis, s);
   }
   UNROLL
@@ -41,7 +41,7 @@ RULE float relaxPiece(const int odd, const Site* s, float omega, float still, fl
     {
       if (axis < AXES)
       {
-        limit = linkLimit(c[axis], neighbourConstraint(constraint + axis * pitch, cut, s, d, odd));
+        limit = linkLimit(c[axis], neighbourConstraint(constraint + axis * tissuePitch, cut, s, d, odd));
         weight = linkWeight(limit);
         relaxes[axis] &= IS_OF_SAME_FRONT(axis, s, d, odd, limit);
       }
@@ -81,9 +81,9 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
-      const Site s = siteOf(slot, colour, work, table, place, strideY, strideZ);
+      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
 #define PIECE(odd)                                                                                                     \
-  relaxPiece(odd, &s, omega, still, slack, pitch, displacement, constraint, cut, &touched WAVES_PASSED_ON)
+  relaxPiece(odd, &s, omega, still, slack, pitch, tissuePitch, displacement, constraint, cut, &touched WAVES_PASSED_ON)
       move = max(move, BY_PARITY(PIECE, s));
 #undef PIECE
     }

@@ -1,5 +1,6 @@
 #include "Resampling.h"
 
+#include "Error.h"
 #include "Measurement.h"
 
 #include <algorithm>
@@ -11,8 +12,11 @@ namespace chainmail
 namespace
 {
 
-/// Output voxels that are handled at once: each takes 16 bytes on the device.
-constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
+/// Output voxels that are handled at once: each takes 17 bytes on the device.
+constexpr std::size_t voxelsPerBatch = std::size_t(1) << 21;
+
+/// Claims can tell fewer cells than this apart (resample.clh).
+constexpr std::size_t mostCells = std::size_t(1) << 28;
 
 /// Rounds down, also below zero.
 int floorDiv(int n, int divisor)
@@ -315,7 +319,7 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
     }
   }
   // The kernels also have to read the tissue at rest where displaced tissue arrives.
-  this->bricks_.require(tissue);
+  this->bricks_.know(tissue);
 
   const std::size_t perBrick = this->bricks_.elementsPerBrick();
   const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
@@ -325,8 +329,15 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
     checkpoint(static_cast<double>(begin) / reached.size());
     end = std::min(begin + perBatch, reached.size());
     Batch batch = makeBatch(this->bricks_, frame, reaches, reached, begin, end);
-    while (!batch.cells.fits() && end - begin > 1)
+    while (batch.cells.voxels() >= mostCells)
     {
+      if (end - begin == 1)
+      {
+        throw InputError("Tissue comes together from a box of " + std::to_string(batch.cells.size[0]) + " x " +
+                         std::to_string(batch.cells.size[1]) + " x " + std::to_string(batch.cells.size[2]) +
+                         " voxels; at most 268 million can be resampled. Crop the image to what is to be deformed, or "
+                         "resample it to fewer voxels.");
+      }
       end = begin + (end - begin) / 2;
       batch = makeBatch(this->bricks_, frame, reaches, reached, begin, end);
     }

@@ -41,6 +41,7 @@ void TestMode(Checks& check, int mode)
   vtkNew<vtkChainMailDeformation> filter;
   EventLog log(filter);
   filter->SetMode(mode);
+  filter->PropagationTimesOn();
   filter->SetInputData(image);
   filter->SetInputDataObject(1, MakeProbes({ { { { 5.0, 4.0, 3.0 } }, { { 1.3, 0.4, 0.0 } } } }));
   filter->SetMaterialFunction(ConstantMaterial(0.3));

@@ -97,6 +97,7 @@ void Configure(vtkChainMailDeformation* filter, vtkImageData* image)
   filter->SetInputData(image);
   filter->SetMaterialFunction(material);
   filter->SetTissueThreshold(10.0);
+  filter->PropagationTimesOn();
 }
 
 /// Which elements are inside, and that the rest of both outputs is untouched.

@@ -154,7 +154,7 @@ int TestChainMailDefaults(int, char*[])
     { "PropagationMethod", [&] { filter->SetPropagationMethodToTimestamp(); } },
     { "PropagationIterations", [&] { filter->SetPropagationIterations(10); } },
     { "ConflictPolicy", [&] { filter->SetConflictPolicyToLatest(); } },
-    { "PropagationTimes", [&] { filter->PropagationTimesOff(); } },
+    { "PropagationTimes", [&] { filter->PropagationTimesOn(); } },
     { "RelaxationMethod", [&] { filter->SetRelaxationMethodToPaper(); } },
     { "ElasticRecovery", [&] { filter->SetElasticRecovery(0.8); } },
     { "RelaxationIterations", [&] { filter->SetRelaxationIterations(7); } },
@@ -210,7 +210,7 @@ int TestChainMailDefaults(int, char*[])
   filter->PrintSelf(text, vtkIndent());
   for (const char* line : { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions",
          "TissueThreshold: nan", "AnchorRigid: On", "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive",
-         "PropagationMethod: Timestamp", "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: Off",
+         "PropagationMethod: Timestamp", "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: On",
          "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "RelaxationIterations: 7", "RelaxationTolerance: 0.5",
          "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3", "Device: some",
          "BrickSize: 8 4 2", "ModelReduction: 4" })

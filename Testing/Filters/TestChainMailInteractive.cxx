@@ -141,6 +141,7 @@ struct Bench
     this->Filter->SetTissueThreshold(0.0);
     this->Filter->SetAnchoredFaces(0, 0, 0, 0, 0, 0);
     this->Filter->SetRelaxationIterations(0);
+    this->Filter->PropagationTimesOn();
     this->Filter->SetModeToInteractive();
   }
 

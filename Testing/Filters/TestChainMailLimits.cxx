@@ -18,7 +18,7 @@ int TestChainMailLimits(int, char*[])
     std::vector<std::string> Says;
   };
   for (const Case& one :
-    { Case{ { { 1024, 1024, 257 } }, 1.0, { "1024 x 1024 x 257 voxels", "at most 268435456", "Crop" } },
+    { Case{ { { 1024, 1024, 2049 } }, 1.0, { "1024 x 1024 x 2049 voxels", "at most 2147483648", "Crop" } },
       Case{ { { 1024, 1024, 256 } }, 0.0, { "spacing", "positive" } } })
   {
     vtkNew<vtkImageData> image;

@@ -300,6 +300,7 @@ void TestScan(Checks& check, const std::string& file, const std::string& name)
   EventLog log(filter);
   filter->SetInputData(image);
   filter->SetRelaxationIterations(0);
+  filter->PropagationTimesOn();
   for (const std::size_t number : { std::size_t(1), std::size_t(5) })
   {
     const std::string what = name + ", " + std::to_string(number) + " probes";

@@ -188,10 +188,12 @@ int TestChainMailUpdates(int, char*[])
   scene.Image->Modified();
   update("image touched, arrays not", resampled);
 
+  filter->PropagationTimesOn();
+  update("PropagationTimes on", relaxed);
   filter->PropagationTimesOff();
   update("PropagationTimes off", resampled);
   filter->PropagationTimesOn();
-  update("PropagationTimes on", resampled);
+  update("PropagationTimes on again", resampled);
 
   // How tissue is deformed.
   filter->SetPropagationMethodToTimestamp();

@@ -9,7 +9,7 @@ FIXED = {"MaterialPreset": 0, "AnchorRigid": 0, "AnchoredFaces": (1,) * 6, "Rela
          "RelaxationTolerance": 1e-3, "Interpolation": 0, "OutputPadding": 0, "Device": "", "BrickSize": (0, 0, 0),
          "ModelReduction": 1,
          "ConstraintArray": "", "Mode": 0, "PropagationMethod": 0, "PropagationIterations": 0, "ConflictPolicy": 0,
-         "PropagationTimes": True, "RelaxationMethod": 0, "RelaxationPreset": 0, "CoarseToFine": False,
+         "PropagationTimes": False, "RelaxationMethod": 0, "RelaxationPreset": 0, "CoarseToFine": False,
          "ElasticRecovery": 1.0}
 
 

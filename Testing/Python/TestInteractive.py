@@ -14,7 +14,7 @@ def bar(**properties):
     """A deformation of the bar, held at its low end, with one probe at element 20."""
     probe = ChainMailProbe(Position=[40, 0, 0], Target=[40, 0, 0])
     deformation = ChainMailDeformation(Input=source, Probes=[probe], TissueThreshold=0, AnchoredFaces=[1, 0, 0, 0, 0, 0],
-                                       **properties)
+                                       PropagationTimes=1, **properties)
     deformation.MaterialFunction.Points = [0, LIMIT, 0.5, 0, 100, LIMIT, 0.5, 0]
     return deformation, probe, Reports(deformation)
 

@@ -55,7 +55,7 @@ SOURCE = (5, 4, 6)  # z, y, x
 place = SPACING * SOURCE[::-1]
 pull = np.array([1.3, -0.5, 0.9])  # of the spacing
 deformation = ChainMailDeformation(
-    Input=produce(image), TissueThreshold=10, AnchoredFaces=[0] * 6, RelaxationIterations=0,
+    Input=produce(image), TissueThreshold=10, AnchoredFaces=[0] * 6, RelaxationIterations=0, PropagationTimes=1,
     Probes=[ChainMailProbe(Position=place, Target=place + pull * SPACING)])
 reports = Reports(deformation)
 times = {}
@@ -90,7 +90,7 @@ for method in ("Envelope", "Timestamp"):
     first = {"Mode": "Interactive", "PropagationMethod": method, "ConstraintArray": "One"}
     probe = ChainMailProbe(Position=place, Target=place + pull * SPACING)
     stepwise = ChainMailDeformation(Input=produce(image), TissueThreshold=10, AnchoredFaces=[0] * 6, Probes=[probe],
-                                    RelaxationIterations=0, **first)
+                                    RelaxationIterations=0, PropagationTimes=1, **first)
     reports = Reports(stepwise)
     _, one = update(stepwise, reports)
     probe.Target = place + 0.6 * pull * SPACING

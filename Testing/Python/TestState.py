@@ -16,13 +16,13 @@ RESULT = os.path.join(OUTPUT, "TestState.npz")
 CHANGED = {"MaterialPreset": "Function", "TissueThreshold": 60.0, "AnchorRigid": 1, "AnchoredFaces": [1, 0, 1, 0, 1, 1],
            "RelaxationIterations": 7, "RelaxationTolerance": 0.01, "Interpolation": "Nearest", "BackgroundValue": -5.0,
            "Mode": "Interactive", "PropagationMethod": "Timestamp", "PropagationIterations": 500,
-           "ConflictPolicy": "Latest", "PropagationTimes": 0, "RelaxationMethod": "Paper",
+           "ConflictPolicy": "Latest", "PropagationTimes": 1, "RelaxationMethod": "Paper",
            "RelaxationPreset": "Accurate", "CoarseToFine": 1,
            "ElasticRecovery": 0.75,
            "OutputPadding": 2, "BrickSize": [8, 4, 4], "ModelReduction": "2", "LabelArrays": ["RTData"]}
 # What the filter did not have at first.
 LATER = {"Mode": "FromRest", "PropagationMethod": "Envelope", "PropagationIterations": 0, "ConflictPolicy": "Limit",
-         "PropagationTimes": 1, "RelaxationMethod": "Projected", "RelaxationPreset": "Custom",
+         "PropagationTimes": 0, "RelaxationMethod": "Projected", "RelaxationPreset": "Custom",
          "CoarseToFine": 0, "ElasticRecovery": 1.0, "ModelReduction": "1"}
 OLD_STATE = os.path.join(OUTPUT, "TestState-old.pvsm")
 POINTS = [60.0, 0.35, 0.5, 0.0, 150.0, 0.25, 0.5, 0.0, 277.0, 0.15, 0.5, 0.0]

@@ -203,7 +203,7 @@ TEST(Model, RefusesWhatItCannotUse)
     EXPECT_TRUE(contains(message(grid, good, percent(0)), "spacing")) << spacing;
   }
   // One layer too many; and 2^64 voxels, which is 0 in 64 bits.
-  for (const Index3& size : { Index3{ 1 << 10, 1 << 10, (1 << 8) + 1 }, Index3{ 1 << 22, 1 << 22, 1 << 20 } })
+  for (const Index3& size : { Index3{ 1 << 10, 1 << 10, (1 << 11) + 1 }, Index3{ 1 << 22, 1 << 22, 1 << 20 } })
   {
     Grid huge = rowOf(1);
     huge.size = size;
@@ -211,7 +211,7 @@ TEST(Model, RefusesWhatItCannotUse)
     EXPECT_TRUE(contains(message(huge, good, percent(0)), "voxels"));
   }
   Grid largest = rowOf(1);
-  largest.size = { 1 << 10, 1 << 10, 1 << 8 };
+  largest.size = { 1 << 10, 1 << 10, 1 << 11 };
   EXPECT_TRUE(largest.fits());
 
   const std::string allAir = message(rowOf(3), good, percent(31.0));

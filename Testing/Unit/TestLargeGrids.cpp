@@ -1,0 +1,82 @@
+// Grids of a billion voxels, of which nearly all is air. Rows are made when they are asked for, so no memory is needed.
+
+#include "Scene.h"
+
+#include <cstring>
+#include <map>
+
+namespace
+{
+
+using namespace chainmail;
+
+constexpr int width = 32; // of the small grid
+constexpr int margin = 5; // of air around the tissue in it
+
+/// A cube of tissue with a rod of bone, in a grid that holds `corner` voxels more before it on every axis.
+std::shared_ptr<const Model> cube(int corner)
+{
+  Grid grid;
+  grid.size = { corner + width, corner + width, corner + width };
+  return std::make_shared<const Model>(grid, 1,
+    [grid, corner](std::size_t first, int count, float* out)
+    {
+      const Index3 at = grid.indexOf(first);
+      const auto inside = [corner](int x) { return x >= corner + margin && x < corner + width - margin; };
+      for (int n = 0; n < count; ++n)
+      {
+        const bool tissue = inside(at[0] + n) && inside(at[1]) && inside(at[2]);
+        const bool bone = tissue && at[1] == corner + 20 && at[2] == corner + 20;
+        out[n] = !tissue ? -std::numeric_limits<float>::infinity()
+                 : bone  ? 0.0f
+                         : 0.2f + 0.001f * static_cast<float>((at[0] + n - corner) % 7);
+      }
+    });
+}
+
+/// What a pull of the cube does to the output: the offsets of all voxels that change, by their place from the corner.
+std::map<Index3, std::array<float, 3>> pulled(int corner)
+{
+  Simulation simulation(cube(corner), {});
+  Probe probe;
+  probe.position = { corner + 16.0, corner + 14.0, corner + 15.0 };
+  probe.displacement = { 3.5, -2.25, 1.75 };
+  probe.radius = 2.0;
+  simulation.pull({ probe });
+  std::map<Index3, std::array<float, 3>> found;
+  simulation.resample({ 0, 0, 0 },
+    [&](const ResampledBox& box)
+    {
+      const float* offset = box.offset;
+      for (int k = 0; k < box.size[2]; ++k)
+      {
+        for (int j = 0; j < box.size[1]; ++j)
+        {
+          for (int i = 0; i < box.size[0]; ++i, offset += 3)
+          {
+            if (!(offset[0] == 0.0f && offset[1] == 0.0f && offset[2] == 0.0f))
+            {
+              found[{ box.first[0] + i - corner, box.first[1] + j - corner, box.first[2] + k - corner }] = { offset[0],
+                offset[1], offset[2] };
+            }
+          }
+        }
+      }
+    });
+  return found;
+}
+
+TEST(LargeGrids, TheLastCornerOfABillionVoxelsIsResampledAsASmallGridIs)
+{
+  const auto small = pulled(0);
+  const auto large = pulled(1024 - width);
+  EXPECT_GT(small.size(), 5000u);
+  ASSERT_EQ(small.size(), large.size());
+  for (auto a = small.begin(), b = large.begin(); a != small.end(); ++a, ++b)
+  {
+    ASSERT_EQ(a->first, b->first);
+    ASSERT_EQ(std::memcmp(a->second.data(), b->second.data(), sizeof(a->second)), 0) << a->first[0];
+  }
+}
+
+}
