@@ -6,6 +6,7 @@
 #include "Device.h"
 #include "ProgramCache.h"
 
+#include <algorithm>
 #include <atomic>
 #include <map>
 #include <memory>
@@ -139,7 +140,7 @@ public:
     if (bytes > this->bytes_)
     {
       this->buffer_ = cl::Buffer();
-      this->bytes_ = bytes + bytes / 2;
+      this->bytes_ = bytes + std::min(bytes / 2, std::size_t(1) << 22);
       this->buffer_ = context.allocate(this->bytes_, this->purpose_);
     }
     return this->buffer_;
