@@ -11,7 +11,7 @@ void buildAhead(const Bricks& bricks, const Bricks& voxels, const Elasticity* pr
   const Elasticity elasticity = projected ? *projected : Elasticity();
   context.buildAhead("scatter.cl", "");
   context.buildAhead("envelope.cl", elements);
-  context.buildAhead("measure.cl", elements + elasticity.defines());
+  context.buildAhead("measure.cl", elements + elasticity.ofLinks());
   if (coarseToFine)
   {
     Elasticity unlimited = elasticity;
@@ -26,6 +26,7 @@ void buildAhead(const Bricks& bricks, const Bricks& voxels, const Elasticity* pr
   if (projected)
   {
     context.buildAhead("relax.cl", elements + elasticity.defines());
+    context.buildAhead("clusters.cl", single + elasticity.ofLinks());
   }
   context.buildAhead("claim.cl", voxels.defines(true));
   context.buildAhead("locate.cl", voxels.defines(true));

@@ -37,7 +37,8 @@ void Builds::add(const std::shared_ptr<Build>& build)
     this->threads_.clear();
   }
   this->waiting_.push_back(build);
-  if (this->working_ >= std::max(1u, std::thread::hardware_concurrency()))
+  // One core is left for the thread that uses the programs.
+  if (this->working_ >= std::max(2u, std::thread::hardware_concurrency()) - 1)
   {
     return;
   }
