@@ -35,7 +35,7 @@ def open_scene(scene):
     source.GetClientSideObject().SetOutput(scene.image)
     source.MarkModified(source)
     source.UpdatePipeline()
-    deformation = pv.ChainMailDeformation(Input=source)
+    deformation = pv.ChainMailDeformation(Input=source, ModelArrays=["Displacement", "Element", "Constraint", "Cluster"])
     if scene.material:
         deformation.MaterialFunction.Points = [number for point in scene.material for number in (*point, 0.5, 0.0)]
     for name, value in scene.properties.items():

@@ -107,11 +107,6 @@ Context::Context(const cl::Device& device)
 {
 }
 
-void Context::buildAhead(const std::string& file, const std::string& defines)
-{
-  this->programs_.begin(file, defines);
-}
-
 Kernel Context::kernel(const std::string& file, const std::string& defines, const char* name)
 {
   return Kernel(this->programs_.begin(file, defines), name);

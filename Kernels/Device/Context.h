@@ -68,7 +68,10 @@ public:
   Kernel kernel(const std::string& file, const std::string& defines, const char* name);
 
   /// Has a program built in the background that is likely to be needed soon.
-  void buildAhead(const std::string& file, const std::string& defines);
+  void buildAhead(const std::string& file, const std::string& defines) { this->programs_.begin(file, defines); }
+
+  /// Whether a program is in the user's cache.
+  bool isKept(const std::string& file, const std::string& defines) { return this->programs_.isKept(file, defines); }
 
   /// Runs a kernel with one work-group of `items` for each of `groups`. Sets these arguments first (see ArgumentList);
   /// without any, the kernel keeps those that it has.

@@ -40,6 +40,11 @@ std::string expanded(const std::string& file)
   return text.str();
 }
 
+std::string optionsOf(const std::string& defines)
+{
+  return "-cl-std=CL1.2 " + defines;
+}
+
 /// Names everything that a driver's compiled program depends on.
 std::string programKey(const cl::Device& device, const std::string& options, const std::string& source)
 {
@@ -181,6 +186,11 @@ void Program::noteLaunch(const std::string& kernel, std::size_t items)
   this->launched_.insert({ kernel, items });
 }
 
+bool Programs::isKept(const std::string& file, const std::string& defines) const
+{
+  return !this->cache_.find(programKey(this->device_, optionsOf(defines), expanded(file))).empty();
+}
+
 std::shared_ptr<Program> Programs::begin(const std::string& file, const std::string& defines)
 {
   const std::lock_guard<std::mutex> lock(this->mutex_);
@@ -188,8 +198,8 @@ std::shared_ptr<Program> Programs::begin(const std::string& file, const std::str
   if (!program || program->hasFailed()) // what has failed may succeed when there is memory again
   {
     const auto task = std::make_shared<Builds::Build>(
-      [device = this->device_, context = this->context_, cache = this->cache_, file,
-        options = "-cl-std=CL1.2 " + defines] { return build(device, context, cache, file, options); });
+      [device = this->device_, context = this->context_, cache = this->cache_, file, options = optionsOf(defines)]
+      { return build(device, context, cache, file, options); });
     program = std::make_shared<Program>(task);
     Builds::ofProcess().add(task);
   }

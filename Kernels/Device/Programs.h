@@ -81,6 +81,9 @@ public:
   /// The program of one .cl file with the given -D options, built or taken from the user's cache in the background.
   std::shared_ptr<Program> begin(const std::string& file, const std::string& defines);
 
+  /// Whether the user's cache has it.
+  bool isKept(const std::string& file, const std::string& defines) const;
+
 private:
   cl::Device device_;
   cl::Context context_;
