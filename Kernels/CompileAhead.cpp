@@ -52,6 +52,14 @@ void useKernels(const Settings& settings, const std::atomic<bool>& stop)
   simulation.resample({ 0, 0, 0 }, [](const ResampledBox&) {});
 }
 
+/// Uses the compiler in the calling thread, for the reason that Programs::makeReady() has.
+void useCompiler(Context& context)
+{
+  const cl::Buffer numbers = context.allocate(64, "a first kernel");
+  context.launchOver(context.kernel("scatter.cl", "", "scatter"), 1, numbers, cl_uint(1), cl_int(1), numbers, numbers);
+  context.queue().finish();
+}
+
 /// The threads of all calls. They are made after the drivers were loaded, and so end before they do.
 class Users
 {
@@ -100,10 +108,12 @@ void compileAhead(const Settings& settings)
     Settings plain;
     plain.device = settings.device;
     plain.brickSize = settings.brickSize;
-    if (Context::of(plain.device)->isKept("scatter.cl", "")) // all simulations use it
+    const std::shared_ptr<Context> context = Context::of(plain.device);
+    if (context->isKept("scatter.cl", "")) // all simulations use it
     {
       return;
     }
+    useCompiler(*context);
     static Users users;
     users.add(plain);
   }

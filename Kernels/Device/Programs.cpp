@@ -6,6 +6,7 @@
 #include "Pocl.h"
 
 #include <algorithm>
+#include <atomic>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -130,6 +131,14 @@ cl::Program build(const cl::Device& device, const cl::Context& context, const Pr
 
 thread_local WhileCompiling* WhileCompiling::current_ = nullptr;
 
+void WhileCompiling::report()
+{
+  if (current_)
+  {
+    current_->report_();
+  }
+}
+
 void WhileCompiling::wait(const std::function<bool(std::chrono::microseconds)>& done)
 {
   // Programs from the cache take less time than the first steps, and nobody has to hear of them.
@@ -139,9 +148,9 @@ void WhileCompiling::wait(const std::function<bool(std::chrono::microseconds)>& 
   {
     waited += step;
     step = std::min(2 * step, std::chrono::microseconds(50000));
-    if (current_ && waited >= std::chrono::milliseconds(20))
+    if (waited >= std::chrono::milliseconds(20))
     {
-      current_->report_();
+      WhileCompiling::report();
     }
   }
 }
@@ -191,17 +200,48 @@ bool Programs::isKept(const std::string& file, const std::string& defines) const
   return !this->cache_.find(programKey(this->device_, optionsOf(defines), expanded(file))).empty();
 }
 
+/// Builds a first program in the calling thread. Compilers make tables when they are first used, and the end of a
+/// process destroys first what was made last. So the threads that build in the background have to be made after these
+/// tables.
+void Programs::makeReady()
+{
+  static std::atomic<bool> isReady{ false };
+  static std::once_flag once;
+  const std::string first = "scatter.cl"; // all simulations use it
+  if (!isReady && !this->isKept(first, ""))
+  {
+    WhileCompiling::report();
+  }
+  std::call_once(once,
+    [&]
+    {
+      const auto [program, task] = this->make(first, "");
+      (*task)();
+      const std::lock_guard<std::mutex> lock(this->mutex_);
+      this->programs_[first + ' '] = program;
+      isReady = true;
+    });
+}
+
+std::pair<std::shared_ptr<Program>, std::shared_ptr<Builds::Build>> Programs::make(
+  const std::string& file, const std::string& defines) const
+{
+  const auto task = std::make_shared<Builds::Build>(
+    [device = this->device_, context = this->context_, cache = this->cache_, file, options = optionsOf(defines)]
+    { return build(device, context, cache, file, options); });
+  return { std::make_shared<Program>(task), task };
+}
+
 std::shared_ptr<Program> Programs::begin(const std::string& file, const std::string& defines)
 {
+  this->makeReady();
   const std::lock_guard<std::mutex> lock(this->mutex_);
   std::shared_ptr<Program>& program = this->programs_[file + ' ' + defines];
   if (!program || program->hasFailed()) // what has failed may succeed when there is memory again
   {
-    const auto task = std::make_shared<Builds::Build>(
-      [device = this->device_, context = this->context_, cache = this->cache_, file, options = optionsOf(defines)]
-      { return build(device, context, cache, file, options); });
-    program = std::make_shared<Program>(task);
-    Builds::ofProcess().add(task);
+    const auto made = this->make(file, defines);
+    program = made.first;
+    Builds::ofProcess().add(made.second);
   }
   return program;
 }

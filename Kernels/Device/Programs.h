@@ -31,7 +31,9 @@ public:
   WhileCompiling(const WhileCompiling&) = delete;
   WhileCompiling& operator=(const WhileCompiling&) = delete;
 
-  /// Waits until `done` returns true. `done` waits for at most the time that it is given.
+  static void report();
+
+  /// Waits, and reports, until `done` returns true. `done` waits for at most the time that it is given.
   static void wait(const std::function<bool(std::chrono::microseconds)>& done);
 
 private:
@@ -85,6 +87,10 @@ public:
   bool isKept(const std::string& file, const std::string& defines) const;
 
 private:
+  void makeReady();
+  std::pair<std::shared_ptr<Program>, std::shared_ptr<Builds::Build>> make(
+    const std::string& file, const std::string& defines) const;
+
   cl::Device device_;
   cl::Context context_;
   ProgramCache cache_;
