@@ -35,7 +35,8 @@ def open_scene(scene):
     source.GetClientSideObject().SetOutput(scene.image)
     source.MarkModified(source)
     source.UpdatePipeline()
-    deformation = pv.ChainMailDeformation(Input=source, PropagationTimes=1)
+    deformation = pv.ChainMailDeformation(
+        Input=source, PropagationTimes=1, ModelArrays=["Displacement", "Element", "Constraint", "Cluster"])
     if scene.material:
         deformation.MaterialFunction.Points = [number for point in scene.material for number in (*point, 0.5, 0.0)]
     for name, value in scene.properties.items():

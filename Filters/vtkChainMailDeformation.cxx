@@ -12,11 +12,13 @@
 #include "Private/Session.h"
 #include "Private/Shown.h"
 
+#include "CompileAhead.h"
 #include "Device.h"
 #include "Error.h"
 
 #include "vtkCellData.h"
 #include "vtkCommand.h"
+#include "vtkDataArraySelection.h"
 #include "vtkErrorCode.h"
 #include "vtkFieldData.h"
 #include "vtkImageData.h"
@@ -90,8 +92,33 @@ public:
     {
       this->Shows.Again(inputs, outcome.Stopped ? "The update was stopped." : outcome.Error);
     }
+    this->Reports.EndCompiling();
     outcome.Interacting = this->Engine.IsInteracting();
     return outcome;
+  }
+
+  /// When a property last changed of which the state depends, and not only what is shown of it.
+  vtkMTimeType GetTimeOfState() const
+  {
+    const vtkMTimeType own = this->Self->Superclass::GetMTime();
+    return this->Self->MaterialFunction ? std::max(own, this->Self->MaterialFunction->GetMTime()) : own;
+  }
+
+  /// Gives output 1 the arrays that are chosen now. The state is that of the last update.
+  void ChangeModelArrays()
+  {
+    try
+    {
+      this->Writer.ChooseModelArrays(this->Self->GetModelArraySelection(), this->Shows.Get(1));
+    }
+    catch (const chainmail::Aborted&)
+    {
+      this->Last.Stopped = true; // so the next update makes what is missing
+    }
+    catch (const std::exception& error)
+    {
+      vtkErrorWithObjectMacro(this->Self, << error.what());
+    }
   }
 
   vtkChainMailDeformation* Self;
@@ -138,6 +165,10 @@ vtkChainMailDeformation::vtkChainMailDeformation()
   , Controller(vtkMultiProcessController::GetGlobalController())
   , Internals(new vtkInternals(this))
 {
+  for (const char* name : vtkChainMail::Outputs::ModelArrays)
+  {
+    this->ModelArraySelection->SetArraySetting(name, vtkChainMail::Outputs::IsDefault(name));
+  }
   this->SetNumberOfInputPorts(4);
   this->SetNumberOfOutputPorts(2);
   this->SetInputArrayToProcess(0, IMAGE, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataSetAttributes::SCALARS);
@@ -196,6 +227,12 @@ void vtkChainMailDeformation::SetController(vtkMultiProcessController* controlle
 vtkMultiProcessController* vtkChainMailDeformation::GetController()
 {
   return this->Controller;
+}
+
+//------------------------------------------------------------------------------
+vtkDataArraySelection* vtkChainMailDeformation::GetModelArraySelection()
+{
+  return this->ModelArraySelection;
 }
 
 //------------------------------------------------------------------------------
@@ -334,8 +371,7 @@ vtkStringArray* vtkChainMailDeformation::GetAvailableDevices()
 //------------------------------------------------------------------------------
 vtkMTimeType vtkChainMailDeformation::GetMTime()
 {
-  const vtkMTimeType own = this->Superclass::GetMTime();
-  return this->MaterialFunction ? std::max(own, this->MaterialFunction->GetMTime()) : own;
+  return std::max(this->Internals->GetTimeOfState(), this->ModelArraySelection->GetMTime());
 }
 
 //------------------------------------------------------------------------------
@@ -368,7 +404,10 @@ int vtkChainMailDeformation::RequestInformation(
   vtkInformation* deformed = outputVector->GetInformationObject(0);
   vtkInformation* model = outputVector->GetInformationObject(1);
   model->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
-  vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1); // Element
+  if (this->ModelArraySelection->ArrayIsEnabled("Element"))
+  {
+    vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1);
+  }
 
   // Offers no more padding than fits. The update will report the error, and nobody asks for an extent beyond all
   // memory.
@@ -384,6 +423,15 @@ int vtkChainMailDeformation::RequestInformation(
     extent[2 * a + 1] += size[a] > 1 ? padding : 0;
   }
   deformed->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
+
+  // There is an image, so an update is likely to come. Of several processes the first one alone computes.
+  if (!this->Controller || this->Controller->GetLocalProcessId() == 0)
+  {
+    chainmail::Settings settings;
+    settings.device = this->Device;
+    std::copy_n(this->BrickSize, 3, settings.brickSize.begin());
+    chainmail::compileAhead(settings);
+  }
 
   const vtkChainMail::MergedTimes times(inputVector, this->GetNumberOfInputPorts());
   for (vtkInformation* output : { deformed, model })
@@ -438,8 +486,9 @@ int vtkChainMailDeformation::RequestData(
   const bool wasPart = internals.ComputedInParallel;
   internals.ComputedInParallel = parallel;
   const Inputs mine = vtkChainMail::CollectInputs(inputVector);
-  if (!exchange.All(internals.Watch.IsUnchanged(inputVector, mine, this->GetMTime()) && wasPart == parallel &&
-                    !internals.Last.Stopped))
+  const bool isUnchanged =
+    internals.Watch.IsUnchanged(inputVector, mine, internals.GetTimeOfState()) && wasPart == parallel;
+  if (!exchange.All(isUnchanged && !internals.Last.Stopped))
   {
     const Inputs inputs = exchange.Gather(mine);
     internals.Last = exchange.IsRoot() ? internals.Compute(inputs) : Outcome();
@@ -453,6 +502,10 @@ int vtkChainMailDeformation::RequestData(
     {
       vtkErrorMacro(<< internals.Last.Error);
     }
+  }
+  else if (exchange.IsRoot() && internals.Last.Error.empty())
+  {
+    internals.ChangeModelArrays();
   }
 
   for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
@@ -508,6 +561,12 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "PropagationMethod: " << name(this->PropagationMethod, { "Envelope", "Timestamp" }) << "\n";
   os << indent << "PropagationIterations: " << this->PropagationIterations << "\n";
   os << indent << "ConflictPolicy: " << name(this->ConflictPolicy, { "Limit", "Latest" }) << "\n";
+  os << indent << "ModelArrays:";
+  for (int n = 0; n < this->ModelArraySelection->GetNumberOfArrays(); ++n)
+  {
+    os << (this->ModelArraySelection->GetArraySetting(n) ? " " : " no ") << this->ModelArraySelection->GetArrayName(n);
+  }
+  os << "\n";
   os << indent << "PropagationTimes: " << (this->PropagationTimes ? "On" : "Off") << "\n";
   os << indent << "RelaxationPreset: " << name(this->RelaxationPreset, { "Custom", "Fast", "Balanced", "Accurate" })
      << "\n";

@@ -57,8 +57,7 @@
  *
  * Other tissue (the image, its scalars, place or spacing, material, anchors, ModelReduction, Device, BrickSize), or
  * switching to this mode, starts from rest and applies everything that is connected. Reset() is the way back to rest.
- * Arrays are compared by their contents: equal values in new arrays, say from a reader that ran again, are the same
- * tissue, which goes on from where it was.
+ * Equal values in new arrays, say from a reader that ran again, are the same tissue, which goes on from where it was.
  *
  * An update that fails, say for a probe in air, leaves the state usable: the next one goes on from where it was, and
  * does not repeat a cut that came before the failure. An update that is stopped (AbortExecute) lets go of all probes
@@ -66,17 +65,14 @@
  *
  * @section vtkChainMailDeformation-errors Errors
  *
- * Enumerated properties accept any number; one that stands for nothing is an error of the next update.
- *
- * An update that fails reports one error, sets the error code (GetErrorCode()) and goes on showing: both outputs are
- * the last good ones or, where none fits the image, the image as it is. They have the message in the field array
- * `Error`, which good outputs do not have. The pipeline counts the update as done, so that views that show the output
- * recover with the next update that succeeds.
+ * A number that stands for nothing in an enumerated property is an error of the next update. An update that fails
+ * reports one error, sets the error code (GetErrorCode()) and goes on showing: both outputs are the last good ones or,
+ * where none fits the image, the image as it is. They have the message in the field array `Error`, which good outputs do
+ * not have. The pipeline counts the update as done, so that views recover with the next update that succeeds.
  *
  * @section vtkChainMailDeformation-inputs Input ports
  *
- * All positions and vectors are in world axes and in the image's physical units (mm for medical data), whatever the
- * image's extent, origin, spacing and direction matrix.
+ * All positions and vectors are in world axes and in the image's physical units (mm for medical data).
  *
  * - 0, the image: vtkImageData with point scalars of any numeric type, volume or single slice. Of scalars with several
  *   components the first is read. Scalars that are NaN or infinite are air; their number is warned about once. The
@@ -86,13 +82,11 @@
  *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is). An element has one
  *   holder. A probe whose tissue other probes hold, or whose tissue was carved away, moves nothing and is warned about
  *   once. Warnings count the probes that they are about and name the first few.
- * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades. Vertices and lines are
- *   ignored, and an empty dataset cuts nothing. A surface that meets no tissue is warned about once, until it does.
+ * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
- *   of any number of parts. Elements inside it are removed and show BackgroundValue. A surface that is not closed is an
- *   error. Vertices and lines are ignored, and an empty dataset carves nothing. A surface that meets no tissue is
- *   warned about once, until it does.
+ *   of any number of parts. Elements inside it are removed and show BackgroundValue. One not closed is an error.
  *
+ * Vertices and lines of Cuts and Carves are ignored. A surface that meets no tissue is warned about once, until it does.
  * Probes, cuts and carves may be composite datasets, which count as the list of their datasets. In a composite input of
  * `Carves` each closed dataset is a surface of its own, and all that are not closed together form one surface. A
  * composite image is an error: one image is deformed at a time. The outputs have the time steps of all inputs together.
@@ -103,12 +97,12 @@
  *   its own type. Global ids become an ordinary array, as they are not unique any more. Cell arrays are not passed on,
  *   as they belong to cells of the undeformed grid: they are warned about once. Ghosts and blanks (of voxels and of
  *   cells, `vtkGhostType`) belong to the grid and stay where they are; padding has none.
- * - 1, the model at rest on the input's grid, with the point arrays `Displacement` (3 floats, world axes, [mm]),
- *   `Constraint` (float, fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air), `Element`
- *   (unsigned char: 0 air or carved away, 1 tissue) and `Cluster` (int, number of the rigid cluster, -1 none;
- *   components as `Constraint`). With PropagationTimes it also has `PropagationTime` (float, components as
- *   `Constraint`: how far the last wave that came to the element had travelled from its probe, as the sum of D along
- *   its links [mm]; with 1 component this is along the image's x axis; -1: no wave came) and `Wavefront` (int,
+ * - 1, the model at rest on the input's grid, with those point arrays that were chosen (ModelArrays): `Displacement`
+ *   (3 floats, world axes, [mm]), `Element` (unsigned char: 0 air or carved away, 1 tissue), `Constraint` (float,
+ *   fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air) and `Cluster` (int, number of the rigid
+ *   cluster, -1 none; components as `Constraint`). With PropagationTimes it also has `PropagationTime` (float,
+ *   components as `Constraint`: how far the last wave that came to the element had travelled from its probe, as the sum
+ *   of D along its links [mm]; with 1 component along the image's x axis; -1: no wave came) and `Wavefront` (int,
  *   likewise: the number of that wave since rest, from 1 on; 0 none).
  *
  * Both have the input's field data and these field arrays: `ProbeReached` (3 per probe: its displacement since it
@@ -142,7 +136,6 @@
  * padding included. In parallel one process computes, so more of them make it neither faster nor the image larger. A
  * knife or a carving tool that moves between two updates works at the places where updates find it, not along its way.
  * The state of MODE_INTERACTIVE is not part of a saved pipeline: a loaded one starts from rest.
- *
  * @sa vtkChainMailProbeSource
  */
 
@@ -151,12 +144,13 @@
 
 #include "ChainMailFiltersModule.h" // for export macro
 #include "vtkImageAlgorithm.h"
+#include "vtkNew.h" // for ModelArraySelection
 #include "vtkSmartPointer.h" // for MaterialFunction
 
 #include <memory> // for std::unique_ptr
 #include <string> // for std::string
 #include <vector> // for LabelArrays
-
+class vtkDataArraySelection;
 class vtkMultiProcessController;
 class vtkPiecewiseFunction;
 class vtkStringArray;
@@ -360,6 +354,12 @@ public:
   vtkGetMacro(PropagationTimes, bool);
   vtkBooleanMacro(PropagationTimes, bool);
   ///@}
+
+  /**
+   * ModelArrays: which of the arrays Displacement, Element, Constraint and Cluster output 1 has. The others take no time
+   * and no memory; one that is chosen later comes without another deformation. Default: Displacement, Element.
+   */
+  vtkDataArraySelection* GetModelArraySelection();
 
   enum RelaxationMethods
   {
@@ -575,6 +575,7 @@ private:
   int PropagationIterations = 0;
   int ConflictPolicy = CONFLICT_LIMIT;
   bool PropagationTimes = false;
+  vtkNew<vtkDataArraySelection> ModelArraySelection;
   int RelaxationMethod = RELAXATION_PROJECTED;
   int RelaxationPreset = RELAXATION_CUSTOM;
   bool CoarseToFine = false;

@@ -1,5 +1,6 @@
 #include "Simulation.h"
 
+#include "BuildAhead.h"
 #include "Carving.h"
 #include "Cutting.h"
 #include "Error.h"
@@ -54,9 +55,17 @@ public:
   void resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit);
   Bricks& voxels();
 
+  /// Runs a public call.
+  template <typename Body> auto called(Body&& body) -> decltype(body())
+  {
+    const WhileCompiling report([this] { this->compiling_&& this->compiling_(); });
+    return translated(std::forward<Body>(body));
+  }
+
   std::shared_ptr<const Model> model_;
   std::shared_ptr<Context> context_;
   Progress progress_;
+  std::function<bool()> compiling_;
   Bricks voxels_;                             ///< an element for every voxel
   std::unique_ptr<ModelReduction> reduction_; ///< null where the model is not reduced
   Bricks& bricks_;                            ///< the elements that deform: the voxels, or those of the reduction
@@ -78,13 +87,26 @@ private:
   {
     try
     {
-      return body();
+      return this->stoppedByCompiling(std::forward<Body>(body));
     }
     catch (const Aborted&)
     {
       this->reset();
       throw;
     }
+  }
+
+  template <typename Body> auto stoppedByCompiling(Body&& body) -> decltype(body())
+  {
+    const WhileCompiling report(
+      [this]
+      {
+        if (this->compiling_ && !this->compiling_())
+        {
+          throw Aborted();
+        }
+      });
+    return body();
   }
 
   PaperRelaxation paperRelaxation_;
@@ -214,6 +236,12 @@ void Simulation::Impl::setPropagation(PropagationMethod method, ConflictPolicy p
 
 void Simulation::Impl::hold(const std::vector<Probe>& probes)
 {
+  if (!probes.empty())
+  {
+    const bool projected = this->relaxationMethod_ == RelaxationMethod::Projected;
+    buildAhead(this->bricks_, this->voxels_, projected ? &this->elasticity_ : nullptr,
+      projected && this->relaxation_.startsCoarse());
+  }
   this->waves_.add(this->handles_.take(probes));
 }
 
@@ -409,8 +437,12 @@ void Simulation::Impl::resample(const Index3& padding, const std::function<void(
     }
   }
   this->voxels();
-  this->resampling_.run(
-    padding, [this](double share) { this->checkpoint(share); }, visit);
+  this->stoppedByCompiling(
+    [&]
+    {
+      this->resampling_.run(
+        padding, [this](double share) { this->checkpoint(share); }, visit);
+    });
 }
 
 Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& settings)
@@ -447,9 +479,14 @@ void Simulation::setProgress(Progress progress)
   this->impl_->progress_ = std::move(progress);
 }
 
+void Simulation::setCompiling(std::function<bool()> compiling)
+{
+  this->impl_->compiling_ = std::move(compiling);
+}
+
 void Simulation::setPropagation(PropagationMethod method, ConflictPolicy policy)
 {
-  translated([&] { this->impl_->setPropagation(method, policy); });
+  this->impl_->called([&] { this->impl_->setPropagation(method, policy); });
 }
 
 void Simulation::setPropagationTimes(bool wanted)
@@ -459,7 +496,7 @@ void Simulation::setPropagationTimes(bool wanted)
 
 void Simulation::setRelaxation(RelaxationMethod method, double elasticRecovery)
 {
-  translated([&] { this->impl_->setRelaxation(method, elasticRecovery); });
+  this->impl_->called([&] { this->impl_->setRelaxation(method, elasticRecovery); });
 }
 
 void Simulation::setCoarseToFine(bool wanted)
@@ -469,37 +506,37 @@ void Simulation::setCoarseToFine(bool wanted)
 
 void Simulation::reset()
 {
-  translated([&] { this->impl_->reset(); });
+  this->impl_->called([&] { this->impl_->reset(); });
 }
 
 void Simulation::mend()
 {
-  translated([&] { this->impl_->mend(); });
+  this->impl_->called([&] { this->impl_->mend(); });
 }
 
 std::size_t Simulation::cut(const Surface& surface)
 {
-  return translated([&] { return this->impl_->cut(surface); });
+  return this->impl_->called([&] { return this->impl_->cut(surface); });
 }
 
 std::size_t Simulation::carve(const Surface& surface)
 {
-  return translated([&] { return this->impl_->carve(surface); });
+  return this->impl_->called([&] { return this->impl_->carve(surface); });
 }
 
 void Simulation::hold(const std::vector<Probe>& probes)
 {
-  translated([&] { this->impl_->hold(probes); });
+  this->impl_->called([&] { this->impl_->hold(probes); });
 }
 
 PropagateResult Simulation::propagate(int iterations)
 {
-  return translated([&] { return this->impl_->propagate(iterations); });
+  return this->impl_->called([&] { return this->impl_->propagate(iterations); });
 }
 
 std::vector<ProbeResult> Simulation::pull(const std::vector<Probe>& probes)
 {
-  return translated(
+  return this->impl_->called(
     [&]
     {
       this->impl_->hold(probes);
@@ -510,27 +547,27 @@ std::vector<ProbeResult> Simulation::pull(const std::vector<Probe>& probes)
 
 RelaxResult Simulation::relax(int iterations, double tolerance)
 {
-  return translated([&] { return this->impl_->relax(iterations, tolerance); });
+  return this->impl_->called([&] { return this->impl_->relax(iterations, tolerance); });
 }
 
 std::vector<ProbeResult> Simulation::probes() const
 {
-  return translated([&] { return this->impl_->probes(); });
+  return this->impl_->called([&] { return this->impl_->probes(); });
 }
 
 HeldBy Simulation::heldBy(std::size_t probe) const
 {
-  return translated([&] { return this->impl_->heldBy(probe); });
+  return this->impl_->called([&] { return this->impl_->heldBy(probe); });
 }
 
 Statistics Simulation::measure() const
 {
-  return translated([&] { return this->impl_->measure(); });
+  return this->impl_->called([&] { return this->impl_->measure(); });
 }
 
 void Simulation::displacements(float* out, bool zeroed) const
 {
-  translated(
+  this->impl_->called(
     [&]
     {
       this->impl_->voxels();
@@ -540,12 +577,12 @@ void Simulation::displacements(float* out, bool zeroed) const
 
 void Simulation::propagationTimes(float* out) const
 {
-  translated([&] { this->impl_->readout_.propagationTimes(this->impl_->waves_.arrivals(), out); });
+  this->impl_->called([&] { this->impl_->readout_.propagationTimes(this->impl_->waves_.arrivals(), out); });
 }
 
 void Simulation::wavefronts(int* out, bool zeroed) const
 {
-  translated([&] { this->impl_->readout_.wavefronts(this->impl_->waves_.arrivals(), out, zeroed); });
+  this->impl_->called([&] { this->impl_->readout_.wavefronts(this->impl_->waves_.arrivals(), out, zeroed); });
 }
 
 void Simulation::clusters(int* out) const
@@ -565,7 +602,7 @@ void Simulation::links(std::uint8_t* out) const
 
 void Simulation::resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit) const
 {
-  translated([&] { this->impl_->resample(padding, visit); });
+  this->impl_->called([&] { this->impl_->resample(padding, visit); });
 }
 
 }

@@ -56,6 +56,11 @@ public:
   /// The function that calls which take time report to from now on; null for none.
   void setProgress(Progress progress);
 
+  /// The function that calls report to, several times a second, as long as they wait for the device's compiler; null
+  /// for none. They wait where kernels are used for the first time and are not in the cache of compiled kernels. Where
+  /// it returns false, propagate(), relax() and resample() stop as they do for setProgress().
+  void setCompiling(std::function<bool()> compiling);
+
   /// How waves that start from now on travel. Finishes a wave that is under way first. Default: Envelope, Limit.
   void setPropagation(PropagationMethod method, ConflictPolicy policy);
 

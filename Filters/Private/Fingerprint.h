@@ -43,22 +43,27 @@ struct ArrayContents
   bool operator==(const ArrayContents& other) const { return this->Values == other.Values; }
 };
 
-/// An array that outputs share from update to update as long as nobody has written to it. A filter downstream may write
-/// to it without this filter's knowledge, so IsIntact() compares its contents.
+/// An array that outputs share from update to update, as long as what it shows is of the same version and nobody has
+/// written to it. A filter downstream may write to it without this filter's knowledge, so its contents are compared.
 template <typename ArrayType> class SharedArray
 {
 public:
-  void Set(const vtkSmartPointer<ArrayType>& array)
+  void Set(const vtkSmartPointer<ArrayType>& array, int version)
   {
     this->Array = array;
+    this->Version = version;
     this->Values = FingerprintOf(array);
   }
   void Forget() { this->Array = nullptr; }
-  bool IsIntact() const { return this->Array && FingerprintOf(this->Array) == this->Values; }
+  bool IsIntact(int version) const
+  {
+    return this->Array && this->Version == version && FingerprintOf(this->Array) == this->Values;
+  }
   ArrayType* Get() const { return this->Array; }
 
 private:
   vtkSmartPointer<ArrayType> Array;
+  int Version = 0;
   Fingerprint Values = 0;
 };
 

@@ -5,6 +5,7 @@
 #include "Sampling.h"
 
 #include "vtkCellData.h"
+#include "vtkDataArraySelection.h"
 #include "vtkDoubleArray.h"
 #include "vtkFieldData.h"
 #include "vtkIdTypeArray.h"
@@ -96,10 +97,18 @@ void CopyGrid(const Scene& scene, const std::array<int, 3>& padding, vtkImageDat
 
 }
 
+const std::array<const char*, 4> Outputs::ModelArrays = { "Displacement", "Element", "Constraint", "Cluster" };
+
+bool Outputs::IsDefault(const std::string& modelArray)
+{
+  return modelArray == "Displacement" || modelArray == "Element";
+}
+
 std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(const Scene& scene)
 {
   const auto deformed = vtkSmartPointer<vtkImageData>::New();
   const auto model = vtkSmartPointer<vtkImageData>::New();
+  this->Space = scene.Space;
   this->Reports.Run(RESAMPLE, 0.75, 0.9, [&] { this->WriteDeformed(scene, deformed); });
   this->WriteModel(scene, model);
   const double peak = 1e-6 * static_cast<double>(this->Source.GetSimulation().takePeakDeviceBytes());
@@ -137,33 +146,49 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
 void Outputs::WriteModel(const Scene& scene, vtkImageData* output)
 {
   CopyGrid(scene, { { 0, 0, 0 } }, output);
-  vtkPointData* arrays = output->GetPointData();
-
-  const bool sameTissue = this->TissueChanges == this->Source.GetTissueChanges();
-  if (!sameTissue || !this->Element.IsIntact() || !this->Constraint.IsIntact())
-  {
-    this->Reports.Run(DOWNLOAD, 0.9, 0.93, [&] { this->FetchTissue(scene); });
-    this->TissueChanges = this->Source.GetTissueChanges();
-  }
-  if (this->LinkChanges != this->Source.GetLinkChanges() || !this->Cluster.IsIntact())
-  {
-    this->Reports.Run(DOWNLOAD, 0.93, 0.95,
-      [&]
-      {
-        const auto cluster =
-          MakeArray<vtkIntArray>("Cluster", this->Source.GetModel().axes(), scene.Image->GetNumberOfPoints());
-        this->Source.GetSimulation().clusters(cluster->GetPointer(0));
-        this->Cluster.Set(cluster);
-      });
-    this->LinkChanges = this->Source.GetLinkChanges();
-  }
-  this->Reports.Run(DOWNLOAD, 0.95, 0.98, [&] { arrays->SetVectors(this->FetchDisplacement(scene)); });
-  arrays->AddArray(this->Constraint.Get());
-  arrays->SetScalars(this->Element.Get());
-  arrays->AddArray(this->Cluster.Get());
+  this->ChooseModelArrays(scene.ModelArrays, output);
   if (scene.PropagationTimes)
   {
-    this->Reports.Run(DOWNLOAD, 0.98, 1.0, [&] { this->FetchTimes(scene, arrays); });
+    this->Reports.Run(DOWNLOAD, 0.98, 1.0, [&] { this->FetchTimes(scene, output->GetPointData()); });
+  }
+}
+
+void Outputs::ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* model)
+{
+  vtkPointData* arrays = model->GetPointData();
+  const vtkIdType voxels = model->GetNumberOfPoints();
+  const auto wants = [&](const char* name) { return chosen->ArrayIsEnabled(name) != 0; };
+  const auto share = [&](const char* name, auto& shared, int version, auto&& fetch)
+  {
+    if (!wants(name))
+    {
+      shared.Forget();
+      arrays->RemoveArray(name);
+    }
+    else if (!arrays->HasArray(name))
+    {
+      if (!shared.IsIntact(version))
+      {
+        this->Reports.Run(DOWNLOAD, 0.9, 0.95, [&] { shared.Set(fetch(), version); });
+      }
+      arrays->AddArray(shared.Get());
+    }
+  };
+  if (!wants("Displacement"))
+  {
+    arrays->RemoveArray("Displacement");
+  }
+  else if (!arrays->HasArray("Displacement"))
+  {
+    this->Reports.Run(DOWNLOAD, 0.9, 0.98, [&] { arrays->SetVectors(this->FetchDisplacement(voxels)); });
+  }
+  const int ofTissue = this->Source.GetTissueChanges();
+  share("Element", this->Element, ofTissue, [&] { return this->FetchElement(voxels); });
+  share("Constraint", this->Constraint, ofTissue, [&] { return this->FetchConstraint(voxels); });
+  share("Cluster", this->Cluster, this->Source.GetLinkChanges(), [&] { return this->FetchCluster(voxels); });
+  if (wants("Element"))
+  {
+    arrays->SetActiveScalars("Element");
   }
 }
 
@@ -224,22 +249,35 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   addVectors("ProbeForce", &chainmail::ProbeResult::force);
 }
 
-void Outputs::FetchTissue(const Scene& scene)
+vtkSmartPointer<vtkUnsignedCharArray> Outputs::FetchElement(vtkIdType voxels)
 {
-  const vtkIdType voxels = scene.Image->GetNumberOfPoints();
-  const int axes = this->Source.GetModel().axes();
-  const auto constraint = MakeArray<vtkFloatArray>("Constraint", axes, voxels);
   const auto element = MakeArray<vtkUnsignedCharArray>("Element", 1, voxels);
-  const int width = scene.Tissue.Size[0];
+  this->Source.GetSimulation().elements(element->GetPointer(0));
+  return element;
+}
+
+vtkSmartPointer<vtkIntArray> Outputs::FetchCluster(vtkIdType voxels)
+{
+  const auto cluster = MakeArray<vtkIntArray>("Cluster", this->Source.GetModel().axes(), voxels);
+  this->Source.GetSimulation().clusters(cluster->GetPointer(0));
+  return cluster;
+}
+
+vtkSmartPointer<vtkFloatArray> Outputs::FetchConstraint(vtkIdType voxels)
+{
+  const chainmail::Model& model = this->Source.GetModel();
+  const int axes = model.axes();
+  const vtkSmartPointer<vtkUnsignedCharArray> element = this->FetchElement(voxels);
+  const auto constraint = MakeArray<vtkFloatArray>("Constraint", axes, voxels);
+  const chainmail::Index3& size = model.grid().size;
+  const unsigned char* e = element->GetPointer(0);
   float* c = constraint->GetPointer(0);
-  unsigned char* e = element->GetPointer(0);
-  this->Source.GetSimulation().elements(e);
-  for (int k = 0; k < scene.Tissue.Size[2]; ++k)
+  for (int k = 0; k < size[2]; ++k)
   {
-    for (int j = 0; j < scene.Tissue.Size[1]; ++j)
+    for (int j = 0; j < size[1]; ++j)
     {
-      this->Source.GetModel().row(0, j, k, width, c);
-      for (int i = 0; i < width; ++i, c += axes, ++e)
+      model.row(0, j, k, size[0], c);
+      for (int i = 0; i < size[0]; ++i, c += axes, ++e)
       {
         // The engine marks air by an infinite constraint and anchors by a negative one.
         for (int a = 0; a < axes; ++a)
@@ -249,17 +287,15 @@ void Outputs::FetchTissue(const Scene& scene)
       }
     }
   }
-  this->Constraint.Set(constraint);
-  this->Element.Set(element);
+  return constraint;
 }
 
-vtkSmartPointer<vtkFloatArray> Outputs::FetchDisplacement(const Scene& scene)
+vtkSmartPointer<vtkFloatArray> Outputs::FetchDisplacement(vtkIdType voxels)
 {
-  const vtkIdType voxels = scene.Image->GetNumberOfPoints();
   const auto displacement = MakeArray<vtkFloatArray>("Displacement", 3, voxels, true);
   float* u = displacement->GetPointer(0);
   this->Source.GetSimulation().displacements(u, true);
-  if (scene.Space.IsRotated())
+  if (this->Space->IsRotated())
   {
     vtkSMPTools::For(0, voxels,
       [&](vtkIdType first, vtkIdType last)
@@ -268,7 +304,7 @@ vtkSmartPointer<vtkFloatArray> Outputs::FetchDisplacement(const Scene& scene)
         {
           if (u[3 * v] != 0.0f || u[3 * v + 1] != 0.0f || u[3 * v + 2] != 0.0f)
           {
-            scene.Space.VectorToWorld(u + 3 * v, u + 3 * v);
+            this->Space->VectorToWorld(u + 3 * v, u + 3 * v);
           }
         }
       });

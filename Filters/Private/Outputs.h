@@ -16,9 +16,11 @@
 #include "vtkUnsignedCharArray.h"
 
 #include <array>
+#include <optional>
 #include <set>
 #include <string>
 
+class vtkDataArraySelection;
 class vtkPointData;
 
 namespace vtkChainMail
@@ -34,28 +36,36 @@ public:
   {
   }
 
+  /// The arrays of the model at rest that can be chosen, and whether one is chosen unless somebody says otherwise.
+  static const std::array<const char*, 4> ModelArrays;
+  static bool IsDefault(const std::string& modelArray);
+
   /// Makes the deformed image and the model at rest, after an update of the session with this scene.
   std::array<vtkSmartPointer<vtkImageData>, 2> Write(const Scene& scene);
+
+  /// Gives the model at rest of the last Write() the arrays that are chosen now, and no others of ModelArrays.
+  void ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* model);
 
 private:
   void WriteDeformed(const Scene& scene, vtkImageData* output);
   void WriteModel(const Scene& scene, vtkImageData* output);
   void WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageData* output);
-  void FetchTissue(const Scene& scene);
-  vtkSmartPointer<vtkFloatArray> FetchDisplacement(const Scene& scene);
+  vtkSmartPointer<vtkUnsignedCharArray> FetchElement(vtkIdType voxels);
+  vtkSmartPointer<vtkFloatArray> FetchConstraint(vtkIdType voxels);
+  vtkSmartPointer<vtkIntArray> FetchCluster(vtkIdType voxels);
+  vtkSmartPointer<vtkFloatArray> FetchDisplacement(vtkIdType voxels);
   void FetchTimes(const Scene& scene, vtkPointData* output);
   void WarnAboutLostArrays(vtkImageData* image);
 
   const Session& Source;
   Progress& Reports;
 
-  // Arrays that the outputs share as long as updates find nothing new, and the session's counts of changes when they
-  // were fetched.
+  // Arrays that the outputs share as long as updates find nothing new.
   SharedArray<vtkFloatArray> Constraint;
   SharedArray<vtkUnsignedCharArray> Element;
   SharedArray<vtkIntArray> Cluster;
-  int TissueChanges = 0;
-  int LinkChanges = 0;
+
+  std::optional<Frame> Space; // of the image of the last update
 
   // Cell arrays that are not passed on, and that were warned about.
   std::set<std::string> LostArrays;

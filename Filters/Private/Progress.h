@@ -69,14 +69,33 @@ public:
   /// Sends a progress event. Returns false where somebody has asked to stop.
   bool Show(double share)
   {
+    this->EndCompiling();
     // Where a part calls the engine several times, each call counts from 0; the progress shown never goes back.
     this->Shown = std::max(this->Shown, this->From + share * (this->To - this->From));
-    this->Filter->UpdateProgress(this->Shown);
-#if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 2, 20220823)
-    return !this->Filter->CheckAbort();
-#else
-    return !this->Filter->GetAbortExecute();
-#endif
+    return this->Send();
+  }
+
+  /// Sends a progress event that says what takes so long. Returns false where somebody has asked to stop.
+  bool ShowCompiling()
+  {
+    if (!this->IsCompiling)
+    {
+      const char* text = this->Filter->GetProgressText();
+      this->TextBefore = text ? text : "";
+      this->Filter->SetProgressText("Compiling kernels");
+      this->IsCompiling = true;
+    }
+    return this->Send();
+  }
+
+  /// To be called when an update ends, however it does.
+  void EndCompiling()
+  {
+    if (this->IsCompiling)
+    {
+      this->Filter->SetProgressText(this->TextBefore.empty() ? nullptr : this->TextBefore.c_str());
+      this->IsCompiling = false;
+    }
   }
 
   /// Sends a warning; none where the text is empty.
@@ -88,17 +107,26 @@ public:
     }
   }
 
-  const std::array<double, NUMBER_OF_TIMES>& GetMilliseconds() const
-  {
-    return this->Milliseconds;
-  }
+  const std::array<double, NUMBER_OF_TIMES>& GetMilliseconds() const { return this->Milliseconds; }
 
 private:
+  bool Send()
+  {
+    this->Filter->UpdateProgress(this->Shown);
+#if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 2, 20220823)
+    return !this->Filter->CheckAbort();
+#else
+    return !this->Filter->GetAbortExecute();
+#endif
+  }
+
   vtkAlgorithm* Filter;
   std::array<double, NUMBER_OF_TIMES> Milliseconds{};
   double From = 0.0;
   double To = 1.0;
   double Shown = 0.0;
+  bool IsCompiling = false;
+  std::string TextBefore;
 };
 
 }

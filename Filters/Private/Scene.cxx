@@ -148,6 +148,7 @@ Scene::Scene(
   , Interactive(
       Choice("Mode", filter->GetMode(), { "FromRest", "Interactive" }) == vtkChainMailDeformation::MODE_INTERACTIVE)
   , How(ReadMethod(filter))
+  , ModelArrays(filter->GetModelArraySelection())
   , PropagationTimes(filter->GetPropagationTimes())
   , BackgroundValue(filter->GetBackgroundValue())
   , Nearest(Choice("Interpolation", filter->GetInterpolation(), { "Linear", "Nearest" }) ==

@@ -21,6 +21,7 @@
 #include <vector>
 
 class vtkAbstractArray;
+class vtkDataArraySelection;
 class vtkChainMailDeformation;
 
 namespace vtkChainMail
@@ -123,6 +124,7 @@ struct Scene
   Method How;
 
   // What the outputs are to have.
+  vtkDataArraySelection* ModelArrays;
   bool PropagationTimes;
   chainmail::Index3 Padding{};
   double BackgroundValue;

@@ -151,6 +151,7 @@ void Session::Build(const Scene& scene)
     throw chainmail::InputError(error.what()); // no such device, say: the old simulation is not affected
   }
   simulation->setProgress([this](double share) { return this->Reports.Show(share); });
+  simulation->setCompiling([this] { return this->Reports.ShowCompiling(); });
 
   this->Drop();
   this->EngineScalars = scalars;

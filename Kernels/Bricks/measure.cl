@@ -31,7 +31,7 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
       const Site state = stateSite(&s);
       mask displaced = (mask)(0);
       real c, limit[6], weight[6];
-      UNROLL
+      ROLLED
       for (int axis = 0; axis < 3; ++axis)
       {
         if (axis < AXES)

@@ -15,10 +15,9 @@ struct Elasticity
   bool limited = true; ///< whether relaxation keeps links within their limits, given a state that does
 
   /// The -D options of kernels that compute the energy. Without slack the element rule has less to compute.
-  std::string defines() const
-  {
-    return std::string(this->slack > 0.0f ? " -DPLASTIC" : "") + (this->limited ? "" : " -DUNLIMITED");
-  }
+  std::string ofLinks() const { return this->slack > 0.0f ? " -DPLASTIC" : ""; }
+  /// The -D options of kernels that relax elements.
+  std::string defines() const { return this->ofLinks() + (this->limited ? "" : " -DUNLIMITED"); }
 
   static double weight(double limit) { return rule::wide::linkWeight(limit); }
 

@@ -1,11 +1,12 @@
 #include "Context.h"
 
 #include "Error.h"
-#include "KernelSources.h"
 
 #include <algorithm>
+#include <chrono>
 #include <mutex>
 #include <sstream>
+#include <thread>
 
 namespace chainmail
 {
@@ -18,58 +19,6 @@ std::string megabytes(std::size_t bytes)
   std::ostringstream text;
   text << (bytes + (1u << 20) - 1) / (1u << 20) << " MiB";
   return text.str();
-}
-
-/// The text of a kernel file with its headers in place of its #include lines. Compiler messages still name file and
-/// line.
-std::string expanded(const std::string& file)
-{
-  std::istringstream lines(detail::kernelSource(file));
-  std::ostringstream text;
-  int number = -1; // line 0 is the #line directive
-  for (std::string line; std::getline(lines, line);)
-  {
-    ++number;
-    const std::string include = "#include \"";
-    if (line.compare(0, include.size(), include) == 0)
-    {
-      const std::string header = line.substr(include.size(), line.find('"', include.size()) - include.size());
-      text << expanded(header) << "#line " << number + 1 << " \"" << file << "\"\n";
-    }
-    else
-    {
-      text << line << '\n';
-    }
-  }
-  return text.str();
-}
-
-/// Names everything that a driver's compiled program depends on.
-std::string programKey(const cl::Device& device, const std::string& options, const std::string& source)
-{
-  const cl::Platform platform(device.getInfo<CL_DEVICE_PLATFORM>());
-  std::string key;
-  for (const std::string& part : { platform.getInfo<CL_PLATFORM_NAME>(), platform.getInfo<CL_PLATFORM_VERSION>(),
-         device.getInfo<CL_DEVICE_NAME>(), device.getInfo<CL_DEVICE_VENDOR>(), device.getInfo<CL_DEVICE_VERSION>(),
-         device.getInfo<CL_DRIVER_VERSION>(), options, source })
-  {
-    key += part + '\n';
-  }
-  return key;
-}
-
-/// The driver's compiled program for this one device; empty where the driver does not hand it out.
-std::string binaryOf(const cl::Program& program)
-{
-  try
-  {
-    const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
-    return binaries.empty() ? std::string() : std::string(binaries.front().begin(), binaries.front().end());
-  }
-  catch (const cl::Error&)
-  {
-    return {};
-  }
 }
 
 }
@@ -154,59 +103,13 @@ Context::Context(const cl::Device& device)
   , info_(describe(device))
   , context_(device)
   , queue_(context_, device)
-  , cache_(ProgramCache::userFolder())
+  , programs_(device, context_)
 {
 }
 
-const cl::Program& Context::program(const std::string& file, const std::string& defines)
+Kernel Context::kernel(const std::string& file, const std::string& defines, const char* name)
 {
-  // Simulations in several threads share this. While one of them builds a program, the others wait.
-  const std::lock_guard<std::mutex> lock(this->programsMutex_);
-  const std::string key = file + ' ' + defines;
-  const auto known = this->programs_.find(key);
-  if (known != this->programs_.end())
-  {
-    return known->second;
-  }
-  return this->programs_.emplace(key, this->build(file, "-cl-std=CL1.2 " + defines)).first->second;
-}
-
-cl::Program Context::build(const std::string& file, const std::string& options)
-{
-  const std::vector<cl::Device> devices{ this->device_ };
-  const std::string source = expanded(file);
-  const std::string key = programKey(this->device_, options, source);
-  const std::string kept = this->cache_.find(key);
-  if (!kept.empty())
-  {
-    try
-    {
-      cl::Program program(this->context_, devices, { { kept.begin(), kept.end() } });
-      program.build(devices, options.c_str());
-      return program;
-    }
-    catch (const cl::Error&) // the driver no longer accepts it
-    {
-    }
-  }
-  cl::Program program(this->context_, source);
-  try
-  {
-    program.build(devices, options.c_str());
-  }
-  catch (const cl::Error& error)
-  {
-    throw DeviceError(std::string("OpenCL call ") + error.what() + " failed with " + errorName(error.err()) + " for " +
-                      file + " on \"" + this->info_.name +
-                      "\": " + program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(this->device_));
-  }
-  this->cache_.keep(key, [&] { return binaryOf(program); });
-  return program;
-}
-
-cl::Kernel Context::kernel(const std::string& file, const std::string& defines, const char* name)
-{
-  return cl::Kernel(this->program(file, defines), name);
+  return Kernel(this->programs_.begin(file, defines), name);
 }
 
 void Context::unmap(const cl::Buffer& buffer, void* values) noexcept
@@ -221,12 +124,37 @@ void Context::unmap(const cl::Buffer& buffer, void* values) noexcept
   }
 }
 
-void Context::enqueue(const cl::Kernel& kernel, std::size_t groups, std::size_t items)
+void Context::enqueue(const Kernel& kernel, std::size_t groups, std::size_t items)
 {
-  if (groups > 0)
+  if (groups == 0)
   {
-    this->queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(groups * items), cl::NDRange(items));
+    return;
   }
+  const cl::NDRange all(groups * items);
+  const cl::NDRange group(items);
+  if (!kernel.program_ || kernel.program_->wasLaunched(kernel.name_, items))
+  {
+    this->queue_.enqueueNDRangeKernel(kernel.handle_, cl::NullRange, all, group);
+    return;
+  }
+  cl::Event event;
+  this->queue_.enqueueNDRangeKernel(kernel.handle_, cl::NullRange, all, group, nullptr, &event);
+  this->queue_.flush();
+  try
+  {
+    WhileCompiling::wait(
+      [&](std::chrono::microseconds time)
+      {
+        std::this_thread::sleep_for(std::min(time, std::chrono::microseconds(5000)));
+        return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() <= CL_COMPLETE;
+      });
+  }
+  catch (...)
+  {
+    this->queue_.finish(); // until then the device may read what the caller gives away
+    throw;
+  }
+  kernel.program_->noteLaunch(kernel.name_, items);
 }
 
 void Context::count(cl::Buffer& buffer, std::size_t bytes)

@@ -4,13 +4,11 @@
 
 #include "ArgumentList.h"
 #include "Device.h"
-#include "ProgramCache.h"
+#include "Programs.h"
 
 #include <algorithm>
 #include <atomic>
-#include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -30,6 +28,29 @@ template <typename Body> auto translated(Body&& body) -> decltype(body());
 
 [[noreturn]] void throwTranslated(const cl::Error& error);
 
+/// A kernel, together with the program that it comes from where that is one of Programs.
+class Kernel
+{
+public:
+  Kernel(const cl::Kernel& handle) // NOLINT(google-explicit-constructor): a kernel of any other program will do
+    : handle_(handle)
+  {
+  }
+
+private:
+  friend class Context;
+  Kernel(const std::shared_ptr<Program>& program, const char* name)
+    : handle_(program->wait(), name)
+    , program_(program)
+    , name_(name)
+  {
+  }
+
+  cl::Kernel handle_;
+  std::shared_ptr<Program> program_;
+  const char* name_ = "";
+};
+
 /// A device with its context, an in-order queue and the programs built for it so far. There is one per device and
 /// process, which simulations in several threads share. So any thread may call any of its functions at any time.
 class Context
@@ -43,22 +64,28 @@ public:
   const cl::Device& device() const { return this->device_; }
   cl::CommandQueue& queue() { return this->queue_; }
 
-  /// The program of one .cl file with the given -D options. On first use it is built or taken from the user's cache.
-  const cl::Program& program(const std::string& file, const std::string& defines);
-  cl::Kernel kernel(const std::string& file, const std::string& defines, const char* name);
+  /// A kernel of one .cl file with the given -D options. On first use its program is built or taken from the user's
+  /// cache.
+  Kernel kernel(const std::string& file, const std::string& defines, const char* name);
+
+  /// Has a program built in the background that is likely to be needed soon.
+  void buildAhead(const std::string& file, const std::string& defines) { this->programs_.begin(file, defines); }
+
+  /// Whether a program is in the user's cache.
+  bool isKept(const std::string& file, const std::string& defines) { return this->programs_.isKept(file, defines); }
 
   /// Runs a kernel with one work-group of `items` for each of `groups`. Sets these arguments first (see ArgumentList);
   /// without any, the kernel keeps those that it has.
   template <typename... Arguments>
-  void launch(cl::Kernel kernel, std::size_t groups, std::size_t items, const Arguments&... arguments)
+  void launch(Kernel kernel, std::size_t groups, std::size_t items, const Arguments&... arguments)
   {
-    ArgumentList(kernel).add(arguments...);
+    ArgumentList(kernel.handle_).add(arguments...);
     this->enqueue(kernel, groups, items);
   }
   /// Runs a kernel over `count` items. The kernel gets `count` as its last argument, since the range is rounded up to
   /// whole work-groups. These are all of one size, because PoCL builds a kernel anew for every other size.
   template <typename... Arguments>
-  void launchOver(const cl::Kernel& kernel, std::size_t count, const Arguments&... arguments)
+  void launchOver(const Kernel& kernel, std::size_t count, const Arguments&... arguments)
   {
     constexpr std::size_t group = 64;
     this->launch(kernel, (count + group - 1) / group, group, arguments..., static_cast<cl_uint>(count));
@@ -105,18 +132,15 @@ public:
   }
 
 private:
-  cl::Program build(const std::string& file, const std::string& options);
   void unmap(const cl::Buffer& buffer, void* values) noexcept;
-  void enqueue(const cl::Kernel& kernel, std::size_t groups, std::size_t items);
+  void enqueue(const Kernel& kernel, std::size_t groups, std::size_t items);
   void count(cl::Buffer& buffer, std::size_t bytes);
 
   cl::Device device_;
   DeviceInfo info_;
   cl::Context context_;
   cl::CommandQueue queue_;
-  ProgramCache cache_;
-  std::mutex programsMutex_;
-  std::map<std::string, cl::Program> programs_;
+  Programs programs_;
 
   struct BytesInUse
   {

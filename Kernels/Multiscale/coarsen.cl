@@ -171,7 +171,7 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
 #endif
   Towards towards;
   real c[27], u[27], part[27], weight[8], rigidWeight[8], sum[8], rigidSum[8];
-  UNROLL
+  ROLLED
   for (int axis = 0; axis < 3; ++axis)
   {
     if (axis < AXES)

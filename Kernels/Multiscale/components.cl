@@ -28,7 +28,7 @@ RULE mask markOf(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
   for (int d = 0; d < 6; ++d)
   {
     const mask linked = linkLimit(c, neighbourConstraint(constraint, cut, s, d, odd)) < INFINITY;
-    UNROLL
+    ROLLED
     for (int axis = 0; axis < 3; ++axis)
     {
       global const float* u = displacement + axis * pitch;
@@ -45,9 +45,7 @@ kernel void mark(global const int* list, LAYOUT_ARGUMENTS, global const float* d
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
     const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
-#define MARK(odd) markOf(odd, &s, pitch, tissuePitch, displacement, constraint, cut)
-    const mask mark = BY_PARITY(MARK, s);
-#undef MARK
+    const mask mark = markOf(s.odd, &s, pitch, tissuePitch, displacement, constraint, cut);
     STORE(mark, marks + s.self);
   }
 }
@@ -77,9 +75,7 @@ kernel void join(
   FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut, global int* marks)
 {
   FIXED_POINT_BEGIN
-#define JOIN(odd) joinAt(odd, &s, constraint, cut, marks)
-  FIXED_POINT(BY_PARITY(JOIN, s))
-#undef JOIN
+  FIXED_POINT(joinAt(s.odd, &s, constraint, cut, marks))
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);

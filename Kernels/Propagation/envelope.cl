@@ -17,46 +17,36 @@
 RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint tissuePitch, global float* displacement,
   global const float* before, global const float* constraint, global const uchar* cut, float* conflict)
 {
-  real c[AXES];
-  Envelope e[3];
-  UNROLL
-  for (int axis = 0; axis < AXES; ++axis)
-  {
-    c[axis] = LOAD(constraint + axis * tissuePitch + s->self);
-  }
-  UNROLL
+  real c, limit[6];
+  mask held[6];
+  int touched = 0;
+  ROLLED
   for (int axis = 0; axis < 3; ++axis)
   {
-    e[axis] = unbounded();
-  }
-  UNROLL
-  for (int d = 0; d < 6; ++d)
-  {
-    real limit;
-    mask held;
-    UNROLL
-    for (int axis = 0; axis < 3; ++axis)
+    if (axis < AXES)
     {
-      if (axis < AXES)
+      c = LOAD(constraint + axis * tissuePitch + s->self);
+      UNROLL
+      for (int d = 0; d < 6; ++d)
       {
         const real cd = neighbourConstraint(constraint + axis * tissuePitch, cut, s, d, odd);
-        limit = linkLimit(c[axis], cd);
-        held = beside ? isHeld(cd) : (mask)(0);
+        limit[d] = linkLimit(c, cd);
+        held[d] = beside ? isHeld(cd) : (mask)(0);
       }
-      envelopeAdd(&e[axis], neighbour(displacement + axis * pitch, s, d, odd),
-        neighbour(before + axis * pitch, s, d, odd), held, limit);
     }
-  }
-  int touched = 0;
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
-  {
+    Envelope e = unbounded();
+    UNROLL
+    for (int d = 0; d < 6; ++d)
+    {
+      envelopeAdd(&e, neighbour(displacement + axis * pitch, s, d, odd), neighbour(before + axis * pitch, s, d, odd),
+        held[d], limit[d]);
+    }
     const real u = LOAD(displacement + axis * pitch + s->self);
     const real u0 = LOAD(before + axis * pitch + s->self);
-    const mask held = beside ? isHeld(c[min(axis, AXES - 1)]) : (mask)(0);
-    const real next = select(envelopeClamp(e[axis], u0), u, held);
-    const real tooHigh = envelopeTooHigh(e[axis], u, held);
-    const real tooLow = envelopeTooLow(e[axis], u, held);
+    const mask own = beside ? isHeld(c) : (mask)(0);
+    const real next = select(envelopeClamp(e, u0), u, own);
+    const real tooHigh = envelopeTooHigh(e, u, own);
+    const real tooLow = envelopeTooLow(e, u, own);
     if (SOME((tooHigh > 0.0f) | (tooLow > 0.0f)))
     {
       conflict[2 * axis] = max(conflict[2 * axis], largestOf(tooHigh));

@@ -27,7 +27,7 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
 {
   mask beyond = (mask)(0);
   real limits[6];
-  UNROLL
+  ROLLED
   for (int axis = 0; axis < 3; ++axis)
   {
     if (axis < AXES)
@@ -54,9 +54,7 @@ kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const floa
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
     const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
-#define VIOLATED(odd) isViolated(odd, &s, pitch, tissuePitch, constraint, cut, displacement)
-    any |= BY_PARITY(VIOLATED, s);
-#undef VIOLATED
+    any |= isViolated(s.odd, &s, pitch, tissuePitch, constraint, cut, displacement);
   }
   if (any)
   {
@@ -69,7 +67,7 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
 {
   int touched = 0;
   real limits[6];
-  UNROLL
+  ROLLED
   for (int axis = 0; axis < 3; ++axis)
   {
     if (axis < AXES)
@@ -100,9 +98,7 @@ kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* c
   global float* lower, global float* upper)
 {
   FIXED_POINT_BEGIN
-#define BOUND(odd) boundAt(odd, &s, pitch, tissuePitch, constraint, cut, lower, upper)
-  FIXED_POINT(BY_PARITY(BOUND, s))
-#undef BOUND
+  FIXED_POINT(boundAt(s.odd, &s, pitch, tissuePitch, constraint, cut, lower, upper))
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);

@@ -364,15 +364,15 @@ std::vector<int> RigidClusters::inactiveBricks() const
 void RigidClusters::relax(float omega, float still, const Elasticity& elasticity, const Turn& turn)
 {
   Context& context = this->bricks_.context();
-  const std::string defines = this->bricks_.defines(false) + elasticity.defines();
+  const std::string defines = this->bricks_.defines(false) + elasticity.ofLinks();
 
   context.launchOver(context.kernel("clusters.cl", defines, "clusterGather"), this->chunkList_.size(), turn.log,
     turn.turn, this->chunks_, this->links_, this->places_, elasticity.slack, this->bricks_.pitch(),
     this->bricks_.tissuePitch(), this->bricks_.displacement, this->bricks_.constraint, this->partial_);
 
   context.launch(context.kernel("clusters.cl", defines, "clusterMove"), this->active_.size(),
-    context.info().gpu ? 16 : 1, turn.log, turn.turn, this->heads_, omega, still, this->partial_, this->places_,
-    this->moves_);
+    context.info().gpu ? 16 : 1, turn.log, turn.turn, this->heads_, static_cast<cl_int>(elasticity.limited), omega,
+    still, this->partial_, this->places_, this->moves_);
 
   context.launchOver(context.kernel("clusters.cl", defines, "clusterScatter"), this->memberList_.size(), turn.activity,
     turn.turn, this->members_, this->heads_, this->places_, this->moves_, this->bricks_.pitch(),

@@ -18,7 +18,7 @@ kernel void activeConstraints(global const int* list, LAYOUT_ARGUMENTS, global c
   {
     const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     mask found = (mask)(0);
-    UNROLL
+    ROLLED
     for (int d = 1; d < 6; d += 2)
     {
       real limit;

@@ -39,8 +39,9 @@ kernel void clusterGather(global const int* log, int4 turn, global const int4* c
 // Moves the clusters, one work-group each. The chunks are added up in LANES sums, whatever the number of work-items.
 //
 // cluster: first chunk, number of chunks, axis (-1 for all three). moves: how far the cluster went, 0 where it stayed.
+// limited: whether links keep their limits.
 #define LANES 16
-kernel void clusterMove(global int* log, int4 turn, global const int4* clusters, float omega, float still,
+kernel void clusterMove(global int* log, int4 turn, global const int4* clusters, int limited, float omega, float still,
   global const float* partial, global float* places, global float* moves)
 {
   local Neighbours lanes[3 * LANES];
@@ -90,6 +91,8 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
       n.lower = max(n.lower, part.lower);
       n.upper = min(n.upper, part.upper);
     }
+    n.lower = limited ? n.lower : -INFINITY;
+    n.upper = limited ? n.upper : INFINITY;
     const float u = places[id * 3 + axis];
     const float next = relaxedPlace(n, u, omega, still);
     places[id * 3 + axis] = next;

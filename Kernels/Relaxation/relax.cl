@@ -84,7 +84,11 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
 #define PIECE(odd)                                                                                                     \
   relaxPiece(odd, &s, omega, still, slack, pitch, tissuePitch, displacement, constraint, cut, &touched WAVES_PASSED_ON)
+#ifdef UNLIMITED
+      move = max(move, PIECE(s.odd)); // only few sweeps, which smooth what interpolation bent
+#else
       move = max(move, BY_PARITY(PIECE, s));
+#endif
 #undef PIECE
     }
   }

@@ -4,6 +4,8 @@
 
 #include "FilterTest.h"
 
+#include "vtkDataArraySelection.h"
+
 #include "vtkDataSetAttributes.h"
 #include "vtkSignedCharArray.h"
 
@@ -39,6 +41,7 @@ void TestMode(Checks& check, int mode)
   in->SetScalars(MakeArray(image, "Scan", VTK_SHORT));
 
   vtkNew<vtkChainMailDeformation> filter;
+  filter->GetModelArraySelection()->EnableAllArrays();
   EventLog log(filter);
   filter->SetMode(mode);
   filter->PropagationTimesOn();

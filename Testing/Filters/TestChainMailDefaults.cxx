@@ -3,6 +3,8 @@
 
 #include "FilterTest.h"
 
+#include "vtkDataArraySelection.h"
+
 #include "vtkPiecewiseFunction.h"
 
 #include <fstream>
@@ -94,6 +96,14 @@ int TestChainMailDefaults(int, char*[])
   number("PropagationIterations", filter->GetPropagationIterations());
   word("vtkGetMacro(ConflictPolicy,", conflicts[filter->GetConflictPolicy()]);
   word("vtkGetMacro(PropagationTimes,", filter->GetPropagationTimes() ? "on" : "off");
+  std::string modelArrays;
+  vtkDataArraySelection* const selection = filter->GetModelArraySelection();
+  for (int n = 0; n < selection->GetNumberOfArrays(); ++n)
+  {
+    modelArrays +=
+      selection->GetArraySetting(n) ? (modelArrays.empty() ? "" : ", ") + std::string(selection->GetArrayName(n)) : "";
+  }
+  word("GetModelArraySelection()", modelArrays);
   word("vtkGetMacro(RelaxationMethod,", relaxations[filter->GetRelaxationMethod()]);
   const char* relaxationPresets[] = { "RELAXATION_CUSTOM", "RELAXATION_INTERACTIVE", "RELAXATION_BALANCED",
     "RELAXATION_ACCURATE" };
@@ -155,6 +165,7 @@ int TestChainMailDefaults(int, char*[])
     { "PropagationIterations", [&] { filter->SetPropagationIterations(10); } },
     { "ConflictPolicy", [&] { filter->SetConflictPolicyToLatest(); } },
     { "PropagationTimes", [&] { filter->PropagationTimesOn(); } },
+    { "ModelArrays", [&] { filter->GetModelArraySelection()->EnableArray("Cluster"); } },
     { "RelaxationMethod", [&] { filter->SetRelaxationMethodToPaper(); } },
     { "ElasticRecovery", [&] { filter->SetElasticRecovery(0.8); } },
     { "RelaxationIterations", [&] { filter->SetRelaxationIterations(7); } },
@@ -211,9 +222,9 @@ int TestChainMailDefaults(int, char*[])
   for (const char* line : { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions",
          "TissueThreshold: nan", "AnchorRigid: On", "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive",
          "PropagationMethod: Timestamp", "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: On",
-         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "RelaxationIterations: 7", "RelaxationTolerance: 0.5",
-         "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3", "Device: some",
-         "BrickSize: 8 4 2", "ModelReduction: 4" })
+         "ModelArrays: Displacement Element no Constraint Cluster", "RelaxationMethod: Paper", "ElasticRecovery: 0.8",
+         "RelaxationIterations: 7", "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:",
+         "BackgroundValue: nan", "OutputPadding: 3", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

@@ -4,6 +4,8 @@
 
 #include "FilterTest.h"
 
+#include "vtkDataArraySelection.h"
+
 #include "vtkDoubleArray.h"
 #include "vtkFloatArray.h"
 #include "vtkIntArray.h"
@@ -91,6 +93,7 @@ int TestChainMailModel(int, char*[])
     material->AddPoint(200.0, 0.2);
     material->AddPoint(900.0, 0.0);
     vtkNew<vtkChainMailDeformation> filter;
+    filter->GetModelArraySelection()->EnableAllArrays();
     filter->SetInputData(image);
     filter->SetMaterialFunction(material);
     filter->SetTissueThreshold(-100.0);
@@ -152,7 +155,8 @@ int TestChainMailModel(int, char*[])
     }
     check.Equal(clusters.size(), std::size_t(2), "two rods");
     check.That(clusters.count(0) == 1 && clusters.count(1) == 1, "numbered from 0");
-    check.Equal(Field(model, "DisplacedElements"), static_cast<double>(moved), "DisplacedElements are those that moved");
+    check.Equal(
+      Field(model, "DisplacedElements"), static_cast<double>(moved), "DisplacedElements are those that moved");
     check.That(moved > 200, "the scene is deformed");
     check.That(Field(model, "MaxLinkExcess") >= 0.0 && Field(model, "MaxLinkExcess") <= 1e-5, "MaxLinkExcess");
     const double energy = EnergyOf(model, [](const double*, const double*) { return false; });
@@ -213,6 +217,7 @@ int TestChainMailModel(int, char*[])
     }
     image->GetPointData()->AddArray(fractions);
     vtkNew<vtkChainMailDeformation> filter;
+    filter->GetModelArraySelection()->EnableAllArrays();
     filter->SetInputData(image);
     filter->SetConstraintArray("Fractions");
     filter->SetTissueThreshold(100.0);
@@ -248,6 +253,7 @@ int TestChainMailModel(int, char*[])
     material->AddPoint(100.0, 0.3);
     material->AddPoint(1000.0, 0.0);
     vtkNew<vtkChainMailDeformation> filter;
+    filter->GetModelArraySelection()->EnableAllArrays();
     filter->SetInputData(image);
     filter->SetMaterialFunction(material);
     filter->SetTissueThreshold(0.0);
@@ -309,6 +315,7 @@ int TestChainMailModel(int, char*[])
     auto image = MakeImage({ { 0, 11, 0, 5, 0, 5 } }, VTK_SHORT);
     image->GetPointData()->GetScalars()->Fill(100);
     vtkNew<vtkChainMailDeformation> filter;
+    filter->GetModelArraySelection()->EnableAllArrays();
     filter->SetInputData(image);
     filter->SetMaterialFunction(ConstantMaterial(0.2));
     filter->SetTissueThreshold(0.0);
@@ -393,6 +400,7 @@ int TestChainMailModel(int, char*[])
     const double scalars[6] = { -1000.0, -400.0, -100.0, 50.0, 600.0, 1200.0 };
     Fill(image->GetPointData()->GetScalars(), image, [&](int i, int, int) { return scalars[i]; });
     vtkNew<vtkChainMailDeformation> filter;
+    filter->GetModelArraySelection()->EnableAllArrays();
     filter->SetInputData(image);
     const auto row = [&](const char* name)
     {

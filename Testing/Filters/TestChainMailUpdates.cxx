@@ -4,6 +4,8 @@
 
 #include "FilterTest.h"
 
+#include "vtkDataArraySelection.h"
+
 #include "vtkFloatArray.h"
 
 using namespace FilterTest;
@@ -78,6 +80,7 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
   to->SetPropagationIterations(from->GetPropagationIterations());
   to->SetConflictPolicy(from->GetConflictPolicy());
   to->SetPropagationTimes(from->GetPropagationTimes());
+  to->GetModelArraySelection()->CopySelections(from->GetModelArraySelection());
   to->SetRelaxationMethod(from->GetRelaxationMethod());
   to->SetRelaxationPreset(from->GetRelaxationPreset());
   to->SetCoarseToFine(from->GetCoarseToFine());
@@ -155,6 +158,19 @@ int TestChainMailUpdates(int, char*[])
   };
   scene.Probes->Modified();
   untouched("probes touched, not changed");
+
+  // Arrays of the model at rest come and go without another deformation.
+  vtkDataArraySelection* const chosen = filter->GetModelArraySelection();
+  chosen->DisableAllArrays();
+  untouched("no array of the model");
+  chosen->EnableArray("Constraint");
+  chosen->EnableArray("Cluster");
+  untouched("two arrays of the model");
+  chosen->EnableAllArrays();
+  untouched("all arrays of the model");
+  chosen->DisableArray("Displacement");
+  untouched("all arrays of the model but one");
+  chosen->EnableAllArrays();
   scene.Cuts->GetPoints()->Modified();
   scene.Cuts->Modified();
   untouched("cuts touched, not changed");

@@ -336,7 +336,8 @@ void Kernel::setPlain(cl_uint index, const void* value, std::size_t bytes)
   this->state_->at(index).plain.assign(from, from + bytes);
 }
 
-void CommandQueue::enqueueNDRangeKernel(const Kernel& kernel, const NDRange&, const NDRange& all, const NDRange& group)
+void CommandQueue::enqueueNDRangeKernel(const Kernel& kernel, const NDRange&, const NDRange& all, const NDRange& group,
+  const std::vector<Event>*, Event*)
 {
   if (group.size() == 0 || all.size() % group.size() != 0)
   {

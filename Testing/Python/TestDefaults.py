@@ -37,6 +37,11 @@ for name, value in FIXED.items():
     require(getattr(plain, "Get" + name)() == value, "the class's %s is %s", name, getattr(plain, "Get" + name)())
     proxy = deformation.GetClientSideObject()
     require(getattr(proxy, "Get" + name)() == value, "the proxy's %s is %s", name, getattr(proxy, "Get" + name)())
+require(list(deformation.ModelArrays) == ["Displacement", "Element"], "the model's arrays are %s", deformation.ModelArrays)
+for filter in (plain, deformation.GetClientSideObject()):
+    chosen = filter.GetModelArraySelection()
+    require([name for name in ("Displacement", "Element", "Constraint", "Cluster") if chosen.ArrayIsEnabled(name)] ==
+            ["Displacement", "Element"], "the model has other arrays")
 require(deformation.GetClientSideObject().GetNumberOfLabelArrays() == 0, "there are label arrays from the start")
 
 # A CT: Hounsfield units. These numbers are the presets' documentation, so they are written out.

@@ -21,6 +21,7 @@ image = servermanager.Fetch(reader, 0)
 before = points_of(image, "MetaImage")
 volume = Volume(image, "MetaImage")
 deformation = ChainMailDeformation(Input=reader, MaterialPreset="CT (Hounsfield units)", RelaxationIterations=200,
+                                    ModelArrays=["Displacement", "Element", "Cluster"],
                                    RelaxationTolerance=1e-4, CoarseToFine=1)
 reports = Reports(deformation)
 
@@ -102,6 +103,7 @@ update(deformation, reports)
 deformation.ModelReduction = "2"
 shown, model = update(deformation, reports)
 other = ChainMailDeformation(Input=reader, MaterialPreset="CT (Hounsfield units)", RelaxationIterations=200,
+                                    ModelArrays=["Displacement", "Element", "Cluster"],
                              RelaxationTolerance=1e-4, CoarseToFine=1, Mode="Interactive", ModelReduction="2", Probes=probes)
 otherShown, otherModel = update(other, Reports(other))
 require(same_bits(points_of(model, "Displacement"), points_of(otherModel, "Displacement")), "a change does not start anew")

@@ -127,7 +127,8 @@ add_array(image, anisotropic.reshape(*size[::-1], 3), "Fractions")
 image.GetPointData().SetActiveScalars("CT")
 
 source = produce(image)
-deformation = ChainMailDeformation(Input=source, RelaxationIterations=0, TissueThreshold=THRESHOLD)
+deformation = ChainMailDeformation(Input=source, RelaxationIterations=0, TissueThreshold=THRESHOLD,
+                                    ModelArrays=["Displacement", "Element", "Cluster"])
 deformation.MaterialFunction.Points = [number for x, y in NODES for number in (x, y, 0.5, 0.0)]
 reports = Reports(deformation)
 isotropic = np.repeat(constraint[:, None], 3, axis=1)

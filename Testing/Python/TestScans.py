@@ -40,7 +40,7 @@ if len(found) < len(SCANS):
 for name, path in found.items():
     started = time.time()
     reader = OpenDataFile(path)
-    deformation = ChainMailDeformation(Input=reader)
+    deformation = ChainMailDeformation(Input=reader, ModelArrays=["Displacement", "Element", "Constraint"])
     reports = Reports(deformation)
     threshold, background = SCANS[name]
     require(deformation.TissueThreshold == threshold, "%s: the threshold is %g", name, deformation.TissueThreshold)

@@ -139,6 +139,7 @@ public:
   }
 
   void build(const std::vector<Device>&, const char* options);
+  void compile(const char*) { throw Error(CL_INVALID_OPERATION, "clCompileProgram"); }
   template <cl_program_build_info Name> std::string getBuildInfo(const Device&) const
   {
     static_assert(Name == CL_PROGRAM_BUILD_LOG, "not emulated");
@@ -195,12 +196,24 @@ private:
 };
 inline const NDRange NullRange;
 
+/// Of a command, which is complete when the call returns.
+class Event
+{
+public:
+  template <cl_event_info Name> cl_int getInfo() const
+  {
+    static_assert(Name == CL_EVENT_COMMAND_EXECUTION_STATUS, "not emulated");
+    return CL_COMPLETE;
+  }
+};
+
 class CommandQueue
 {
 public:
   CommandQueue(const Context&, const Device&) {}
 
-  void enqueueNDRangeKernel(const Kernel& kernel, const NDRange& offset, const NDRange& all, const NDRange& group);
+  void enqueueNDRangeKernel(const Kernel& kernel, const NDRange& offset, const NDRange& all, const NDRange& group,
+    const std::vector<Event>* before = nullptr, Event* event = nullptr);
   void enqueueReadBuffer(const Buffer& buffer, cl_bool blocking, std::size_t offset, std::size_t bytes, void* to);
   void enqueueWriteBuffer(
     const Buffer& buffer, cl_bool blocking, std::size_t offset, std::size_t bytes, const void* from);
@@ -214,6 +227,7 @@ public:
     this->fill(buffer, &pattern, sizeof(pattern), offset, bytes);
   }
   void finish() {}
+  void flush() {}
 
 private:
   void fill(const Buffer& buffer, const void* pattern, std::size_t size, std::size_t offset, std::size_t bytes);

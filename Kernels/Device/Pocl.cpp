@@ -1,0 +1,57 @@
+#include "Pocl.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// The file of this name in a binary of PoCL, where the length of 4 bytes, lowest first, stands between the name and
+/// the content of each file. Empty where there is none.
+std::string fileIn(const std::vector<unsigned char>& binary, const std::string& name)
+{
+  const std::string all(binary.begin(), binary.end());
+  const std::size_t at = all.find(name);
+  const std::size_t begin = at + name.size() + 4;
+  if (at == std::string::npos || begin > all.size())
+  {
+    return {};
+  }
+  std::uint32_t length = 0;
+  for (std::size_t n = 1; n <= 4; ++n)
+  {
+    length = length << 8 | binary[begin - n];
+  }
+  return length <= all.size() - begin ? all.substr(begin, length) : std::string();
+}
+
+}
+
+bool isPocl(const cl::Device& device)
+{
+  const std::string name = cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>();
+  return name.find("Portable Computing Language") != std::string::npos;
+}
+
+std::string poclBitcode(const cl::Device& device, const std::string& source, const std::string& options)
+{
+  try
+  {
+    // In a context of its own, since PoCL compiles only one program of a context at a time.
+    const cl::Context context(device);
+    cl::Program program(context, source);
+    program.compile(options.c_str());
+    const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
+    const std::string bitcode = binaries.empty() ? std::string() : fileIn(binaries.front(), "/program.bc");
+    return bitcode.compare(0, 2, "BC") == 0 ? bitcode : std::string();
+  }
+  catch (const cl::Error&)
+  {
+    return {};
+  }
+}
+
+}

@@ -1,0 +1,249 @@
+#include "Programs.h"
+
+#include "Context.h"
+#include "Error.h"
+#include "KernelSources.h"
+#include "Pocl.h"
+
+#include <algorithm>
+#include <atomic>
+#include <optional>
+#include <sstream>
+#include <vector>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// The text of a kernel file with its headers in place of its #include lines. Compiler messages still name file and
+/// line.
+std::string expanded(const std::string& file)
+{
+  std::istringstream lines(detail::kernelSource(file));
+  std::ostringstream text;
+  int number = -1; // line 0 is the #line directive
+  for (std::string line; std::getline(lines, line);)
+  {
+    ++number;
+    const std::string include = "#include \"";
+    if (line.compare(0, include.size(), include) == 0)
+    {
+      const std::string header = line.substr(include.size(), line.find('"', include.size()) - include.size());
+      text << expanded(header) << "#line " << number + 1 << " \"" << file << "\"\n";
+    }
+    else
+    {
+      text << line << '\n';
+    }
+  }
+  return text.str();
+}
+
+std::string optionsOf(const std::string& defines)
+{
+  return "-cl-std=CL1.2 " + defines;
+}
+
+/// Names everything that a driver's compiled program depends on.
+std::string programKey(const cl::Device& device, const std::string& options, const std::string& source)
+{
+  const cl::Platform platform(device.getInfo<CL_DEVICE_PLATFORM>());
+  std::string key;
+  for (const std::string& part : { platform.getInfo<CL_PLATFORM_NAME>(), platform.getInfo<CL_PLATFORM_VERSION>(),
+         device.getInfo<CL_DEVICE_NAME>(), device.getInfo<CL_DEVICE_VENDOR>(), device.getInfo<CL_DEVICE_VERSION>(),
+         device.getInfo<CL_DRIVER_VERSION>(), options, source })
+  {
+    key += part + '\n';
+  }
+  return key;
+}
+
+/// The driver's compiled program for this one device; empty where the driver does not hand it out.
+std::string binaryOf(const cl::Program& program)
+{
+  try
+  {
+    const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
+    return binaries.empty() ? std::string() : std::string(binaries.front().begin(), binaries.front().end());
+  }
+  catch (const cl::Error&)
+  {
+    return {};
+  }
+}
+
+/// Hands a program that a driver has kept, or something like it, to the driver. Nothing where it does not accept it.
+std::optional<cl::Program> accepted(
+  const cl::Device& device, const cl::Context& context, const std::string& kept, const std::string& options)
+{
+  if (kept.empty())
+  {
+    return std::nullopt;
+  }
+  try
+  {
+    cl::Program program(context, { device }, { { kept.begin(), kept.end() } });
+    program.build({ device }, options.c_str());
+    return program;
+  }
+  catch (const cl::Error&)
+  {
+    return std::nullopt;
+  }
+}
+
+cl::Program build(const cl::Device& device, const cl::Context& context, const ProgramCache& cache,
+  const std::string& file, const std::string& options)
+{
+  const std::string source = expanded(file);
+  const std::string key = programKey(device, options, source);
+  if (const auto program = accepted(device, context, cache.find(key), options))
+  {
+    return *program;
+  }
+  if (isPocl(device))
+  {
+    const std::string bitcode = poclBitcode(device, source, options);
+    if (const auto program = accepted(device, context, bitcode, options))
+    {
+      cache.keep(key, [&] { return bitcode; });
+      return *program;
+    }
+  }
+  cl::Program program(context, source);
+  try
+  {
+    program.build({ device }, options.c_str());
+  }
+  catch (const cl::Error& error)
+  {
+    throw DeviceError(std::string("OpenCL call ") + error.what() + " failed with " + errorName(error.err()) + " for " +
+                      file + " on \"" + device.getInfo<CL_DEVICE_NAME>() +
+                      "\": " + program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device));
+  }
+  cache.keep(key, [&] { return binaryOf(program); });
+  return program;
+}
+
+}
+
+thread_local WhileCompiling* WhileCompiling::current_ = nullptr;
+
+void WhileCompiling::report()
+{
+  if (current_)
+  {
+    current_->report_();
+  }
+}
+
+void WhileCompiling::wait(const std::function<bool(std::chrono::microseconds)>& done)
+{
+  // Programs from the cache take less time than the first steps, and nobody has to hear of them.
+  std::chrono::microseconds step(50);
+  std::chrono::microseconds waited(0);
+  while (!done(step))
+  {
+    waited += step;
+    step = std::min(2 * step, std::chrono::microseconds(50000));
+    if (waited >= std::chrono::milliseconds(20))
+    {
+      WhileCompiling::report();
+    }
+  }
+}
+
+const cl::Program& Program::wait()
+{
+  if (this->built_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+  {
+    Builds::ofProcess().hurry(this->build_);
+    WhileCompiling::wait(
+      [this](std::chrono::microseconds time) { return this->built_.wait_for(time) == std::future_status::ready; });
+  }
+  return this->built_.get();
+}
+
+bool Program::hasFailed() const
+{
+  if (this->built_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+  {
+    return false;
+  }
+  try
+  {
+    this->built_.get();
+    return false;
+  }
+  catch (...)
+  {
+    return true;
+  }
+}
+
+bool Program::wasLaunched(const std::string& kernel, std::size_t items)
+{
+  const std::lock_guard<std::mutex> lock(this->mutex_);
+  return this->launched_.count({ kernel, items }) > 0;
+}
+
+void Program::noteLaunch(const std::string& kernel, std::size_t items)
+{
+  const std::lock_guard<std::mutex> lock(this->mutex_);
+  this->launched_.insert({ kernel, items });
+}
+
+bool Programs::isKept(const std::string& file, const std::string& defines) const
+{
+  return !this->cache_.find(programKey(this->device_, optionsOf(defines), expanded(file))).empty();
+}
+
+/// Builds a first program in the calling thread. Compilers make tables when they are first used, and the end of a
+/// process destroys first what was made last. So the threads that build in the background have to be made after these
+/// tables.
+void Programs::makeReady()
+{
+  static std::atomic<bool> isReady{ false };
+  static std::once_flag once;
+  const std::string first = "scatter.cl"; // all simulations use it
+  if (!isReady && !this->isKept(first, ""))
+  {
+    WhileCompiling::report();
+  }
+  std::call_once(once,
+    [&]
+    {
+      const auto [program, task] = this->make(first, "");
+      (*task)();
+      const std::lock_guard<std::mutex> lock(this->mutex_);
+      this->programs_[first + ' '] = program;
+      isReady = true;
+    });
+}
+
+std::pair<std::shared_ptr<Program>, std::shared_ptr<Builds::Build>> Programs::make(
+  const std::string& file, const std::string& defines) const
+{
+  const auto task = std::make_shared<Builds::Build>(
+    [device = this->device_, context = this->context_, cache = this->cache_, file, options = optionsOf(defines)]
+    { return build(device, context, cache, file, options); });
+  return { std::make_shared<Program>(task), task };
+}
+
+std::shared_ptr<Program> Programs::begin(const std::string& file, const std::string& defines)
+{
+  this->makeReady();
+  const std::lock_guard<std::mutex> lock(this->mutex_);
+  std::shared_ptr<Program>& program = this->programs_[file + ' ' + defines];
+  if (!program || program->hasFailed()) // what has failed may succeed when there is memory again
+  {
+    const auto made = this->make(file, defines);
+    program = made.first;
+    Builds::ofProcess().add(made.second);
+  }
+  return program;
+}
+
+}

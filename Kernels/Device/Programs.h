@@ -1,0 +1,101 @@
+#pragma once
+
+#include "Builds.h"
+#include "ProgramCache.h"
+
+#include <chrono>
+#include <functional>
+#include <future>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <utility>
+
+namespace chainmail
+{
+
+/// What the calling thread does now and then while it waits for the device's compiler: the last that was made in this
+/// thread and still lives. It may throw, which ends the wait and leaves the compiler at work.
+class WhileCompiling
+{
+public:
+  explicit WhileCompiling(std::function<void()> report)
+    : report_(std::move(report))
+    , before_(current_)
+  {
+    current_ = this;
+  }
+  ~WhileCompiling() { current_ = this->before_; }
+  WhileCompiling(const WhileCompiling&) = delete;
+  WhileCompiling& operator=(const WhileCompiling&) = delete;
+
+  static void report();
+
+  /// Waits, and reports, until `done` returns true. `done` waits for at most the time that it is given.
+  static void wait(const std::function<bool(std::chrono::microseconds)>& done);
+
+private:
+  std::function<void()> report_;
+  WhileCompiling* before_;
+  static thread_local WhileCompiling* current_;
+};
+
+/// A program, which may still be under way.
+class Program
+{
+public:
+  explicit Program(const std::shared_ptr<Builds::Build>& build)
+    : build_(build)
+    , built_(build->get_future())
+  {
+  }
+
+  /// The program, when it is built. Throws what the build threw.
+  const cl::Program& wait();
+
+  bool hasFailed() const;
+
+  /// Whether a kernel was launched with work-groups of this size before. Some drivers compile it when that first
+  /// happens.
+  bool wasLaunched(const std::string& kernel, std::size_t items);
+  void noteLaunch(const std::string& kernel, std::size_t items);
+
+private:
+  std::shared_ptr<Builds::Build> build_;
+  std::shared_future<cl::Program> built_;
+  std::mutex mutex_;
+  std::set<std::pair<std::string, std::size_t>> launched_;
+};
+
+/// The programs of one device. Any thread may call any function at any time.
+class Programs
+{
+public:
+  Programs(const cl::Device& device, const cl::Context& context)
+    : device_(device)
+    , context_(context)
+    , cache_(ProgramCache::userFolder())
+  {
+  }
+
+  /// The program of one .cl file with the given -D options, built or taken from the user's cache in the background.
+  std::shared_ptr<Program> begin(const std::string& file, const std::string& defines);
+
+  /// Whether the user's cache has it.
+  bool isKept(const std::string& file, const std::string& defines) const;
+
+private:
+  void makeReady();
+  std::pair<std::shared_ptr<Program>, std::shared_ptr<Builds::Build>> make(
+    const std::string& file, const std::string& defines) const;
+
+  cl::Device device_;
+  cl::Context context_;
+  ProgramCache cache_;
+  std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<Program>> programs_;
+};
+
+}
