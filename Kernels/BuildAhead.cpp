@@ -28,8 +28,7 @@ void buildAhead(const Bricks& bricks, const Bricks& voxels, const Elasticity* pr
     context.buildAhead("relax.cl", elements + elasticity.defines());
     context.buildAhead("clusters.cl", single + elasticity.ofLinks());
   }
-  context.buildAhead("claim.cl", voxels.defines(true));
-  context.buildAhead("locate.cl", voxels.defines(true));
+  context.buildAhead("cover.cl", voxels.defines(true));
 }
 
 }
