@@ -12,8 +12,8 @@ endif ()
 set(series "${ParaView_VERSION_MAJOR}.${ParaView_VERSION_MINOR}")
 math(EXPR next "${ParaView_VERSION_MINOR} + 1")
 file(WRITE "${PROJECT_BINARY_DIR}/paraview.conf"
-  "../lib/${CMAKE_LIBRARY_ARCHITECTURE}/${PARAVIEW_PLUGIN_SUBDIR}/paraview.plugins.xml\n"
-  "../${CHAINMAIL_PLUGIN_DESTINATION}/ChainMail.xml\n")
+  "../${CHAINMAIL_PLUGIN_DESTINATION}/ChainMail.xml\n"
+  "../lib/${CMAKE_LIBRARY_ARCHITECTURE}/${PARAVIEW_PLUGIN_SUBDIR}/paraview.plugins.xml\n")
 install(FILES "${PROJECT_BINARY_DIR}/paraview.conf" DESTINATION bin COMPONENT Package EXCLUDE_FROM_ALL)
 install(FILES LICENSE DESTINATION share/doc/chainmail RENAME copyright COMPONENT Package EXCLUDE_FROM_ALL)
 

@@ -28,11 +28,11 @@ foreach (part "^${PLUGIN_DESTINATION}/ChainMail/ChainMail.so$" "^${PYTHON_DESTIN
   endif ()
 endforeach ()
 
-# The lists of plugins that it tells ParaView of: ParaView's own, where the package goes to, and its own.
+# The lists of plugins that it tells ParaView of: its own, and ParaView's where the package goes to.
 file(STRINGS "${WORK}/root/usr/bin/paraview.conf" lists)
 list(LENGTH lists count)
-list(GET lists 0 theirs)
-list(GET lists 1 ours)
+list(GET lists 0 ours)
+list(GET lists 1 theirs)
 if (NOT count EQUAL 2 OR NOT EXISTS "/usr/bin/${theirs}" OR NOT EXISTS "${WORK}/root/usr/bin/${ours}")
   message(FATAL_ERROR "paraview.conf names lists of plugins that are not there: ${lists}")
 endif ()
