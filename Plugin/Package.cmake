@@ -4,7 +4,8 @@
 find_program(CHAINMAIL_DPKG_SHLIBDEPS dpkg-shlibdeps)
 mark_as_advanced(CHAINMAIL_DPKG_SHLIBDEPS)
 if (NOT CHAINMAIL_DPKG_SHLIBDEPS OR NOT ParaView_PREFIX_PATH STREQUAL "/usr")
-  return () # no package of Debian's would have the ParaView that it needs
+  message(STATUS "No Debian package can be made: that takes dpkg-shlibdeps (from dpkg-dev) and Debian's own ParaView")
+  return ()
 endif ()
 
 # ParaView looks for plugins in one place that needs no settings of the user: the lists which a file beside its program

@@ -7,7 +7,8 @@ import sys
 import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from harness import DATA, OUTPUT, Reports, add_array, make_image, points_of, produce, require, run_pvpython, update  # noqa: E402
+from harness import (DATA, OUTPUT, Reports, add_array, make_image, points_of, produce, require,  # noqa: E402
+                     run_pvpython, same_bits, update)
 from paraview.simple import *  # noqa: E402, F403
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
@@ -99,15 +100,24 @@ def play(what, direction, origin, first):
             wrong = points_of(carry_image(alone, transform.GetInverse(), labels=True), name)
             require((wrong != own)[changed].mean() > 0.3, "%s: the inverse does as well", what)
     print()
-    return image, deformation, rest, there
+    return deformation, volume, rest, there
 
 
-image, deformation, rest, there = play("straight", np.eye(3), np.array(phantom.GetOrigin()), (0, 0, 0))
+deformation, volume, rest, there = play("straight", np.eye(3), np.array(phantom.GetOrigin()), (0, 0, 0))
+
+# Labels from a file of their own, whose array has the name of the scan's: the filter takes them along as it does its own.
+scan, other = (produce(make_image(values, "CT", spacing, phantom.GetOrigin())) for values in (ct, labels))
+resampled = ResampleWithDataset(SourceDataArrays=other, DestinationMesh=scan, CategoricalData=1)
+deformation.Input = AppendAttributes(Input=[scan, resampled])
+deformation.LabelArrays = ["CT_input_1"]
+both, _ = update(deformation, Reports(deformation))
+require(same_bits(points_of(both, "CT_input_1"), points_of(volume, "Labels")), "labels from a file of their own differ")
+
 c, s = np.cos(0.5), np.sin(0.5)
 play("turned", np.array([[c, s, 0], [0, 0, 1], [-s, c, 0]]), np.array([31.0, -7.0, 12.0]), (3, -2, 5))
 
 # The program: landmarks of the deformed scan, back to rest.
-paths = {name: os.path.join(OUTPUT, "Carry-%s.vt%s" % (name, "i" if name == "model" else "p")) for name in ("model", "there", "back")}
+paths = {name: os.path.join(OUTPUT, "Carry-" + name + kind) for name, kind in (("model", ".vti"), ("there", ".vtp"), ("back", ".vtp"))}
 SaveData(paths["model"], proxy=OutputPort(deformation, 1), DataMode="Binary")
 SaveData(paths["there"], proxy=produce(points_as_data(there[::997])), DataMode="Binary")
 status, output = run_pvpython(os.path.join(DATA, "carry.py"), paths["model"], paths["there"], paths["back"], "--back")
