@@ -8,14 +8,28 @@ if (NOT CHAINMAIL_DPKG_SHLIBDEPS OR NOT ParaView_PREFIX_PATH STREQUAL "/usr")
   return ()
 endif ()
 
-# ParaView looks for plugins in one place that needs no settings of the user: the lists which a file beside its program
-# names. Debian's package has no such file, so its own plugins are not listed either; here they are.
 set(series "${ParaView_VERSION_MAJOR}.${ParaView_VERSION_MINOR}")
 math(EXPR next "${ParaView_VERSION_MINOR} + 1")
-file(WRITE "${PROJECT_BINARY_DIR}/paraview.conf"
-  "../${CHAINMAIL_PLUGIN_DESTINATION}/ChainMail.xml\n"
-  "../lib/${CMAKE_LIBRARY_ARCHITECTURE}/${PARAVIEW_PLUGIN_SUBDIR}/paraview.plugins.xml\n")
-install(FILES "${PROJECT_BINARY_DIR}/paraview.conf" DESTINATION bin COMPONENT Package EXCLUDE_FROM_ALL)
+
+# ParaView reads lists of plugins that a file paraview.conf names. Debian 13 has one, which names a further list for
+# packages such as this one. Debian 12 has none and looks for it beside the program; without it not even ParaView's own
+# plugins are listed, so ours names both lists.
+set(folder "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/${PARAVIEW_PLUGIN_SUBDIR}")
+set(lists "")
+if (EXISTS "${folder}/../paraview.conf")
+  file(STRINGS "${folder}/../paraview.conf" lists)
+endif ()
+if ("/usr/share/paraview/plugins" IN_LIST lists)
+  set(listFile share/paraview/plugins)
+  set(list "<Plugins>
+  <Plugin name=\"ChainMail\" filename=\"/usr/${CHAINMAIL_PLUGIN_DESTINATION}/ChainMail/ChainMail.so\" auto_load=\"1\"/>
+</Plugins>\n")
+else ()
+  set(listFile bin/paraview.conf)
+  set(list "../${CHAINMAIL_PLUGIN_DESTINATION}/ChainMail.xml\n${folder}/paraview.plugins.xml\n")
+endif ()
+file(WRITE "${PROJECT_BINARY_DIR}/package/${listFile}" "${list}")
+install(DIRECTORY "${PROJECT_BINARY_DIR}/package/" DESTINATION . COMPONENT Package EXCLUDE_FROM_ALL)
 install(FILES LICENSE DESTINATION share/doc/chainmail RENAME copyright COMPONENT Package EXCLUDE_FROM_ALL)
 
 set(CPACK_GENERATOR DEB)

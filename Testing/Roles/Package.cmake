@@ -28,15 +28,28 @@ foreach (part "^${PLUGIN_DESTINATION}/ChainMail/ChainMail.so$" "^${PYTHON_DESTIN
   endif ()
 endforeach ()
 
-# The lists of plugins that it tells ParaView of: its own, and ParaView's where the package goes to.
-file(STRINGS "${WORK}/root/usr/bin/paraview.conf" lists)
-list(LENGTH lists count)
-list(GET lists 0 ours)
-list(GET lists 1 theirs)
-if (NOT count EQUAL 2 OR NOT EXISTS "/usr/bin/${theirs}" OR NOT EXISTS "${WORK}/root/usr/bin/${ours}")
-  message(FATAL_ERROR "paraview.conf names lists of plugins that are not there: ${lists}")
+# The list of plugins, or of such lists, that ParaView finds by itself: all that is named there is there.
+set(root "${WORK}/root/usr")
+if (EXISTS "${root}/bin/paraview.conf")
+  file(STRINGS "${root}/bin/paraview.conf" named)
+else ()
+  file(STRINGS "${root}/share/paraview/plugins" named REGEX filename)
+  string(REGEX REPLACE ".*filename=\"([^\"]*)\".*" "\\1" named "${named}")
+endif ()
+set(found 0)
+foreach (file IN LISTS named)
+  get_filename_component(file "${file}" ABSOLUTE BASE_DIR /usr/bin)
+  string(REGEX REPLACE "^/usr/" "" inPackage "${file}")
+  if (EXISTS "${root}/${inPackage}")
+    set(found 1)
+  elseif (NOT EXISTS "${file}")
+    message(FATAL_ERROR "ParaView is told of ${file}, which is not there: ${named}")
+  endif ()
+endforeach ()
+if (NOT found)
+  message(FATAL_ERROR "ParaView is not told of the plugin: ${named}")
 endif ()
 step("Loading the plugin from its files" "${CMAKE_COMMAND}" -E env --unset=PV_PLUGIN_PATH
-  "PV_PLUGIN_CONFIG_FILE=${WORK}/root/usr/bin/${ours}"
-  "PYTHONPATH=${WORK}/root/usr/${PYTHON_DESTINATION}"
+  "PV_PLUGIN_CONFIG_FILE=${root}/${PLUGIN_DESTINATION}/ChainMail.xml"
+  "PYTHONPATH=${root}/${PYTHON_DESTINATION}"
   "${PVPYTHON}" "${CMAKE_CURRENT_LIST_DIR}/usePlugin.py")
