@@ -108,8 +108,11 @@ def carry_image(image, transform, labels=False, background=None):
     """What the image shows when it goes along, on its own grid. A voxel looks back to where its tissue was. background:
     of voxels whose tissue was not in the image; by default its smallest value."""
     axes = axes_of(image)
+    straight = image.NewInstance()  # vtkImageReslice minds directions in some versions of VTK
+    straight.ShallowCopy(image)
+    straight.SetDirectionMatrix(1, 0, 0, 0, 1, 0, 0, 0, 1)
     reslice = vtkImageReslice()
-    reslice.SetInputData(image)
+    reslice.SetInputData(straight)
     reslice.SetResliceTransform(chain(axes, transform.GetInverse(), axes.GetInverse()))
     reslice.SetInterpolationModeToNearestNeighbor() if labels else reslice.SetInterpolationModeToLinear()
     reslice.SetBackgroundLevel(image.GetScalarRange()[0] if background is None else background)
