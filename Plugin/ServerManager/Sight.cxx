@@ -398,12 +398,17 @@ Place Sight::ToWorld(const Place& shares) const
 
 Place Sight::GetPlace(const Place& shares, bool onTissue) const
 {
-  const Place place = Along(this->Spot, this->ToWorld(shares), this->Diagonal);
-  Place hit;
-  return onTissue &&
-             this->Pick(Along(place, this->Toward, this->Diagonal), Along(place, this->Toward, -this->Diagonal), hit)
-           ? hit
-           : place;
+  const Place way = this->ToWorld(shares);
+  for (double part = 1.0; onTissue && part > 0.2; part -= 0.25) // nearer where the tissue ends before
+  {
+    const Place place = Along(this->Spot, way, part * this->Diagonal);
+    Place hit;
+    if (this->Pick(Along(place, this->Toward, this->Diagonal), Along(place, this->Toward, -this->Diagonal), hit))
+    {
+      return hit;
+    }
+  }
+  return Along(this->Spot, way, this->Diagonal);
 }
 
 }
