@@ -2,6 +2,7 @@
 #include "pqChainMailActions.h"
 
 #include "Sight.h"
+#include "pqChainMailDrag.h"
 
 #include "pqActiveObjects.h"
 #include "pqApplicationCore.h"
@@ -14,6 +15,7 @@
 #include "pqUndoStack.h"
 
 #include "vtkNew.h"
+#include "vtkPVArrayInformation.h"
 #include "vtkPVDataInformation.h"
 #include "vtkSMParaViewPipelineControllerWithRendering.h"
 #include "vtkSMPropertyHelper.h"
@@ -23,6 +25,8 @@
 #include "vtkSMSessionProxyManager.h"
 #include "vtkSMSourceProxy.h"
 #include "vtkSMTrace.h"
+#include "vtkSMTransferFunctionPresets.h"
+#include "vtkSMTransferFunctionProxy.h"
 #include "vtkSmartPointer.h"
 
 #include <QMainWindow>
@@ -57,6 +61,36 @@ bool IsImage(pqOutputPort* port)
   return data && data->DataSetTypeIsA("vtkImageData") && data->GetNumberOfPoints() > 0;
 }
 
+/// Gives a volume whose range is a CT's the look of skin over flesh and bone, where the plugin's preset is there.
+void LookLikeCT(pqOutputPort* scan, vtkSMProxy* shown)
+{
+  vtkPVDataInformation* data = scan->getDataInformation();
+  vtkSMPropertyHelper coloured(shown, "ColorArrayName", true);
+  const char* name = coloured.GetNumberOfElements() == 5 ? coloured.GetAsString(4) : nullptr;
+  vtkPVArrayInformation* array = name && *name ? data->GetArrayInformation(name, vtkDataObject::POINT) : nullptr;
+  const char* const preset = "CT skin";
+  auto* presets = vtkSMTransferFunctionPresets::GetInstance();
+  bool isThere = false;
+  for (unsigned int n = 0; n < presets->GetNumberOfPresets(); ++n)
+  {
+    isThere = isThere || presets->GetPresetName(n) == preset;
+  }
+  if (!array || array->GetComponentFiniteRange(0)[0] >= -200.0 || !isThere)
+  {
+    return;
+  }
+  for (const char* function : { "LookupTable", "ScalarOpacityFunction" })
+  {
+    vtkSMPropertyHelper helper(shown, function, true);
+    if (helper.GetNumberOfElements() > 0 && helper.GetAsProxy())
+    {
+      vtkSMTransferFunctionProxy::ApplyPreset(helper.GetAsProxy(), preset, false);
+    }
+  }
+  vtkSMPropertyHelper(shown, "Shade", true).Set(1);
+  shown->UpdateVTKObjects();
+}
+
 /// How the scan is shown, where that says something of a volume or a slice; else null.
 vtkSMProxy* LookOf(vtkSMProxy* representation)
 {
@@ -83,6 +117,11 @@ pqChainMailActions::pqChainMailActions(QObject* parent)
   QAction* drill = this->addAction("AddDrill", tr("Add Drill"), tr("Carve a ball out of the tissue."));
   QObject::connect(drill, &QAction::triggered, this, [this] { this->addTo("Carves", "ChainMailDrill", 0.3); });
   this->Additions = { probe, blade, drill };
+  QAction* follow = this->addAction("Follow", tr("Follow"),
+    tr("Let the tissue follow while a probe, blade or drill is dragged; else it waits for Apply."));
+  follow->setCheckable(true);
+  follow->setChecked(pqChainMailDrag::IsOn);
+  QObject::connect(follow, &QAction::toggled, this, [](bool on) { pqChainMailDrag::IsOn = on; });
 
   // Later than the signals: when a source becomes the active one, its state is not set yet.
   this->Later.setSingleShot(true);
@@ -198,6 +237,10 @@ void pqChainMailActions::grab()
     clipboard->Copy(look);
     clipboard->Paste(shown);
     shown->UpdateVTKObjects();
+  }
+  else if (shown)
+  {
+    LookLikeCT(port, shown);
   }
   controller->Hide(scan->getSourceProxy(), port->getPortNumber(), viewProxy);
   active.setActiveSource(Applied(probe));

@@ -2,6 +2,7 @@
 #include "pqChainMailPickDecorator.h"
 
 #include "Sight.h"
+#include "pqChainMailDrag.h"
 
 #include "pqInteractivePropertyWidget.h"
 #include "pqKeySequences.h"
@@ -41,6 +42,10 @@ vtkChainMail::Place PlaceUnderMouse(vtkRenderer* renderer, const int* at, double
 pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPropertyWidget* parent)
   : Superclass(xml, parent)
 {
+  if (auto* interactive = qobject_cast<pqInteractivePropertyWidget*>(parent))
+  {
+    new pqChainMailDrag(interactive);
+  }
   // These would put an end to the origin where the mouse is over a volume.
   qDeleteAll(parent->findChildren<pqPointPickingHelper*>());
   if (qobject_cast<pqLinePropertyWidget*>(parent))
@@ -108,6 +113,12 @@ void pqChainMailPickDecorator::pick(const char* slot)
   }
   QMetaObject::invokeMethod(
     this->parentWidget(), slot, Q_ARG(double, hit[0]), Q_ARG(double, hit[1]), Q_ARG(double, hit[2]));
+  // A place that was picked counts at once, like a drag that has ended.
+  if (auto* interactive = qobject_cast<pqInteractivePropertyWidget*>(this->parentWidget()))
+  {
+    Q_EMIT interactive->startInteraction();
+    Q_EMIT interactive->endInteraction();
+  }
 }
 
 //------------------------------------------------------------------------------

@@ -36,7 +36,7 @@ int TestChainMailReport(int, char*[])
   check.Contains(text, " voxels moved; ", "how much moved");
   check.Contains(text, " MB on ", "the memory");
   text = report({ { { { 8, 8, 8 } }, { { 10, 0, 0 } }, 0.0 } });
-  check.Contains(text, "Probe 1 reached 2 of 10 mm: held by the face x", "a probe that a face holds");
+  check.Contains(text, "Probe 1 reached 2 of 10 mm: held by the face ", "a probe that a face holds");
   check.Contains(text, " of the scan.\n", "a probe that a face holds");
 
   filter->SetRelaxationIterations(0);

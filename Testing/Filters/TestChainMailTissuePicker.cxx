@@ -24,10 +24,10 @@ Vector PlaceOf(vtkImageData* image, double i, double j, double k)
   return place;
 }
 
-/// Where along the first axis, in voxels, a ray from index -10 to 40 meets tissue; -1 where it does not.
+/// Where along the first axis, in voxels from the first, a ray from index -8 to 42 meets tissue; -1 where it does not.
 double IndexHit(vtkChainMailTissuePicker* picker, vtkImageData* image, double j, double k)
 {
-  const double share = picker->Pick(image, PlaceOf(image, -10, j, k).data(), PlaceOf(image, 40, j, k).data());
+  const double share = picker->Pick(image, PlaceOf(image, -8, j, k).data(), PlaceOf(image, 42, j, k).data());
   return share < 0.0 ? -1.0 : -10.0 + 50.0 * share;
 }
 
@@ -36,7 +36,7 @@ double IndexHit(vtkChainMailTissuePicker* picker, vtkImageData* image, double j,
 int TestChainMailTissuePicker(int, char*[])
 {
   Checks check;
-  // Air, from 10 on skin of 3 voxels, from 20 on bone; one voxel of tissue that is not finite.
+  // Counted from the first voxel: air, from 10 on skin of 3 voxels, from 20 on bone; one voxel that is not finite.
   const auto image = MakeImage({ { 2, 31, -3, 12, 4, 20 } });
   vtkNew<vtkFloatArray> values;
   values->SetName("CT");
