@@ -44,7 +44,7 @@ def play():
     SetActiveSource(ball)
     probe = ChainMailProbe()
     near(probe.Position, [25, 0, 0], 1.0, "the probe's place")
-    near(probe.Target, np.add(probe.Position, [0.04 * DIAGONAL, 0, 0.05 * DIAGONAL]), 1e-6, "the probe's target")
+    near(probe.Target, np.add(probe.Position, [0.03 * DIAGONAL, 0, 0.03 * DIAGONAL]), 1e-6, "the probe's target")
     near(probe.Radius, 0.025 * DIAGONAL, 1e-6, "the probe's radius")
     SetActiveSource(ball)
     blade = ChainMailBlade()
