@@ -11,6 +11,7 @@
 #include "vtkSMProxySelectionModel.h"
 #include "vtkSMSessionProxyManager.h"
 #include "vtkSMSourceProxy.h"
+#include "vtkStructuredData.h"
 
 #include <algorithm>
 #include <cmath>
@@ -131,6 +132,7 @@ void Sight::FindImage(vtkSMSessionProxyManager* manager)
       this->Source = source;
       this->Port = output;
       image->GetBounds(this->Bounds.data());
+      image->GetExtent(this->Extent.data());
     }
     return image != nullptr;
   };
@@ -197,7 +199,7 @@ void Sight::FindLook()
   this->HalfHeight = distance * std::tan(0.5 * vtkMath::RadiansFromDegrees(angle > 0.0 ? angle : 30.0));
 }
 
-/// What the view shows of this output, where it shows it as a volume.
+/// What the view shows of this output, where it shows it as a volume or a slice.
 void Sight::FindOpacity(vtkSMProxy* source, int port)
 {
   if (this->View == nullptr)
@@ -216,7 +218,20 @@ void Sight::FindOpacity(vtkSMProxy* source, int port)
     const char* kind = vtkSMPropertyHelper(one, "Representation", true).GetAsString();
     if (input.GetNumberOfElements() == 0 || input.GetAsProxy() != source ||
         static_cast<int>(input.GetOutputPort()) != port || vtkSMPropertyHelper(one, "Visibility").GetAsInt() == 0 ||
-        kind == nullptr || std::strcmp(kind, "Volume") != 0)
+        kind == nullptr)
+    {
+      continue;
+    }
+    if (std::strcmp(kind, "Slice") == 0)
+    {
+      const int mode = vtkSMPropertyHelper(one, "SliceMode", true).GetAsInt();
+      this->SliceAxis = mode == VTK_YZ_PLANE ? 0 : (mode == VTK_XZ_PLANE ? 1 : 2);
+      const double low = this->Bounds[2 * this->SliceAxis];
+      const double planes = this->Extent[2 * this->SliceAxis + 1] - this->Extent[2 * this->SliceAxis];
+      this->Spacing = planes > 0 ? (this->Bounds[2 * this->SliceAxis + 1] - low) / planes : 1.0;
+      this->SlicePlace = low + this->Spacing * vtkSMPropertyHelper(one, "Slice", true).GetAsInt();
+    }
+    if (std::strcmp(kind, "Volume") != 0)
     {
       continue;
     }
@@ -254,6 +269,23 @@ std::vector<double> Sight::Cast(const std::vector<double>& rays, bool asSeen) co
 bool Sight::Pick(const Place& from, const Place& to, Place& hit) const
 {
   std::vector<double> ray;
+  if (this->SliceAxis >= 0 && this->Opacity.empty())
+  {
+    // On the slice, and nowhere else.
+    const double way = to[this->SliceAxis] - from[this->SliceAxis];
+    const double share = (this->SlicePlace - from[this->SliceAxis]) / way;
+    if (way == 0.0 || share < 0.0 || share > 1.0)
+    {
+      return false;
+    }
+    hit = Along(from, Along(to, from, -1.0), share);
+    Place before = hit;
+    Place behind = hit;
+    before[this->SliceAxis] -= 0.25 * this->Spacing;
+    behind[this->SliceAxis] += 0.25 * this->Spacing;
+    Add(ray, before, behind);
+    return this->Cast(ray, false)[0] >= 0.0;
+  }
   Add(ray, from, to);
   const double share = this->Cast(ray, true)[0];
   if (share >= 0.0)

@@ -56,7 +56,7 @@ public:
   /// tissue is seen, if any is.
   Place GetPlace(const Place& shares, bool onTissue) const;
 
-  /// Where a ray from one place to another meets tissue that is seen. False where it does not.
+  /// Where a ray from one place to another meets tissue that is seen: on the slice, where the view shows one. False where it does not.
   bool Pick(const Place& from, const Place& to, Place& hit) const;
 
 private:
@@ -73,12 +73,16 @@ private:
   vtkSMProxy* Deformation = nullptr;
   vtkSMProxy* View = nullptr;
   std::array<double, 6> Bounds{};
+  std::array<int, 6> Extent{};
   double Diagonal = 0.0;
 
   std::string Scalars;
   double Threshold;
   std::vector<double> Opacity;
   double OpacityUnitDistance = 1.0;
+  int SliceAxis = -1; // of the slice that is shown, if one is
+  double SlicePlace = 0.0;
+  double Spacing = 1.0;
 
   Place Middle{}; // of the view, as far away as what it looks at
   double HalfHeight = 0.0;

@@ -81,13 +81,20 @@ void pqChainMailDrag::finish()
   this->Deformation = nullptr;
   this->Widget->apply();
   this->Trace.reset();
-  END_UNDO_SET();
-  // As with the button Apply: the states of the panel, and the views.
+  // As with the button Apply: the states of the panel, and the views. All of it is one step of Undo.
   QWidget* window = pqCoreUtilities::mainWidget();
-  if (auto* panel = window ? window->findChild<pqPropertiesPanel*>() : nullptr)
+  auto* panel = window ? window->findChild<pqPropertiesPanel*>() : nullptr;
+  if (panel == nullptr)
   {
-    QTimer::singleShot(0, panel, &pqPropertiesPanel::apply);
+    END_UNDO_SET();
+    return;
   }
+  QTimer::singleShot(0, panel,
+    [panel]
+    {
+      panel->apply();
+      END_UNDO_SET();
+    });
 }
 
 //------------------------------------------------------------------------------

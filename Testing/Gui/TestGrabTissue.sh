@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# One click each: grab the tissue of a scan that was just opened, cut it, drill into it. The volume that is saved then is
+# One click each: grab the tissue of a scan that was just opened, cut it, drill into it; and a drag between. The volume that is saved then is
 # deformed, cut and drilled, the saved state gives the same one to the bit, and nothing reports an error.
 set -u
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

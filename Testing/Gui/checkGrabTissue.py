@@ -18,6 +18,7 @@ def values(source):
 
 before = values(OpenDataFile(os.path.join(folder, "scan.vti")))
 saved = values(OpenDataFile(os.path.join(folder, "deformed.vtk")))
+dragged = values(OpenDataFile(os.path.join(folder, "dragged.vtk")))
 ResetSession()
 LoadState(os.path.join(folder, "state.pvsm"))
 deformation = FindSource("ChainMailDeformation1")
@@ -40,6 +41,13 @@ probe = deformation.Probes[0]
 asked = np.linalg.norm(np.subtract(probe.Target, probe.Position))
 if not (asked > 10 and reached > 0.5 * asked):
     sys.exit("FAILED: the first pull reached %g of %g mm" % (reached, asked))
+
+# Undone, the drag has left nothing; but for it, the volume was another.
+deformation.Cuts, deformation.Carves, deformation.AnchoredFaces = [], [], [1] * 6
+first = values(OutputPort(deformation, 0))
+followed = (dragged != first).mean()
+if not 1e-3 < followed < 0.5 or not (dragged != before).any():
+    sys.exit("FAILED: the drag changed %.3f %% of the voxels" % (100 * followed))
 
 
 def picture(name):
