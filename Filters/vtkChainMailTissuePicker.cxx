@@ -74,7 +74,8 @@ double vtkChainMailTissuePicker::Pick(vtkImageData* image, const double from[3],
   vtkPointData* arrays = image ? image->GetPointData() : nullptr;
   vtkDataArray* scalars =
     !arrays ? nullptr : (this->Scalars.empty() ? arrays->GetScalars() : arrays->GetArray(this->Scalars.c_str()));
-  if (scalars == nullptr || scalars->GetNumberOfTuples() != image->GetNumberOfPoints() || image->GetNumberOfPoints() == 0)
+  if (scalars == nullptr || scalars->GetNumberOfTuples() != image->GetNumberOfPoints() ||
+      image->GetNumberOfPoints() == 0)
   {
     return -1.0;
   }
@@ -111,8 +112,7 @@ double vtkChainMailTissuePicker::Pick(vtkImageData* image, const double from[3],
     for (int axis = 0; axis < 3; ++axis)
     {
       const double place = a[axis] + share * (b[axis] - a[axis]);
-      index[axis] =
-        std::clamp(static_cast<int>(std::floor(place + 0.5)), extent[2 * axis], extent[2 * axis + 1]);
+      index[axis] = std::clamp(static_cast<int>(std::floor(place + 0.5)), extent[2 * axis], extent[2 * axis + 1]);
     }
     const double value = scalars->GetComponent(image->ComputePointId(index), 0);
     if (!(value >= threshold) || std::isinf(value))

@@ -4,14 +4,14 @@
  * @brief   finds the first tissue that a ray through an image meets
  *
  * A probe has to be where tissue is seen: this is for the mouse, and for placing probes at first. The ray is sampled
- * every half voxel, at the nearest voxel. Voxels are tissue from TissueThreshold up, as in vtkChainMailDeformation. With
- * an opacity function, as of a volume that is shown, the ray ends where it has become half opaque (of tissue alone: haze
- * in the air stops nothing); else, and where tissue never becomes so opaque, at the first voxel of tissue that the
- * function lets see at all. Lengths are in the image's physical units, in world axes, whatever its extent, origin,
- * spacing and direction matrix.
+ * every half voxel, at the nearest voxel. Voxels are tissue from TissueThreshold up, as in vtkChainMailDeformation.
+ * With an opacity function, as of a volume that is shown, the ray ends where it has become half opaque (of tissue
+ * alone: haze in the air stops nothing); else, and where tissue never becomes so opaque, at the first voxel of tissue
+ * that the function lets see at all. Lengths are in the image's physical units, in world axes, whatever its extent,
+ * origin, spacing and direction matrix.
  *
- * Of VTK's pickers vtkVolumePicker is closest; it needs a volume in a renderer, which a server without a window that has
- * only the data has not.
+ * Of VTK's pickers vtkVolumePicker is closest; it needs a volume in a renderer, which a server without a window that
+ * has only the data has not.
  *
  * @sa vtkChainMailDeformation, vtkChainMailProbeSource
  */

@@ -60,7 +60,8 @@ std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* 
   }
   else
   {
-    text += scene.Interactive ? "settling" : "not quite settled after " + std::to_string(how.Iterations) + " iterations";
+    text +=
+      scene.Interactive ? "settling" : "not quite settled after " + std::to_string(how.Iterations) + " iterations";
   }
 
   double seconds = 0.0;

@@ -31,7 +31,7 @@ private:
   struct Probe
   {
     std::size_t Held = 0; ///< the number by which the simulation knows it
-    double Asked = 0.0; ///< [mm]
+    double Asked = 0.0;   ///< [mm]
     double Reached = 0.0;
     bool Anchor = false;
     bool Empty = false;

@@ -170,7 +170,8 @@ void Sight::FindLook()
 {
   const auto& b = this->Bounds;
   this->Middle = { { 0.5 * (b[0] + b[1]), 0.5 * (b[2] + b[3]), 0.5 * (b[4] + b[5]) } };
-  this->Diagonal = std::sqrt((b[1] - b[0]) * (b[1] - b[0]) + (b[3] - b[2]) * (b[3] - b[2]) + (b[5] - b[4]) * (b[5] - b[4]));
+  this->Diagonal =
+    std::sqrt((b[1] - b[0]) * (b[1] - b[0]) + (b[3] - b[2]) * (b[3] - b[2]) + (b[5] - b[4]) * (b[5] - b[4]));
   this->HalfHeight = 0.5 * this->Diagonal;
   if (this->View == nullptr)
   {
@@ -312,7 +313,8 @@ bool Sight::FindSpot()
   const auto& b = this->Bounds;
   const Place middle = { { 0.5 * (b[0] + b[1]), 0.5 * (b[2] + b[3]), 0.5 * (b[4] + b[5]) } };
   // A patient is looked at from the front first. Of the axes that are left, up is the body's.
-  const Place ways[] = { { { 0, -1, 0 } }, { { 0, 1, 0 } }, { { -1, 0, 0 } }, { { 1, 0, 0 } }, { { 0, 0, 1 } }, { { 0, 0, -1 } } };
+  const Place ways[] = { { { 0, -1, 0 } }, { { 0, 1, 0 } }, { { -1, 0, 0 } }, { { 1, 0, 0 } }, { { 0, 0, 1 } },
+    { { 0, 0, -1 } } };
   for (const Place& way : ways)
   {
     this->Toward = way;
@@ -343,7 +345,8 @@ bool Sight::FindSpot(const Place& middle, double step, bool anywhere)
       offsets.emplace_back(i, j);
     }
   }
-  std::stable_sort(offsets.begin(), offsets.end(), [](const auto& a, const auto& b)
+  std::stable_sort(offsets.begin(), offsets.end(),
+    [](const auto& a, const auto& b)
     { return a.first * a.first + a.second * a.second < b.first * b.first + b.second * b.second; });
 
   const double length = 2.0 * this->Diagonal;

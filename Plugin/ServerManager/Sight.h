@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds tissue where a view shows it, and how the view looks at it: for new probes, blades and drills, and for the mouse.
+// Finds tissue where a view shows it, and how the view looks at it: for new probes, blades and drills, and for the
+// mouse.
 
 #ifndef Sight_h
 #define Sight_h
@@ -26,9 +27,9 @@ std::array<double, 9> DirectionOf(vtkSMSourceProxy* source, int port);
 class Sight
 {
 public:
-  /// Looks at the tissue that the user works on, as the active view does: at that of the deformation that is selected or
-  /// that the selected probe, blade or drill belongs to (in the Mode FromRest where it rests, else where it is now); else
-  /// at the image that is selected; else at the last one there is. Not valid where there is none with data.
+  /// Looks at the tissue that the user works on, as the active view does: at that of the deformation that is selected
+  /// or that the selected probe, blade or drill belongs to (in the Mode FromRest where it rests, else where it is now);
+  /// else at the image that is selected; else at the last one there is. Not valid where there is none with data.
   explicit Sight(vtkSMSessionProxyManager* manager);
 
   bool IsValid() const { return this->Source != nullptr; }
@@ -56,7 +57,8 @@ public:
   /// tissue is seen, if any is.
   Place GetPlace(const Place& shares, bool onTissue) const;
 
-  /// Where a ray from one place to another meets tissue that is seen: on the slice, where the view shows one. False where it does not.
+  /// Where a ray from one place to another meets tissue that is seen: on the slice, where the view shows one. False
+  /// where it does not.
   bool Pick(const Place& from, const Place& to, Place& hit) const;
 
 private:

@@ -66,8 +66,9 @@ void vtkPVChainMailTissueInformation::CopyFromObject(vtkObject* object)
   this->Shares.assign(this->Rays.size() / 6, -1.0);
   this->Direction.fill(0.0);
   auto* algorithm = vtkAlgorithm::SafeDownCast(object);
-  auto* image = vtkImageData::SafeDownCast(
-    algorithm && this->Port < algorithm->GetNumberOfOutputPorts() ? algorithm->GetOutputDataObject(this->Port) : nullptr);
+  auto* image = vtkImageData::SafeDownCast(algorithm && this->Port < algorithm->GetNumberOfOutputPorts()
+                                             ? algorithm->GetOutputDataObject(this->Port)
+                                             : nullptr);
   if (image == nullptr)
   {
     return;

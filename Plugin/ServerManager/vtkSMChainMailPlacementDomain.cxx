@@ -70,15 +70,15 @@ int vtkSMChainMailPlacementDomain::SetDefaultValues(vtkSMProperty* property, boo
     const vtkChainMail::Place shares{ { this->Shares[0], this->Shares[1], this->Shares[2] } };
     switch (this->Kind)
     {
-      case PLACE:
-        helper.Set(sight.GetPlace(shares, this->OnTissue).data(), 3);
-        break;
-      case VECTOR:
-        helper.Set(sight.ToWorld(shares).data(), 3);
-        break;
-      case SIZE:
-        helper.Set(this->Size * sight.GetDiagonal());
-        break;
+    case PLACE:
+      helper.Set(sight.GetPlace(shares, this->OnTissue).data(), 3);
+      break;
+    case VECTOR:
+      helper.Set(sight.ToWorld(shares).data(), 3);
+      break;
+    case SIZE:
+      helper.Set(this->Size * sight.GetDiagonal());
+      break;
     }
     return 1;
   }

@@ -7,8 +7,8 @@
 
 class pqPipelineSource;
 
-/// What can be done to tissue with one click: a toolbar of ParaView, and the menu Tissue. Everything that is made appears
-/// where the view shows tissue, with a size that fits the scan, and acts at once.
+/// What can be done to tissue with one click: a toolbar of ParaView, and the menu Tissue. Everything that is made
+/// appears where the view shows tissue, with a size that fits the scan, and acts at once.
 class pqChainMailActions : public QActionGroup
 {
   Q_OBJECT

@@ -130,7 +130,8 @@ void pqChainMailDrag::adapt(double milliseconds)
   // Fewer elements help where they are what takes the time. Step by step, another model would start from rest.
   const double elements = times->GetComponentRange(1)[0] + times->GetComponentRange(2)[0];
   const bool fromRest = vtkSMPropertyHelper(this->Deformation, "Mode").GetAsInt() == 0;
-  if (fromRest && elements > 0.4 * milliseconds && vtkSMPropertyHelper(this->Deformation, "ModelReduction").GetAsInt() == 1)
+  if (fromRest && elements > 0.4 * milliseconds &&
+      vtkSMPropertyHelper(this->Deformation, "ModelReduction").GetAsInt() == 1)
   {
     this->borrow("ModelReduction", this->KeptReduction, 2);
     this->TooSlow = false;

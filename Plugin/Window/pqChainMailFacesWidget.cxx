@@ -16,8 +16,9 @@
 
 namespace
 {
-/// The side of the patient that a face looks to, in the coordinates of DICOM, NRRD and ITK: x to the patient's left, y to
-/// the back, z to the head. Empty where the image's axes are the world's, as then nobody has said how the patient lay.
+/// The side of the patient that a face looks to, in the coordinates of DICOM, NRRD and ITK: x to the patient's left, y
+/// to the back, z to the head. Empty where the image's axes are the world's, as then nobody has said how the patient
+/// lay.
 QString SideOf(const std::array<double, 9>& direction, int face)
 {
   const std::array<double, 9> unturned{ { 1, 0, 0, 0, 1, 0, 0, 0, 1 } };

@@ -60,8 +60,9 @@ pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPrope
   }
   if (auto* help = parent->findChild<QLabel*>("pickLabel"))
   {
-    help->setText(tr("Over the tissue in the view, the keys 1 and 2 put the ends there, and P one after the other. While "
-                     "dragging, X, Y, Z and L keep to an axis or the line."));
+    help->setText(
+      tr("Over the tissue in the view, the keys 1 and 2 put the ends there, and P one after the other. While "
+         "dragging, X, Y, Z and L keep to an axis or the line."));
   }
   parent->installEventFilter(this);
 }

@@ -42,8 +42,8 @@ int TestChainMailReport(int, char*[])
   filter->SetRelaxationIterations(0);
   check.Contains(report({ { { { 8, 8, 8 } }, { { 1, 0, 0 } }, 0.0 } }), "moved; not relaxed; ", "without relaxation");
   filter->SetRelaxationIterations(1);
-  check.Contains(
-    report({ { { { 8, 8, 8 } }, { { 1, 0, 0 } }, 0.0 } }), "moved; not quite settled after 1 iterations; ", "one iteration");
+  check.Contains(report({ { { { 8, 8, 8 } }, { { 1, 0, 0 } }, 0.0 } }), "moved; not quite settled after 1 iterations; ",
+    "one iteration");
   filter->SetModelReduction(2);
   check.Contains(
     report({ { { { 8, 8, 8 } }, { { 1, 0, 0 } }, 0.0 } }), " elements of 2 voxels a side moved; ", "a reduced model");

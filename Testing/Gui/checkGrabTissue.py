@@ -42,12 +42,12 @@ asked = np.linalg.norm(np.subtract(probe.Target, probe.Position))
 if not (asked > 10 and reached > 0.5 * asked):
     sys.exit("FAILED: the first pull reached %g of %g mm" % (reached, asked))
 
-# Undone, the drag has left nothing; but for it, the volume was another.
+# The drag left the filter as it was set: from rest, without blade and drill, it gives what was saved then.
+if probe.Position[2] < 10:
+    sys.exit("FAILED: the probe is at %s after the drag" % list(probe.Position))
 deformation.Cuts, deformation.Carves, deformation.AnchoredFaces = [], [], [1] * 6
-first = values(OutputPort(deformation, 0))
-followed = (dragged != first).mean()
-if not 1e-3 < followed < 0.5 or not (dragged != before).any():
-    sys.exit("FAILED: the drag changed %.3f %% of the voxels" % (100 * followed))
+if (values(OutputPort(deformation, 0)) != dragged).any() or not (dragged != before).any():
+    sys.exit("FAILED: after the drag the window shows something else than a script")
 
 
 def picture(name):
