@@ -7,6 +7,7 @@
 #include "Private/Pipeline.h"
 #include "Private/Presets.h"
 #include "Private/Progress.h"
+#include "Private/Report.h"
 #include "Private/Sampling.h"
 #include "Private/Scene.h"
 #include "Private/Session.h"
@@ -90,7 +91,9 @@ public:
     }
     if (outcome.Stopped || !outcome.Error.empty())
     {
-      this->Shows.Again(inputs, outcome.Stopped ? "The update was stopped." : outcome.Error);
+      const std::string problem = outcome.Stopped ? "The update was stopped." : outcome.Error;
+      this->Shows.Again(inputs, problem);
+      this->Words.Set(problem);
     }
     this->Reports.EndCompiling();
     outcome.Interacting = this->Engine.IsInteracting();
@@ -127,6 +130,7 @@ public:
   vtkChainMail::Outputs Writer;
   vtkChainMail::Shown Shows;
   vtkChainMail::InputWatch Watch;
+  vtkChainMail::Report Words;
 
   /// The outcome of the last update, and whether it was computed together with other processes.
   Outcome Last;
@@ -152,6 +156,7 @@ private:
     const vtkChainMail::Scene scene(this->Self, inputs, scalars, this->Engine.GetTissue());
     this->Engine.Update(scene);
     this->Shows.Set(this->Writer.Write(scene), inputs.Image);
+    this->Words.Set(scene, this->Engine, this->Shows.Get(0)->GetFieldData());
   }
 };
 
@@ -271,6 +276,20 @@ bool vtkChainMailDeformation::GetNeedsUpdate()
     this->Modified();
   }
   return needed;
+}
+
+//------------------------------------------------------------------------------
+const char* vtkChainMailDeformation::GetReport()
+{
+  try
+  {
+    return this->Internals->Words.Get(this->Internals->Engine).c_str();
+  }
+  catch (const std::exception& error) // the device failed while it was asked what holds a probe
+  {
+    vtkErrorMacro(<< error.what());
+    return "";
+  }
 }
 
 //------------------------------------------------------------------------------

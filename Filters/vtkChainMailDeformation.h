@@ -47,13 +47,7 @@
  * 4. Waves travel for at most PropagationIterations, then tissue settles for at most RelaxationIterations. This happens
  *    in every update that a changed input or Modified() calls for. GetNeedsUpdate() tells whether there is more to do,
  *    and makes the next Update() do it:
- * @code
- * do
- * {
- *   filter->Update();
- *   // show it
- * } while (filter->GetNeedsUpdate());
- * @endcode
+ * `do { filter->Update(); show(); } while (filter->GetNeedsUpdate());`
  *
  * Other tissue (the image, its scalars, place or spacing, material, anchors, ModelReduction, Device, BrickSize), or
  * switching to this mode, starts from rest and applies everything that is connected. Reset() is the way back to rest.
@@ -296,6 +290,12 @@ public:
    */
   bool GetNeedsUpdate();
 
+  /**
+   * What the last update did, a line for each sentence: how far every probe came and what holds one that came less than
+   * 90 % of its way, how much moved, whether it has settled, time and memory; or why it failed. Empty before the first.
+   */
+  const char* GetReport();
+
   enum PropagationMethods
   {
     PROPAGATION_ENVELOPE = 0,
@@ -386,7 +386,7 @@ public:
     RELAXATION_FAST = 1,
     RELAXATION_BALANCED = 2,
     RELAXATION_ACCURATE = 3,
-    RELAXATION_INTERACTIVE = RELAXATION_FAST ///< deprecated: a mode has that name
+    RELAXATION_INTERACTIVE = RELAXATION_FAST ///< deprecated
   };
 
   ///@{

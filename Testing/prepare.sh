@@ -14,11 +14,13 @@ run_packages=(pocl-opencl-icd python3-numpy xvfb xauth)
 test_packages=(libgtest-dev imagemagick xdotool python3-scipy python3-pydicom dpkg-dev file)
 benchmark_packages=(python3-matplotlib)
 check_packages=(valgrind plastimatch debootstrap g++-mingw-w64-x86-64-posix wine64)
-# ParaView's window is of Qt 5 in Debian 12 and of Qt 6 since; its icons are blank without this. Debian 13 has
-# neither CalculiX nor oclgrind: what needs them skips there.
+# ParaView's window is of Qt 5 in Debian 12 and of Qt 6 since; its icons are blank without the package for SVG. Debian 13
+# has neither CalculiX nor oclgrind: what needs them skips there.
 case $(. /etc/os-release 2>/dev/null && echo "${ID-} ${VERSION_ID-}") in
-  "debian 12") test_packages+=(libqt5svg5 calculix-ccx); check_packages+=(oclgrind) ;;
-  *) test_packages+=(qt6-svg-plugins) ;;
+  "debian 12") build_packages+=(qtbase5-dev qttools5-dev libqt5svg5-dev libqt5opengl5-dev qtxmlpatterns5-dev-tools)
+    test_packages+=(libqt5svg5 calculix-ccx); check_packages+=(oclgrind) ;;
+  *) build_packages+=(qt6-base-dev qt6-tools-dev qt6-svg-dev qt6-5compat-dev qtxmlpatterns5-dev-tools)
+    test_packages+=(qt6-svg-plugins) ;;
 esac
 
 # Installs those of the named Debian packages that are missing; asks for nothing when none is.

@@ -48,6 +48,10 @@ public:
   /// to [from, to].
   template <typename F> void Run(Times time, double from, double to, F&& part)
   {
+    // What a progress bar shows beside the number.
+    static const char* const names[NUMBER_OF_TIMES] = { "ChainMail: reading the tissue", "ChainMail: pulling",
+      "ChainMail: settling", "ChainMail: moving the voxels", "ChainMail: reading back" };
+    this->Filter->SetProgressText(names[time]);
     this->From = from;
     this->To = to;
     this->Report(0.0);

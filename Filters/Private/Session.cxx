@@ -344,6 +344,7 @@ void Session::Relax(const Scene& scene, const std::vector<std::size_t>& held)
     this->Simulation->relax(this->MethodUsed.Settles.Iterations, this->MethodUsed.Settles.Tolerance);
   const std::vector<chainmail::ProbeResult> results = this->Simulation->probes();
   this->Found.Probes.assign(scene.Probes.size(), chainmail::ProbeResult());
+  this->Found.Held = held;
   for (std::size_t n = 0; n < held.size(); ++n)
   {
     this->Found.Probes[held[n]] = results[n];

@@ -22,6 +22,7 @@ namespace vtkChainMail
 struct Findings
 {
   std::vector<chainmail::ProbeResult> Probes;
+  std::vector<std::size_t> Held; ///< the numbers of the probes that the simulation holds, in its order
   chainmail::PropagateResult Propagation;
   chainmail::RelaxResult Relaxation;
   chainmail::Statistics Statistics;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSMChainMailPlacementDomain.h"
 
+#include "Sight.h"
+
 #include "vtkMath.h"
 #include "vtkObjectFactory.h"
 #include "vtkPVDataInformation.h"
@@ -36,16 +38,55 @@ vtkPVDataInformation* ActiveData(vtkSMProperty* property)
 //------------------------------------------------------------------------------
 int vtkSMChainMailPlacementDomain::ReadXMLAttributes(vtkSMProperty* property, vtkPVXMLElement* element)
 {
-  element->GetVectorAttribute("at", 3, this->At);
+  if (element->GetVectorAttribute("vector", 3, this->Shares))
+  {
+    this->Kind = VECTOR;
+  }
+  else if (element->GetScalarAttribute("size", &this->Size))
+  {
+    this->Kind = SIZE;
+  }
+  else
+  {
+    element->GetVectorAttribute("offset", 3, this->Shares);
+  }
+  int onTissue = 0;
+  element->GetScalarAttribute("on_tissue", &onTissue);
+  this->OnTissue = onTissue != 0;
+  this->NeedsView = element->GetAttribute("at") != nullptr;
+  this->HasAt = element->GetVectorAttribute("at", 3, this->At) == 3;
   return this->Superclass::ReadXMLAttributes(property, element);
 }
 
 //------------------------------------------------------------------------------
 int vtkSMChainMailPlacementDomain::SetDefaultValues(vtkSMProperty* property, bool use_unchecked_values)
 {
+  vtkSMProxy* parent = property->GetParent();
+  vtkChainMail::Sight sight(parent ? parent->GetSessionProxyManager() : nullptr);
+  vtkSMPropertyHelper helper(property);
+  helper.SetUseUnchecked(use_unchecked_values);
+  if ((sight.HasView() || !this->NeedsView) && sight.FindSpot())
+  {
+    const vtkChainMail::Place shares{ { this->Shares[0], this->Shares[1], this->Shares[2] } };
+    switch (this->Kind)
+    {
+    case PLACE:
+      helper.Set(sight.GetPlace(shares, this->OnTissue).data(), 3);
+      break;
+    case VECTOR:
+      helper.Set(sight.ToWorld(shares).data(), 3);
+      break;
+    case SIZE:
+      helper.Set(this->Size * sight.GetDiagonal());
+      break;
+    }
+    return 1;
+  }
+
   double bounds[6];
   vtkMath::UninitializeBounds(bounds);
-  if (vtkPVDataInformation* data = ActiveData(property))
+  vtkPVDataInformation* data = this->HasAt ? ActiveData(property) : nullptr;
+  if (data)
   {
     data->GetBounds(bounds);
   }
@@ -58,8 +99,6 @@ int vtkSMChainMailPlacementDomain::SetDefaultValues(vtkSMProperty* property, boo
   {
     place[axis] = (1.0 - this->At[axis]) * bounds[2 * axis] + this->At[axis] * bounds[2 * axis + 1];
   }
-  vtkSMPropertyHelper helper(property);
-  helper.SetUseUnchecked(use_unchecked_values);
   helper.Set(place, 3);
   return 1;
 }

@@ -166,9 +166,9 @@ def main():
         print("%s: %d arrays, bit for bit" % (name, len(expected.files)), flush=True)
 
 
-if len(sys.argv) == 1:
+if __name__ == "__main__" and len(sys.argv) == 1:
     main()
-else:
+elif __name__ == "__main__":
     Connect("localhost", int(sys.argv[1]))
     for where in sys.argv[4:]:
         LoadPlugin(sys.argv[3], remote=where == "remote", ns=globals())

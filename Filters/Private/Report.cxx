@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Report.h"
+
+#include "vtkDataArray.h"
+#include "vtkFieldData.h"
+#include "vtkMath.h"
+#include "vtkStringArray.h"
+
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+/// 1234567 as "1,234,567".
+std::string Grouped(std::size_t number)
+{
+  std::string digits = std::to_string(number);
+  for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3)
+  {
+    digits.insert(static_cast<std::size_t>(at), ",");
+  }
+  return digits;
+}
+
+std::string Short(double number)
+{
+  std::ostringstream text;
+  text << std::setprecision(number < 10.0 ? 2 : 3) << number;
+  return text.str();
+}
+
+/// What the update did as a whole.
+std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* fields)
+{
+  const Findings& found = session.GetFindings();
+  const int reduction = scene.Tissue.ModelReduction;
+  std::string text = found.Statistics.displaced == 0 ? "Nothing" : Grouped(found.Statistics.displaced);
+  if (found.Statistics.displaced > 0)
+  {
+    text += reduction == 1 ? " voxels" : " elements of " + std::to_string(reduction) + " voxels a side";
+  }
+  text += " moved; ";
+  const Settling& how = scene.How.Settles;
+  if (!found.Propagation.finished)
+  {
+    text += "the pull is still on its way";
+  }
+  else if (how.Iterations == 0)
+  {
+    text += "not relaxed";
+  }
+  else if (found.Relaxation.converged)
+  {
+    text += "settled";
+  }
+  else
+  {
+    text +=
+      scene.Interactive ? "settling" : "not quite settled after " + std::to_string(how.Iterations) + " iterations";
+  }
+
+  double seconds = 0.0;
+  vtkDataArray* milliseconds = fields->GetArray("Milliseconds");
+  for (int t = 0; milliseconds && t < milliseconds->GetNumberOfComponents(); ++t)
+  {
+    seconds += 1e-3 * milliseconds->GetComponent(0, t);
+  }
+  vtkDataArray* memory = fields->GetArray("PeakDeviceMemory");
+  auto* device = vtkStringArray::SafeDownCast(fields->GetAbstractArray("DeviceName"));
+  return text + "; " + Short(seconds) + " s, " + std::to_string(std::lround(memory ? memory->GetTuple1(0) : 0.0)) +
+         " MB on " + (device ? device->GetValue(0) : std::string("the device")) + ".";
+}
+
+}
+
+void Report::Set(const Scene& scene, const Session& session, vtkFieldData* fields)
+{
+  const Findings& found = session.GetFindings();
+  this->Held = found.Held;
+  this->Arrived = found.Propagation.finished;
+  this->Probes.assign(scene.Probes.size(), Probe());
+  for (std::size_t n = 0; n < this->Held.size(); ++n)
+  {
+    const std::size_t p = this->Held[n];
+    Probe& probe = this->Probes[p];
+    probe.Held = n;
+    probe.Present = true;
+    probe.Anchor = scene.Probes[p].anchor;
+    probe.Asked = vtkMath::Norm(scene.Probes[p].displacement.data());
+    probe.Reached = vtkMath::Norm(found.Probes[p].reached.data());
+    probe.Empty = found.Probes[p].elements == 0;
+  }
+  this->Summary = Summarize(scene, session, fields);
+  this->Written = false;
+}
+
+void Report::Set(const std::string& problem)
+{
+  this->Text = problem;
+  this->Written = true;
+}
+
+const std::string& Report::Get(const Session& session)
+{
+  if (this->Written)
+  {
+    return this->Text;
+  }
+  constexpr std::size_t mostNamed = 10;
+  this->Text.clear();
+  for (std::size_t p = 0; p < this->Probes.size() && p < mostNamed; ++p)
+  {
+    const Probe& probe = this->Probes[p];
+    this->Text += "Probe " + std::to_string(p + 1);
+    if (!probe.Present)
+    {
+      this->Text += " was let go by the reset.\n";
+    }
+    else if (probe.Empty)
+    {
+      this->Text += " has no tissue of its own.\n";
+    }
+    else if (probe.Anchor)
+    {
+      this->Text += " holds its tissue still.\n";
+    }
+    else
+    {
+      this->Text += " reached " + Short(probe.Reached) + " of " + Short(probe.Asked) + " mm";
+      const bool isShort = this->Arrived && probe.Reached < 0.9 * probe.Asked;
+      this->Text += (isShort ? this->WhatHolds(probe, session) : std::string()) + ".\n";
+    }
+  }
+  if (this->Probes.size() > mostNamed)
+  {
+    this->Text += "And " + std::to_string(this->Probes.size() - mostNamed) + " more probes.\n";
+  }
+  this->Text += this->Summary;
+  this->Written = true;
+  return this->Text;
+}
+
+std::string Report::WhatHolds(const Probe& probe, const Session& session) const
+{
+  using What = chainmail::HeldBy::What;
+  const chainmail::HeldBy holder = session.GetSimulation().heldBy(probe.Held);
+  const char* const faces[] = { "x-", "x+", "y-", "y+", "z-", "z+" };
+  switch (holder.what)
+  {
+  case What::Probe:
+    return ": held by Probe " + std::to_string(this->Held[holder.probe] + 1);
+  case What::Face:
+    return std::string(": held by the face ") + faces[holder.face] + " of the scan";
+  case What::Rigid:
+    return ": held by bone that is anchored";
+  default:
+    return {};
+  }
+}
+
+}

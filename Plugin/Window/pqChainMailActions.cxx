@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pqChainMailActions.h"
+
+#include "Sight.h"
+#include "pqChainMailDrag.h"
+
+#include "pqActiveObjects.h"
+#include "pqApplicationCore.h"
+#include "pqCoreUtilities.h"
+#include "pqOutputPort.h"
+#include "pqPipelineSource.h"
+#include "pqRenderView.h"
+#include "pqServer.h"
+#include "pqServerManagerModel.h"
+#include "pqUndoStack.h"
+
+#include "vtkNew.h"
+#include "vtkPVArrayInformation.h"
+#include "vtkPVDataInformation.h"
+#include "vtkSMParaViewPipelineControllerWithRendering.h"
+#include "vtkSMPropertyHelper.h"
+#include "vtkSMProxyClipboard.h"
+#include "vtkSMRenderViewProxy.h"
+#include "vtkSMRepresentationProxy.h"
+#include "vtkSMSessionProxyManager.h"
+#include "vtkSMSourceProxy.h"
+#include "vtkSMTrace.h"
+#include "vtkSMTransferFunctionPresets.h"
+#include "vtkSMTransferFunctionProxy.h"
+#include "vtkSmartPointer.h"
+
+#include <QMainWindow>
+#include <QMenu>
+#include <QMenuBar>
+
+#include <cstring>
+
+namespace
+{
+vtkSmartPointer<vtkSMSourceProxy> Create(vtkSMSessionProxyManager* manager, const char* group, const char* name)
+{
+  vtkSmartPointer<vtkSMProxy> proxy;
+  proxy.TakeReference(manager->NewProxy(group, name));
+  return vtkSMSourceProxy::SafeDownCast(proxy);
+}
+
+/// What the button Apply would mark.
+pqPipelineSource* Applied(vtkSMProxy* proxy)
+{
+  auto* source = pqApplicationCore::instance()->getServerManagerModel()->findItem<pqPipelineSource*>(proxy);
+  if (source)
+  {
+    source->setModifiedState(pqProxy::UNMODIFIED);
+  }
+  return source;
+}
+
+bool IsImage(pqOutputPort* port)
+{
+  vtkPVDataInformation* data = port ? port->getDataInformation() : nullptr;
+  return data && data->DataSetTypeIsA("vtkImageData") && data->GetNumberOfPoints() > 0;
+}
+
+/// Gives a volume whose range is a CT's the look of skin over flesh and bone, where the plugin's preset is there.
+void LookLikeCT(pqOutputPort* scan, vtkSMProxy* shown)
+{
+  vtkPVDataInformation* data = scan->getDataInformation();
+  vtkSMPropertyHelper coloured(shown, "ColorArrayName", true);
+  const char* name = coloured.GetNumberOfElements() == 5 ? coloured.GetAsString(4) : nullptr;
+  vtkPVArrayInformation* array = name && *name ? data->GetArrayInformation(name, vtkDataObject::POINT) : nullptr;
+  const char* const preset = "CT skin";
+  auto* presets = vtkSMTransferFunctionPresets::GetInstance();
+  bool isThere = false;
+  for (unsigned int n = 0; n < presets->GetNumberOfPresets(); ++n)
+  {
+    isThere = isThere || presets->GetPresetName(n) == preset;
+  }
+  if (!array || array->GetComponentFiniteRange(0)[0] >= -200.0 || !isThere)
+  {
+    return;
+  }
+  for (const char* function : { "LookupTable", "ScalarOpacityFunction" })
+  {
+    vtkSMPropertyHelper helper(shown, function, true);
+    if (helper.GetNumberOfElements() > 0 && helper.GetAsProxy())
+    {
+      vtkSMTransferFunctionProxy::ApplyPreset(helper.GetAsProxy(), preset, false);
+    }
+  }
+  vtkSMPropertyHelper(shown, "Shade", true).Set(1);
+  shown->UpdateVTKObjects();
+}
+
+/// How the scan is shown, where that says something of a volume or a slice; else null.
+vtkSMProxy* LookOf(vtkSMProxy* representation)
+{
+  const char* kind =
+    representation ? vtkSMPropertyHelper(representation, "Representation", true).GetAsString() : nullptr;
+  return kind && (std::strcmp(kind, "Volume") == 0 || std::strcmp(kind, "Slice") == 0) ? representation : nullptr;
+}
+}
+
+//------------------------------------------------------------------------------
+pqChainMailActions::pqChainMailActions(QObject* parent)
+  : Superclass(parent)
+{
+  this->setExclusive(false);
+  this->Grab = this->addAction("GrabTissue", tr("Grab Tissue"),
+    tr("Grab the tissue of the selected scan with a probe, and pull it a little. Drag the ends of the probe's line."));
+  QObject::connect(this->Grab, &QAction::triggered, this, &pqChainMailActions::grab);
+
+  QAction* probe = this->addAction("AddProbe", tr("Add Probe"), tr("Grab the tissue at one more place."));
+  QObject::connect(probe, &QAction::triggered, this, [this] { this->addTo("Probes", "ChainMailProbe", 0.0); });
+  QAction* blade =
+    this->addAction("AddBlade", tr("Add Blade"), tr("Cut the tissue: drag the ends of the incision over the skin."));
+  QObject::connect(blade, &QAction::triggered, this, [this] { this->addTo("Cuts", "ChainMailBlade", 0.4); });
+  QAction* drill = this->addAction("AddDrill", tr("Add Drill"), tr("Carve a ball out of the tissue."));
+  QObject::connect(drill, &QAction::triggered, this, [this] { this->addTo("Carves", "ChainMailDrill", 0.3); });
+  this->Additions = { probe, blade, drill };
+  QAction* follow = this->addAction("Follow", tr("Follow"),
+    tr("Let the tissue follow while a probe, blade or drill is dragged; else it waits for Apply."));
+  follow->setCheckable(true);
+  follow->setChecked(pqChainMailDrag::IsOn);
+  QObject::connect(follow, &QAction::toggled, this, [](bool on) { pqChainMailDrag::IsOn = on; });
+
+  // Later than the signals: when a source becomes the active one, its state is not set yet.
+  this->Later.setSingleShot(true);
+  QObject::connect(&this->Later, &QTimer::timeout, this, &pqChainMailActions::updateEnableState);
+  QObject::connect(&pqActiveObjects::instance(), SIGNAL(portChanged(pqOutputPort*)), &this->Later, SLOT(start()));
+  QObject::connect(&pqActiveObjects::instance(), SIGNAL(dataUpdated()), &this->Later, SLOT(start()));
+  QObject::connect(pqApplicationCore::instance(), SIGNAL(forceFilterMenuRefresh()), &this->Later, SLOT(start()));
+  this->updateEnableState();
+  QTimer::singleShot(0, this, [this] { this->addMenu(); }); // the window may not be there yet
+}
+
+//------------------------------------------------------------------------------
+QAction* pqChainMailActions::addAction(const QString& name, const QString& text, const QString& help)
+{
+  auto* action = new QAction(text, this);
+  action->setObjectName("action" + name);
+  action->setToolTip(help);
+  action->setStatusTip(help);
+  return this->Superclass::addAction(action);
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailActions::addMenu()
+{
+  auto* window = qobject_cast<QMainWindow*>(pqCoreUtilities::mainWidget());
+  if (window == nullptr)
+  {
+    return;
+  }
+  auto* menu = new QMenu(tr("T&issue"), window->menuBar());
+  menu->setObjectName("menuTissue");
+  menu->addActions(this->actions());
+  const QList<QAction*> menus = window->menuBar()->actions();
+  window->menuBar()->insertMenu(menus.isEmpty() ? nullptr : menus.last(), menu); // before Help
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailActions::updateEnableState()
+{
+  pqOutputPort* port = pqActiveObjects::instance().activePort();
+  pqPipelineSource* source = port ? port->getSource() : nullptr;
+  const bool unapplied = source && source->modifiedState() == pqProxy::UNINITIALIZED;
+  const bool deformed = source && !unapplied && vtkChainMail::DeformationOf(source->getProxy()) != nullptr;
+  this->Grab->setEnabled(source && (unapplied || IsImage(port)));
+  for (QAction* addition : this->Additions)
+  {
+    addition->setEnabled(deformed);
+  }
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailActions::grab()
+{
+  pqActiveObjects& active = pqActiveObjects::instance();
+  pqOutputPort* port = active.activePort();
+  auto* view = qobject_cast<pqRenderView*>(active.activeView());
+  if (port == nullptr || view == nullptr)
+  {
+    return;
+  }
+  pqPipelineSource* scan = port->getSource();
+  vtkSMViewProxy* viewProxy = view->getViewProxy();
+  vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
+  BEGIN_UNDO_SET(tr("Grab Tissue"));
+
+  // A scan that was only just opened is taken as it is, without Apply.
+  scan->getSourceProxy()->UpdatePipeline();
+  Applied(scan->getProxy());
+  if (!IsImage(port))
+  {
+    qWarning("Grab Tissue needs an image with scalars: select a scan in the Pipeline Browser.");
+    END_UNDO_SET();
+    return;
+  }
+  const bool isFirst = view->getNumberOfVisibleDataRepresentations() == 0;
+  auto* look = LookOf(viewProxy->FindRepresentation(scan->getSourceProxy(), port->getPortNumber()));
+  if (isFirst)
+  {
+    controller->Show(scan->getSourceProxy(), port->getPortNumber(), viewProxy);
+    view->resetCamera();
+  }
+  vtkSMSessionProxyManager* manager = scan->getServer()->proxyManager();
+  vtkChainMail::Sight sight(manager);
+  if (!sight.FindSpot())
+  {
+    qWarning("There is no tissue in this scan: all of it is as dark as air.");
+    END_UNDO_SET();
+    return;
+  }
+  if (sight.HasTurned())
+  {
+    const vtkChainMail::Place toward = sight.ToWorld({ { 0, 0, 1 } });
+    const vtkChainMail::Place up = sight.ToWorld({ { 0, 1, 0 } });
+    view->resetViewDirection(-toward[0], -toward[1], -toward[2], up[0], up[1], up[2]);
+  }
+
+  const auto probe = Create(manager, "sources", "ChainMailProbe");
+  controller->InitializeProxy(probe);
+  controller->RegisterPipelineProxy(probe);
+  Applied(probe);
+
+  const auto deformation = Create(manager, "filters", "ChainMailDeformation");
+  controller->PreInitializeProxy(deformation);
+  vtkSMPropertyHelper(deformation, "Input").Set(scan->getProxy(), static_cast<unsigned int>(port->getPortNumber()));
+  vtkSMPropertyHelper(deformation, "Probes").Set(probe, 0);
+  controller->PostInitializeProxy(deformation);
+  controller->RegisterPipelineProxy(deformation);
+  Applied(deformation);
+  vtkSMProxy* shown = controller->Show(deformation, 0, viewProxy);
+  if (look && shown)
+  {
+    vtkNew<vtkSMProxyClipboard> clipboard;
+    clipboard->Copy(look);
+    clipboard->Paste(shown);
+    shown->UpdateVTKObjects();
+  }
+  else if (shown)
+  {
+    LookLikeCT(port, shown);
+  }
+  controller->Hide(scan->getSourceProxy(), port->getPortNumber(), viewProxy);
+  active.setActiveSource(Applied(probe));
+  END_UNDO_SET();
+  view->render();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailActions::addTo(const char* input, const char* name, double opacity)
+{
+  pqActiveObjects& active = pqActiveObjects::instance();
+  pqPipelineSource* selected = active.activeSource();
+  vtkSMProxy* deformation = selected ? vtkChainMail::DeformationOf(selected->getProxy()) : nullptr;
+  if (deformation == nullptr)
+  {
+    return;
+  }
+  vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
+  BEGIN_UNDO_SET(tr("Add to Tissue"));
+  const auto source = Create(deformation->GetSessionProxyManager(), "sources", name);
+  controller->InitializeProxy(source);
+  controller->RegisterPipelineProxy(source);
+  {
+    SM_SCOPED_TRACE(PropertiesModified).arg("proxy", deformation);
+    vtkSMPropertyHelper(deformation, input).Add(source, 0);
+    deformation->UpdateVTKObjects();
+  }
+  pqView* view = active.activeView();
+  if (opacity > 0.0 && view)
+  {
+    vtkSMProxy* shown = controller->Show(source, 0, view->getViewProxy());
+    if (shown)
+    {
+      vtkSMPropertyHelper(shown, "Opacity", true).Set(opacity);
+      shown->UpdateVTKObjects();
+    }
+  }
+  active.setActiveSource(Applied(source));
+  END_UNDO_SET();
+  pqApplicationCore::instance()->render();
+}

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#ifndef pqChainMailReportWidget_h
+#define pqChainMailReportWidget_h
+
+#include "pqPropertyWidget.h"
+
+#include <QTimer>
+
+class QLabel;
+class vtkSMProperty;
+
+/// Shows in words what the last update did, once the hand rests.
+class pqChainMailReportWidget : public pqPropertyWidget
+{
+  Q_OBJECT
+  typedef pqPropertyWidget Superclass;
+
+public:
+  pqChainMailReportWidget(vtkSMProxy* proxy, vtkSMProperty* property, QWidget* parent = nullptr);
+
+private:
+  Q_DISABLE_COPY(pqChainMailReportWidget)
+
+  void read();
+
+  vtkSMProperty* Report;
+  QLabel* Label;
+  QTimer Rest;
+};
+
+#endif

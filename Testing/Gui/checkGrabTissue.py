@@ -1,0 +1,67 @@
+"""checkGrabTissue.py FOLDER: the volume, the state and the pictures that TestGrabTissue.sh saved."""
+
+import os
+import sys
+
+import numpy as np
+from paraview import servermanager
+from paraview.simple import *
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOImage import vtkPNGReader
+
+folder = sys.argv[1]
+
+
+def values(source):
+    return vtk_to_numpy(servermanager.Fetch(source).GetPointData().GetArray("CT"))
+
+
+before = values(OpenDataFile(os.path.join(folder, "scan.vti")))
+saved = values(OpenDataFile(os.path.join(folder, "deformed.vtk")))
+dragged = values(OpenDataFile(os.path.join(folder, "dragged.vtk")))
+ResetSession()
+LoadState(os.path.join(folder, "state.pvsm"))
+deformation = FindSource("ChainMailDeformation1")
+if [len(getattr(deformation, name)) for name in ("Probes", "Cuts", "Carves")] != [1, 1, 1]:
+    sys.exit("FAILED: the filter has %d probes, %d cuts, %d carves" % (
+        len(deformation.Probes), len(deformation.Cuts), len(deformation.Carves)))
+if list(deformation.AnchoredFaces) != [1, 1, 1, 1, 0, 1]:
+    sys.exit("FAILED: the faces held are %s" % list(deformation.AnchoredFaces))
+if (values(OutputPort(deformation, 0)) != saved).any():
+    sys.exit("FAILED: the saved state gives another volume")
+changed = (saved != before).mean()
+if not 1e-3 < changed < 0.5:
+    sys.exit("FAILED: %.3f %% of the voxels changed" % (100 * changed))
+
+deformation.UpdatePropertyInformation()
+if "Probe 1 reached" not in deformation.Report:
+    sys.exit("FAILED: the report is " + deformation.Report)
+reached = np.linalg.norm(servermanager.Fetch(deformation).GetFieldData().GetArray("ProbeReached").GetTuple3(0))
+probe = deformation.Probes[0]
+asked = np.linalg.norm(np.subtract(probe.Target, probe.Position))
+if not (asked > 10 and reached > 0.5 * asked):
+    sys.exit("FAILED: the first pull reached %g of %g mm" % (reached, asked))
+
+# The drag left the filter as it was set: from rest, without blade and drill, it gives what was saved then.
+if probe.Position[2] < 10:
+    sys.exit("FAILED: the probe is at %s after the drag" % list(probe.Position))
+deformation.Cuts, deformation.Carves, deformation.AnchoredFaces = [], [], [1] * 6
+if (values(OutputPort(deformation, 0)) != dragged).any() or not (dragged != before).any():
+    sys.exit("FAILED: after the drag the window shows something else than a script")
+
+
+def picture(name):
+    reader = vtkPNGReader()
+    reader.SetFileName(os.path.join(folder, name))
+    reader.Update()
+    return vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars()).astype(int)
+
+
+grabbed, cut = picture("grabbed.png"), picture("cut.png")
+drawn = (np.abs(grabbed - grabbed[0]).max(axis=1) > 8).mean()
+if not 0.03 < drawn < 0.97:
+    sys.exit("FAILED: %.1f %% of the picture differs from its background" % (100 * drawn))
+opened = (np.abs(grabbed - cut).max(axis=1) > 8).mean()
+if not 1e-3 < opened < 0.3:
+    sys.exit("FAILED: blade and drill changed %.2f %% of the picture" % (100 * opened))
+print("grabbed, cut and drilled: %.1f %% of the voxels changed, %.1f of %.1f mm reached" % (100 * changed, reached, asked))
