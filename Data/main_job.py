@@ -135,19 +135,12 @@ class Errors:
 # ----------------------------------------------------------------------------------------------------------------------
 # How to show it
 
-# Hounsfield units: the skin is seen where air turns to tissue; muscle is thin red glass; bone is bone.
-CT_COLOURS = [(-1000, 0.50, 0.30, 0.25), (-420, 0.95, 0.70, 0.57), (-150, 0.99, 0.81, 0.65), (-60, 1.00, 0.86, 0.60),
-              (10, 0.88, 0.40, 0.32), (60, 0.80, 0.16, 0.14), (130, 0.90, 0.50, 0.38), (250, 0.97, 0.90, 0.78),
-              (1500, 1.00, 0.99, 0.95)]
-CT_OPACITIES = [(-1000, 0.0), (-800, 0.0), (-450, 0.40), (-120, 0.25), (-60, 0.01), (20, 0.015), (70, 0.03),
-                (160, 0.12), (300, 0.75), (1500, 1.0)]
-
-
 def transfer_functions(volume, threshold):
-    """(value, r, g, b) and (value, opacity) for CT numbers, else for any range above the tissue threshold."""
+    """For CT numbers the name of a preset of the plugin: skin as glass, muscle as thin red glass, and bone. For any other
+    range (value, r, g, b) and (value, opacity), from the tissue threshold on."""
     low, high = volume.range
     if volume.is_ct():
-        return CT_COLOURS, CT_OPACITIES
+        return "CT skin, muscle and bone"
     # No unit known: the lowest tissue is the skin, the brightest hundredth is shown solid.
     values = volume.values[volume.values >= threshold]
     values = values[np.isfinite(values)].astype(float)
@@ -206,11 +199,15 @@ def show_volume(source, name, functions, step, view):
     display = Show(source, view, "UniformGridRepresentation")
     display.SetRepresentationType("Volume")
     ColorBy(display, ("POINTS", name))
-    colours, opacities = functions
     lookup, opacity = GetColorTransferFunction(name), GetOpacityTransferFunction(name)
-    lookup.ColorSpace = "RGB"
-    lookup.RGBPoints = [float(number) for point in colours for number in point]
-    opacity.Points = [float(number) for value, alpha in opacities for number in (value, alpha, 0.5, 0.0)]
+    if isinstance(functions, str):
+        for function in (lookup, opacity):
+            function.ApplyPreset(functions, False)  # False: in Hounsfield units, not rescaled to the scan's range
+    else:
+        colours, opacities = functions
+        lookup.ColorSpace = "RGB"
+        lookup.RGBPoints = [float(number) for point in colours for number in point]
+        opacity.Points = [float(number) for value, alpha in opacities for number in (value, alpha, 0.5, 0.0)]
     display.Shade = 1
     display.Ambient, display.Diffuse, display.Specular, display.SpecularPower = 0.2, 0.9, 0.3, 30
     display.ScalarOpacityUnitDistance = step

@@ -8,6 +8,7 @@ FOLDER (default: CHAINMAIL_VOLUMES) does not hold them.
 """
 
 import argparse
+import json
 import math
 import os
 import struct
@@ -20,7 +21,6 @@ import paraview.simple as pv
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
 import scenes  # noqa: E402
-from main_job import CT_COLOURS  # noqa: E402
 from paraview import servermanager  # noqa: E402
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy  # noqa: E402
 from vtkmodules.vtkCommonCore import vtkPoints  # noqa: E402
@@ -31,10 +31,18 @@ BLUE, GREEN = (0.05, 0.35, 0.75), (0.10, 0.60, 0.35)
 # Perceptually even, dark to bright (Viridis); what no wave reached is grey.
 TIMES = [(0.0, 0.267, 0.005, 0.329), (0.25, 0.229, 0.322, 0.546), (0.5, 0.128, 0.567, 0.551), (0.75, 0.369, 0.789, 0.383),
          (1.0, 0.993, 0.906, 0.144)]
-GREYS = [(-1024, 0.0, 0.0, 0.0), (-400, 0.05, 0.05, 0.06), (-150, 0.30, 0.28, 0.27), (-60, 0.42, 0.40, 0.38),
-         (60, 0.72, 0.68, 0.65), (160, 0.82, 0.78, 0.74), (600, 0.97, 0.96, 0.94), (1500, 1.0, 1.0, 1.0)]
-# Skin hides what is below it, so that a wound is seen.
-SKIN_OPACITIES = [(-1024, 0.0), (-800, 0.0), (-450, 0.35), (-60, 0.45), (80, 0.6), (1500, 1.0)]
+
+
+def preset(name):
+    """(value, red, green, blue) and (value, opacity) of one of the plugin's presets."""
+    with open(os.path.join(HERE, os.pardir, "Plugin", "Presets.json"), encoding="utf-8") as file:
+        found = next(entry for entry in json.load(file) if entry["Name"] == name)
+    colours, opacities = (np.reshape(found.get(key, []), (-1, 4)).tolist() for key in ("RGBPoints", "Points"))
+    return colours, [point[:2] for point in opacities]
+
+
+SKIN_COLOURS, SKIN_OPACITIES = preset("CT skin")  # hides what is below it, so that a wound is seen
+GREYS = preset("CT grey")[0]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -481,7 +489,7 @@ def figure11(volumes):
     camera = focus + np.array([90.0, 330.0, 90.0]), focus, (1, 0, 0), 21.0
     k = int(np.abs(scenes.coordinates(image)[2].ravel() - scene.probes[0]["Position"][2]).argmin())
     flat = [0, 175, 0, 159, k, k], above(middle(image), 0) + np.array([2, 3, 0]), 96.0, 1
-    return opened(scene, "CT", CT_COLOURS, SKIN_OPACITIES, camera, flat, GREYS, (0, 7, 0))
+    return opened(scene, "CT", SKIN_COLOURS, SKIN_OPACITIES, camera, flat, GREYS, (0, 7, 0))
 
 
 def figure11head(volumes):
@@ -492,7 +500,7 @@ def figure11head(volumes):
     camera = focus + np.array([420.0, -60.0, 60.0]), focus, (0, 0, 1), 17.0
     k = scenes.CHEEK[1]
     flat = [0, 199, 0, 219, k, k], above(scenes.place_of(image, (135, 85, k)), 0), 130.0, -1
-    return opened(scene, "MetaImage", eight(CT_COLOURS), eight(SKIN_OPACITIES), camera, flat, eight(GREYS), (10, 0, 0))
+    return opened(scene, "MetaImage", eight(SKIN_COLOURS), eight(SKIN_OPACITIES), camera, flat, eight(GREYS), (10, 0, 0))
 
 
 pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head]

@@ -16,7 +16,8 @@ import xml.etree.ElementTree as ElementTree
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir))
 ROOMS = ("Data", "Filters", "Kernels", "Plugin", "Testing")
-COMMAND_PAGES = ("README.md", "CONTRIBUTING.md", "Data/Install.md", "Data/Using.md", "Data/Choosing.md", "Data/Gallery.md")
+COMMAND_PAGES = ("README.md", "CONTRIBUTING.md", "Data/Install.md", "Data/Using.md", "Data/InAndOut.md", "Data/Choosing.md",
+                 "Data/Gallery.md")
 MOST_LINES = {"README.md": 160, "CONTRIBUTING.md": 100}
 
 ROLES = "Testing/Roles/"
@@ -47,6 +48,13 @@ COMMANDS = [
     (r'export HWLOC_SYNTHETIC="numa:1\(memory=\d+\) core:\d+ pu:1"', "", {"Testing/prepare.sh": [
         'export HWLOC_SYNTHETIC="numa:1(memory=', ') core:', ' pu:1"']}),
     (r"export ASAN_OPTIONS=detect_leaks=0", "", {ROLES + "EngineAlone.cmake": ["ENV{ASAN_OPTIONS} detect_leaks=0"]}),
+    (r"cmake -S \. -B build -DBUILD_TESTING=OFF", "", {"Data/main-job.sh": ["configure_and_build -DBUILD_TESTING=OFF"]}),
+    (r"cpack --config build/CPackConfig\.cmake -B build", "", {ROLES + "Package.cmake": ['--config "${BUILD}/CPackConfig.cmake" -B']}),
+    (r"apt install \./build/chainmail_\S+\.deb", "", {ROLES + "tryPackage.sh": ['apt-get install --yes "/root/']}),
+    (r"podman (build|run) .*", "there is no container engine where the tests run; the package is tried in a bare system",
+     {ROLES + "tryPackage.sh": ["debootstrap --variant=minbase", "usePlugin.xml"]}),
+    (r"plastimatch convert --input FOLDER .*", "", {"Testing/Python/TestDicom.py": ['"plastimatch", "convert", "--input"']}),
+    (r"pvpython Data/carry\.py .*", "", {"Testing/Python/TestCarry.py": ["carry.py", '"--back"', "labels=", "carry_image("]}),
     (r"mpirun -np 4 pvbatch", "", {"Testing/Python/TestRanks.py": ["mpiexec("]}),
     (r"mpiexec -n 4 pvserver", "", {"Testing/Python/TestClientServer.py": ["mpiexec(2, pvserver)"]}),
     (r"export PV_PLUGIN_PATH=build/\S+", "", {"Testing/CMakeLists.txt": ["PV_PLUGIN_PATH=${CHAINMAIL_PLUGIN_FOLDER}"]}),
@@ -56,8 +64,8 @@ COMMANDS = [
     (r"clang-format-14 -i FILES", "it changes files", {".clang-format": ["ColumnLimit"]}),
     (r"clang-tidy -p build FILES", "it is for the person who edits", {".clang-tidy": ["Checks"]}),
 ]
-WORDS = ("apt apt-get bash clang-format-14 clang-tidy cmake ctest export git make mpiexec mpirun paraview pip pvbatch pvpython "
-         "pvserver python3 sh sudo xvfb-run").split()
+WORDS = ("apt apt-get bash clang-format-14 clang-tidy cmake cpack ctest export git make mpiexec mpirun paraview pip plastimatch "
+         "podman pvbatch pvpython pvserver python3 sh sudo xvfb-run").split()
 
 # What scripts call of any proxy of ParaView, and programs of any filter of VTK.
 OF_ALL_PROXIES = {"InvokeCommand", "MarkModified", "UpdatePipeline", "UpdatePropertyInformation", "GetPropertyValue", "FieldData"}
@@ -132,7 +140,7 @@ def check_commands(repository, problems):
                 problems.append("%s: no test is named that runs: %s" % (page, command))
             used.update(entries)
             if command.startswith("apt "):
-                for package in [word for word in command.split()[2:] if not word.startswith("-")]:
+                for package in [word for word in command.split()[2:] if not word.startswith(("-", "./"))]:
                     if not re.search(r"(?<![\w-])" + re.escape(package) + r"(?![\w-])", packages):
                         problems.append("%s: prepare.sh does not install %s" % (page, package))
             for option in re.findall(r"-D(CHAINMAIL_\w+)", command):

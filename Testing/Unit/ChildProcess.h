@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 
 /// A test that needs another environment (no OpenCL platform, little device memory) runs a part of itself in a child
@@ -12,8 +13,8 @@ struct ChildResult
   std::string output;
 };
 
-/// Runs the part called `name` in a child whose environment has these settings more ("A=1 B=2").
-ChildResult runChild(const std::string& environment, const std::string& name);
+/// Runs the part called `name` in a child whose environment has these variables more.
+ChildResult runChild(const std::map<std::string, std::string>& environment, const std::string& name);
 
 /// Makes a part known: define one at namespace scope. `run` prints what the test looks at and returns the exit status.
 struct ChildPart

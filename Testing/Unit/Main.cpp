@@ -1,18 +1,22 @@
 // The tests' main: as GoogleTest's own, and `--child=NAME` runs a part of a test, see ChildProcess.h.
 
 #include "ChildProcess.h"
+#include "Environment.h"
 
 #include <gtest/gtest.h>
 
-#include <climits>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
-#include <map>
+#include <list>
+#ifndef _WIN32
 #include <sys/wait.h>
-#include <unistd.h>
+#endif
 
 namespace
 {
+
+std::string program; // this one's path
 
 std::map<std::string, std::function<int()>>& childParts()
 {
@@ -27,16 +31,20 @@ ChildPart::ChildPart(const std::string& name, std::function<int()> run)
   childParts()[name] = std::move(run);
 }
 
-ChildResult runChild(const std::string& environment, const std::string& name)
+ChildResult runChild(const std::map<std::string, std::string>& environment, const std::string& name)
 {
-  char self[PATH_MAX] = {};
-  if (readlink("/proc/self/exe", self, sizeof self - 1) <= 0)
+  std::list<Variable> variables;
+  for (const auto& [variable, value] : environment)
   {
-    return {};
+    variables.emplace_back(variable, value.c_str());
   }
-  const std::string command = "env " + environment + " '" + self + "' --child=" + name + " 2>&1";
+  const std::string command = '"' + program + "\" --child=" + name + " 2>&1";
   ChildResult result;
+#ifdef _WIN32
+  FILE* pipe = _popen(('"' + command + '"').c_str(), "rb"); // the shell there takes the outer quotes away
+#else
   FILE* pipe = popen(command.c_str(), "r");
+#endif
   if (!pipe)
   {
     return {};
@@ -46,13 +54,18 @@ ChildResult runChild(const std::string& environment, const std::string& name)
   {
     result.output.append(buffer, n);
   }
+#ifdef _WIN32
+  result.status = _pclose(pipe);
+#else
   const int status = pclose(pipe);
   result.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+#endif
   return result;
 }
 
 int main(int argc, char** argv)
 {
+  program = std::filesystem::absolute(argv[0]).string();
   const std::string option = argc == 2 ? argv[1] : "";
   const std::string prefix = "--child=";
   if (option.compare(0, prefix.size(), prefix) == 0)

@@ -150,7 +150,7 @@ long numberBehind(const std::string& text, const std::string& before)
 
 ChildResult runWithLittleMemory(const std::string& name)
 {
-  return runChild(isSmall() ? "HOST_OPENCL_MEMORY=16" : "POCL_MEMORY_LIMIT=1", name);
+  return runChild({ isSmall() ? std::pair("HOST_OPENCL_MEMORY", "16") : std::pair("POCL_MEMORY_LIMIT", "1") }, name);
 }
 
 void expectClearMessage(const ChildResult& child)

@@ -88,7 +88,7 @@ const ChildPart noPlatformPart("noPlatform", withoutPlatform);
 // An empty folder of drivers is what a fresh machine has.
 TEST(Device, NoPlatformIsAClearMessage)
 {
-  const ChildResult child = runChild("OCL_ICD_VENDORS=/nonexistent", "noPlatform");
+  const ChildResult child = runChild({ { "OCL_ICD_VENDORS", "/nonexistent" } }, "noPlatform");
   EXPECT_EQ(child.status, 0) << child.output;
   EXPECT_TRUE(contains(child.output, "devices: 0")) << child.output;
   EXPECT_FALSE(contains(child.output, "a simulation ran")) << child.output;

@@ -1,5 +1,6 @@
 #include "ChildProcess.h"
 #include "Device.h"
+#include "Environment.h"
 #include "ProgramCache.h"
 #include "Scene.h"
 
@@ -12,9 +13,8 @@
 #include <iostream>
 #include <iterator>
 #include <map>
-#include <optional>
+#include <random>
 #include <stdexcept>
-#include <stdlib.h>
 #include <string>
 #include <thread>
 #include <tuple>
@@ -33,12 +33,11 @@ struct TemporaryFolder
 
   TemporaryFolder()
   {
-    std::string name = (fs::temp_directory_path() / "chainmail-test-XXXXXX").string();
-    if (!mkdtemp(name.data()))
+    this->path = fs::temp_directory_path() / ("chainmail-test-" + std::to_string(std::random_device()()));
+    if (!fs::create_directory(this->path))
     {
-      throw std::runtime_error(name + " could not be made");
+      throw std::runtime_error(this->path.string() + " could not be made");
     }
-    this->path = name;
   }
   ~TemporaryFolder()
   {
@@ -90,7 +89,9 @@ TEST(ProgramCache, GivesBackWhatWasKeptUnderAKeyAndNothingElse)
   EXPECT_EQ(ProgramCache(folder).find("ke"), "");
   EXPECT_EQ(ProgramCache(folder).find(""), "");
   EXPECT_EQ(filesOf(folder).size(), 2u);
+#ifndef _WIN32 // where a user's folders are the user's alone
   EXPECT_EQ(fs::status(folder).permissions(), fs::perms::owner_all);
+#endif
 
   keep(ProgramCache(folder), "key", ""); // a driver that gives nothing away
   keep(ProgramCache(folder), "nothing", "");
@@ -225,30 +226,13 @@ TEST(ProgramCache, ManyMayUseAFolderAtOnce)
   EXPECT_EQ(filesOf(temporary.path).size(), 4u);
 }
 
-/// An environment variable with another value, or none, as long as this lives.
-class Variable
-{
-public:
-  Variable(const char* name, const char* value)
-    : name_(name)
-  {
-    if (const char* before = std::getenv(name))
-    {
-      this->before_ = before;
-    }
-    value ? setenv(name, value, 1) : unsetenv(name);
-  }
-  ~Variable() { this->before_ ? setenv(this->name_, this->before_->c_str(), 1) : unsetenv(this->name_); }
-  Variable(const Variable&) = delete;
-  Variable& operator=(const Variable&) = delete;
-
-private:
-  const char* name_;
-  std::optional<std::string> before_;
-};
-
 TEST(ProgramCache, IsWhereTheUserOrTheSystemHasCaches)
 {
+#ifdef _WIN32
+  const Variable own("CHAINMAIL_CACHE_DIR", nullptr);
+  const Variable caches("LOCALAPPDATA", "C:\\caches");
+  EXPECT_EQ(ProgramCache::userFolder(), fs::path("C:\\caches\\chainmail"));
+#else
   const auto folder = [](const char* own, const char* xdg, const char* home)
   {
     const Variable first("CHAINMAIL_CACHE_DIR", own);
@@ -266,6 +250,7 @@ TEST(ProgramCache, IsWhereTheUserOrTheSystemHasCaches)
 #endif
   EXPECT_EQ(folder(nullptr, nullptr, ""), "");
   EXPECT_EQ(folder(nullptr, nullptr, nullptr), "");
+#endif
 }
 
 // --- Programs of a device
@@ -296,7 +281,7 @@ const ChildPart deformSmallBricksPart("deformSmallBricks", [] { return deform({ 
 /// What a new process computes that has its cache in `folder`.
 std::string computed(const fs::path& folder, const std::string& part = "deform")
 {
-  const ChildResult child = runChild("CHAINMAIL_CACHE_DIR='" + folder.string() + "'", part);
+  const ChildResult child = runChild({ { "CHAINMAIL_CACHE_DIR", folder.string() } }, part);
   EXPECT_EQ(child.status, 0) << child.output;
   return child.output;
 }

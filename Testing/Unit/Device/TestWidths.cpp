@@ -100,8 +100,8 @@ TEST(Widths, AGpuAndAProcessorGiveTheSameBits)
   {
     GTEST_SKIP() << "the device is a GPU, and the processor is not asked";
   }
-  const ChildResult gpu = runChild("CHAINMAIL_TEST_AS_GPU=1", "widths");
-  const ChildResult processor = runChild("", "widths");
+  const ChildResult gpu = runChild({ { "CHAINMAIL_TEST_AS_GPU", "1" } }, "widths");
+  const ChildResult processor = runChild({}, "widths");
   EXPECT_EQ(gpu.status, 1) << "the engine takes the device for a processor: " << gpu.output;
   EXPECT_EQ(processor.status, 0) << processor.output;
   const auto outcome = [](const ChildResult& child) { return child.output.substr(child.output.rfind("outcome")); };

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdlib>
+#include <optional>
+#include <string>
+
+/// An environment variable with another value, or none, as long as this lives.
+class Variable
+{
+public:
+  Variable(const std::string& name, const char* value)
+    : name_(name)
+  {
+    if (const char* before = std::getenv(name.c_str()))
+    {
+      this->before_ = before;
+    }
+    this->set(value);
+  }
+  ~Variable() { this->set(this->before_ ? this->before_->c_str() : nullptr); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+private:
+  void set(const char* value) const
+  {
+#ifdef _WIN32
+    _putenv_s(this->name_.c_str(), value ? value : ""); // an empty one is none there
+#else
+    value ? setenv(this->name_.c_str(), value, 1) : unsetenv(this->name_.c_str());
+#endif
+  }
+
+  std::string name_;
+  std::optional<std::string> before_;
+};
