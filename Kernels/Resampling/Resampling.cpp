@@ -12,8 +12,8 @@ namespace chainmail
 namespace
 {
 
-/// Output voxels that are handled at once: each takes 16 bytes on the device.
-constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
+/// Output voxels that are handled at once: each takes 16 bytes on the device, and 12 beside it.
+constexpr std::size_t voxelsPerBatch = std::size_t(1) << 20;
 
 /// Rounds down, also below zero.
 int floorDiv(int n, int divisor)
@@ -84,10 +84,11 @@ struct Frame
   }
 };
 
-/// Marks the bricks that meet the box from `from` to `to` within the limits `least` and `most`. Clamps before the
-/// conversion to integers, since a displacement may be far larger than any image.
-void mark(std::vector<char>& marks, const Frame& frame, const Index3& size, const Vector3& from, const Vector3& to,
-  const Index3& least, const Index3& most)
+/// Calls f(number) for the bricks that meet the box from `from` to `to` within the limits `least` and `most`. Clamps
+/// before the conversion to integers, since a displacement may be far larger than any image.
+template <typename F>
+void forBricks(const Frame& frame, const Index3& size, const Vector3& from, const Vector3& to, const Index3& least,
+  const Index3& most, const F& f)
 {
   Index3 begin;
   Index3 end;
@@ -106,16 +107,34 @@ void mark(std::vector<char>& marks, const Frame& frame, const Index3& size, cons
     {
       for (int i = begin[0]; i <= end[0]; ++i)
       {
-        marks[frame.bricks.at(i, j, k)] = 1;
+        f(frame.bricks.at(i, j, k));
       }
     }
   }
 }
 
+/// Layers of output voxels, both included.
+struct Layers
+{
+  int first = std::numeric_limits<int>::max();
+  int last = std::numeric_limits<int>::min();
+
+  bool empty() const { return this->first > this->last; }
+  bool meet(const Layers& other) const { return this->first <= other.last && this->last >= other.first; }
+  void add(double from, double to, const Frame& frame)
+  {
+    const double least = frame.low[2];
+    const double most = frame.high[2];
+    this->first = std::min(this->first, static_cast<int>(std::min(std::max(from, least), most)));
+    this->last = std::max(this->last, static_cast<int>(std::min(std::max(to, least), most)));
+  }
+};
+
 /// The bricks that have to be visited.
 struct Work
 {
   std::vector<int> sources;    ///< bricks whose tissue is displaced or carved away, or beside such tissue
+  std::vector<Layers> layers;  ///< for each of them: where its tissue may arrive, and where it may have been
   std::vector<Index3> origins; ///< first voxels of the output bricks where such tissue may arrive or which it may leave
   std::vector<int> tissue;     ///< those among these output bricks that are bricks of the grid
 };
@@ -126,7 +145,7 @@ Work findWork(Bricks& bricks, const Frame& frame)
 {
   const Grid& grid = bricks.model().grid();
   const Index3 size = bricks.size();
-  std::vector<char> isSource(frame.bricks.voxels(), 0);
+  std::vector<Layers> layers(frame.bricks.voxels()); // empty where the brick is no source
   std::vector<char> isReached(frame.bricks.voxels(), 0);
   const std::vector<BrickFigures> figures = measureBricks(bricks);
   for (std::size_t n = 0; n < figures.size(); ++n)
@@ -144,18 +163,22 @@ Work findWork(Bricks& bricks, const Frame& frame)
       first[a] = origin[a] - 2 + (a == 0 ? 0.0 : brick.firstRow[a - 1]);
       last[a] = origin[a] + 2 + (a == 0 ? size[0] - 1.0 : brick.lastRow[a - 1]);
     }
-    mark(isSource, frame, size, first, last, { 0, 0, 0 }, { grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 });
+    const double from = first[2] + std::floor(brick.low[2]);
+    const double to = last[2] + std::ceil(brick.high[2]);
+    forBricks(frame, size, first, last, { 0, 0, 0 }, { grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1 },
+      [&](std::size_t source) { layers[source].add(from, to, frame); });
     for (int a = 0; a < 3; ++a)
     {
       first[a] += std::floor(brick.low[a]);
       last[a] += std::ceil(brick.high[a]);
     }
-    mark(isReached, frame, size, first, last, frame.low, frame.high);
+    forBricks(frame, size, first, last, frame.low, frame.high, [&](std::size_t reached) { isReached[reached] = 1; });
   }
   for (const int brick : bricks.links().carvedBricks())
   {
-    const std::size_t at = frame.at(bricks.origin(brick), size);
-    isSource[at] = 1;
+    const Index3 origin = bricks.origin(brick);
+    const std::size_t at = frame.at(origin, size);
+    layers[at].add(origin[2] - 2, origin[2] + size[2] + 1, frame);
     isReached[at] = 1;
   }
 
@@ -170,9 +193,10 @@ Work findWork(Bricks& bricks, const Frame& frame)
     }
     const bool inside = grid.contains(origin[0], origin[1], origin[2]);
     const int brick = inside ? bricks.brickAt(origin[0], origin[1], origin[2]) : 0;
-    if (isSource[n])
+    if (!layers[n].empty())
     {
       work.sources.push_back(brick);
+      work.layers.push_back(layers[n]);
     }
     if (isReached[n])
     {
@@ -232,6 +256,10 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   const Frame frame(grid, padding, size);
   const Work work = findWork(this->bricks_, frame);
   const std::vector<Index3>& origins = work.origins;
+  if (origins.empty())
+  {
+    return;
+  }
   // The kernels also have to read the tissue at rest where displaced tissue arrives.
   this->bricks_.know(work.tissue);
 
@@ -242,6 +270,10 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
   const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
   const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
   const CellBox cells(this->bricks_, work.sources);
+  // These are large, and what follows an update needs the room.
+  const std::size_t most = std::min(perBatch, origins.size()) * perBrick;
+  const cl::Buffer claims = context.allocate(sizeof(cl_uint) * most, "resampling", 1);
+  const cl::Buffer offsetBuffer = context.allocate(sizeof(cl_float) * 3 * most, "resampling", 1);
   std::vector<float> offsets;
   std::vector<float> copy;
   for (std::size_t begin = 0; begin < origins.size(); begin += perBatch)
@@ -256,14 +288,24 @@ void Resampling::run(const Index3& padding, const std::function<void(double)>& c
       firsts.push_back(int4(origins[begin + n]));
     }
 
+    // The output bricks come layer by layer, so most sources have to do with few of the batches.
+    Layers batch;
+    batch.add(origins[begin][2], origins[begin + count - 1][2] + size[2] - 1, frame);
+    std::vector<int> sources;
+    for (std::size_t n = 0; n < work.sources.size(); ++n)
+    {
+      if (work.layers[n].meet(batch))
+      {
+        sources.push_back(work.sources[n]);
+      }
+    }
+
     const std::size_t voxels = count * perBrick;
-    const cl::Buffer& claims = this->claims_.sized(context, sizeof(cl_uint) * voxels);
-    const cl::Buffer& offsetBuffer = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
     context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
     const auto common = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
       this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat), int4(cells.first), int4(cells.size)));
-    context.launch(context.kernel("claim.cl", defines, "claim"), work.sources.size(), items,
-      this->list_.holding(context, work.sources), common,
+    context.launch(context.kernel("claim.cl", defines, "claim"), sources.size(), items,
+      this->list_.holding(context, sources), common,
       int4({ frame.firstBrick[0] * size[0], frame.firstBrick[1] * size[1], frame.firstBrick[2] * size[2] }),
       int4(frame.bricks.size), this->places_.holding(context, places), claims);
     context.launch(context.kernel("locate.cl", defines, "locate"), count, items, common,

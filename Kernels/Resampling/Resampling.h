@@ -26,8 +26,6 @@ private:
   Scratch list_{ "the list of bricks" };
   Scratch places_{ "the list of bricks" };
   Scratch firsts_{ "the list of bricks" };
-  Scratch claims_{ "resampling" };
-  Scratch offsets_{ "resampling" };
 };
 
 }
