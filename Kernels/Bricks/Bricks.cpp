@@ -495,26 +495,15 @@ std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& address
   return this->get(this->constraint, this->tissuePitch(), this->model_->axes(), addresses);
 }
 
-namespace
-{
-
-/// Reads one slot of a field, for each axis.
-void readRuns(Context& context, const cl::Buffer& field, std::size_t axes, std::size_t pitch, std::size_t slot,
-  std::size_t count, std::vector<float>& out)
-{
-  out.resize(axes * count);
-  for (std::size_t a = 0; a < axes; ++a)
-  {
-    context.queue().enqueueReadBuffer(
-      field, CL_TRUE, sizeof(float) * (a * pitch + slot * count), sizeof(float) * count, out.data() + a * count);
-  }
-}
-
-}
-
 void Bricks::readSlot(int slot, std::vector<float>& out)
 {
-  readRuns(*this->context_, this->displacement, 3, this->pitch(), slot, this->elements_, out);
+  const std::size_t count = static_cast<std::size_t>(this->elements_);
+  out.resize(3 * count);
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    this->context_->queue().enqueueReadBuffer(this->displacement, CL_TRUE,
+      sizeof(float) * (a * this->pitch() + slot * count), sizeof(float) * count, out.data() + a * count);
+  }
 }
 
 void Bricks::removeElements(const std::vector<std::size_t>& voxels)
