@@ -102,6 +102,22 @@ bool Bricks::fill(int brick, std::vector<float>& out) const
   return tissue;
 }
 
+namespace
+{
+
+/// How large an image this device can hold, whatever moves in it.
+std::string whatFits(const DeviceInfo& device)
+{
+  constexpr std::size_t largestField = 3 * sizeof(float);
+  // The displacement and that before a wave, the constraint, and as much again as one of the former while that grows.
+  constexpr std::size_t all = 3 * largestField + sizeof(float);
+  const std::size_t voxels = std::min(device.maxAllocation / largestField, device.globalMemory / all);
+  return "However much of it moves, an image of " + std::to_string(voxels / 1000000) +
+         " million voxels fits: crop it to a volume of interest of that size.";
+}
+
+}
+
 /// Gives each run of a field room for more elements, filled with zeros.
 void Bricks::enlarge(
   cl::Buffer& buffer, std::size_t runs, std::size_t bytes, std::size_t oldPitch, std::size_t pitch, const char* purpose)
@@ -112,7 +128,15 @@ void Bricks::enlarge(
                       "the scan or resample it to fewer voxels.");
   }
   const std::size_t values = buffer() ? oldPitch - skew : 0;
-  cl::Buffer larger = this->context_->allocate(runs * pitch * bytes, purpose, 1);
+  cl::Buffer larger;
+  try
+  {
+    larger = this->context_->allocate(runs * pitch * bytes, purpose, 1);
+  }
+  catch (const MemoryError& error)
+  {
+    throw MemoryError(std::string(error.what()) + ' ' + whatFits(this->context_->info()));
+  }
   cl::CommandQueue& queue = this->context_->queue();
   for (std::size_t run = 0; run < runs; ++run)
   {
@@ -471,26 +495,15 @@ std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& address
   return this->get(this->constraint, this->tissuePitch(), this->model_->axes(), addresses);
 }
 
-namespace
-{
-
-/// Reads one slot of a field, for each axis.
-void readRuns(Context& context, const cl::Buffer& field, std::size_t axes, std::size_t pitch, std::size_t slot,
-  std::size_t count, std::vector<float>& out)
-{
-  out.resize(axes * count);
-  for (std::size_t a = 0; a < axes; ++a)
-  {
-    context.queue().enqueueReadBuffer(
-      field, CL_TRUE, sizeof(float) * (a * pitch + slot * count), sizeof(float) * count, out.data() + a * count);
-  }
-}
-
-}
-
 void Bricks::readSlot(int slot, std::vector<float>& out)
 {
-  readRuns(*this->context_, this->displacement, 3, this->pitch(), slot, this->elements_, out);
+  const std::size_t count = static_cast<std::size_t>(this->elements_);
+  out.resize(3 * count);
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    this->context_->queue().enqueueReadBuffer(this->displacement, CL_TRUE,
+      sizeof(float) * (a * this->pitch() + slot * count), sizeof(float) * count, out.data() + a * count);
+  }
 }
 
 void Bricks::removeElements(const std::vector<std::size_t>& voxels)
@@ -574,14 +587,14 @@ void Bricks::uploadCuts()
 
 std::size_t Bricks::deviceBytes() const
 {
-  const auto bytes = [](const cl::Buffer& buffer) { return buffer() ? buffer.getInfo<CL_MEM_SIZE>() : 0; };
-  std::size_t all = bytes(this->displacement) + bytes(this->constraint) + bytes(this->cut) + bytes(this->tableBuffer_) +
-                    bytes(this->placeBuffer_) + this->addresses_.bytes() + this->values_.bytes();
+  std::size_t state = 3 * sizeof(float);
   for (const Field* field : this->fields_)
   {
-    all += bytes(field->buffer);
+    state += field->runs * field->bytes;
   }
-  return all;
+  const std::size_t tissue = sizeof(float) * static_cast<std::size_t>(this->model_->axes()) + (this->cut() ? 1 : 0);
+  return state * this->pitch() + tissue * this->tissuePitch() +
+         sizeof(int) * (this->table_.size() + this->tissueCapacity_) + this->addresses_.bytes() + this->values_.bytes();
 }
 
 }

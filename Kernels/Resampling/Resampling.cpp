@@ -14,7 +14,7 @@ namespace
 
 /// Output voxels that are handled at once. Each takes 17 bytes on the device, but cells at the border of a batch are
 /// gone over for both its sides.
-constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
+constexpr std::size_t voxelsPerBatch = std::size_t(1) << 21;
 
 /// Claims can tell fewer cells than this apart (resample.clh).
 constexpr std::size_t mostCells = std::size_t(1) << 28;

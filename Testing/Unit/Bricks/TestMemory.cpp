@@ -176,6 +176,7 @@ TEST(Memory, ABufferLargerThanTheDeviceTakesSaysHowMuchIsNeeded)
   const long piece = isSmall() ? 4 : 256;
   EXPECT_EQ(numberBehind(child.output, "largest single buffer is "), piece) << child.output;
   EXPECT_GT(numberBehind(child.output, " needs "), piece) << child.output;
+  EXPECT_EQ(numberBehind(child.output, "an image of "), isSmall() ? 0 : 22) << "what would fit: " << child.output;
 }
 
 TEST(Memory, BuffersThatTogetherDoNotFitSayHowMuchIsNeeded)
