@@ -357,7 +357,7 @@ public:
 
   /**
    * ModelArrays: which of the arrays Displacement, Element, Constraint and Cluster output 1 has. The others take no time
-   * and no memory; one that is chosen later comes without another deformation. Default: Displacement, Element.
+   * and no memory; one that is chosen later comes without another deformation. Default: Displacement and Element.
    */
   vtkDataArraySelection* GetModelArraySelection();
 

@@ -12,7 +12,7 @@ void buildAhead(const Bricks& bricks, const Bricks& voxels, const Elasticity* pr
   context.buildAhead("scatter.cl", "");
   context.buildAhead("envelope.cl", elements);
   context.buildAhead("measure.cl", elements + elasticity.ofLinks());
-  if (coarseToFine)
+  if (projected && coarseToFine)
   {
     Elasticity unlimited = elasticity;
     unlimited.limited = false;

@@ -76,6 +76,7 @@ public:
 
 private:
   void checkpoint(double share);
+  void reportCompiling(bool mayStop);
   void moved();
   std::vector<std::vector<std::size_t>> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
   RigidClusters& rigidClusters();
@@ -87,26 +88,14 @@ private:
   {
     try
     {
-      return this->stoppedByCompiling(std::forward<Body>(body));
+      const WhileCompiling report([this] { this->reportCompiling(true); });
+      return body();
     }
     catch (const Aborted&)
     {
       this->reset();
       throw;
     }
-  }
-
-  template <typename Body> auto stoppedByCompiling(Body&& body) -> decltype(body())
-  {
-    const WhileCompiling report(
-      [this]
-      {
-        if (this->compiling_ && !this->compiling_())
-        {
-          throw Aborted();
-        }
-      });
-    return body();
   }
 
   PaperRelaxation paperRelaxation_;
@@ -120,6 +109,14 @@ private:
 void Simulation::Impl::checkpoint(double share)
 {
   if (this->progress_ && !this->progress_(share))
+  {
+    throw Aborted();
+  }
+}
+
+void Simulation::Impl::reportCompiling(bool mayStop)
+{
+  if (this->compiling_ && !this->compiling_() && mayStop)
   {
     throw Aborted();
   }
@@ -236,12 +233,8 @@ void Simulation::Impl::setPropagation(PropagationMethod method, ConflictPolicy p
 
 void Simulation::Impl::hold(const std::vector<Probe>& probes)
 {
-  if (!probes.empty())
-  {
-    const bool projected = this->relaxationMethod_ == RelaxationMethod::Projected;
-    buildAhead(this->bricks_, this->voxels_, projected ? &this->elasticity_ : nullptr,
-      projected && this->relaxation_.startsCoarse());
-  }
+  const bool projected = this->relaxationMethod_ == RelaxationMethod::Projected;
+  buildAhead(this->bricks_, this->voxels_, projected ? &this->elasticity_ : nullptr, this->relaxation_.startsCoarse());
   this->waves_.add(this->handles_.take(probes));
 }
 
@@ -437,12 +430,9 @@ void Simulation::Impl::resample(const Index3& padding, const std::function<void(
     }
   }
   this->voxels();
-  this->stoppedByCompiling(
-    [&]
-    {
-      this->resampling_.run(
-        padding, [this](double share) { this->checkpoint(share); }, visit);
-    });
+  const WhileCompiling report([this] { this->reportCompiling(true); });
+  this->resampling_.run(
+    padding, [this](double share) { this->checkpoint(share); }, visit);
 }
 
 Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& settings)

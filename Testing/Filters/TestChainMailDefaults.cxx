@@ -101,7 +101,7 @@ int TestChainMailDefaults(int, char*[])
   for (int n = 0; n < selection->GetNumberOfArrays(); ++n)
   {
     modelArrays +=
-      selection->GetArraySetting(n) ? (modelArrays.empty() ? "" : ", ") + std::string(selection->GetArrayName(n)) : "";
+      selection->GetArraySetting(n) ? (modelArrays.empty() ? "" : " and ") + std::string(selection->GetArrayName(n)) : "";
   }
   word("GetModelArraySelection()", modelArrays);
   word("vtkGetMacro(RelaxationMethod,", relaxations[filter->GetRelaxationMethod()]);
