@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <stdexcept>
 #include <stdlib.h>
 #include <string>
@@ -34,9 +35,10 @@ struct TemporaryFolder
   }
 
   /// For a process to which no kernel is compiled yet.
-  std::string environment() const
+  std::map<std::string, std::string> environment() const
   {
-    return "CHAINMAIL_CACHE_DIR=" + this->path + "/own POCL_CACHE_DIR=" + this->path + " CUDA_CACHE_PATH=" + this->path;
+    return { { "CHAINMAIL_CACHE_DIR", this->path + "/own" }, { "POCL_CACHE_DIR", this->path },
+      { "CUDA_CACHE_PATH", this->path } };
   }
 };
 
@@ -62,7 +64,9 @@ TEST(CompileAhead, AProcessMayEndMeanwhile)
   for (const char* delay : { "0", "30", "300", "900", "2000" })
   {
     const TemporaryFolder caches;
-    const ChildResult child = runChild(caches.environment() + " CHAINMAIL_TEST_DELAY=" + delay, "endWhileCompiling");
+    std::map<std::string, std::string> environment = caches.environment();
+    environment["CHAINMAIL_TEST_DELAY"] = delay;
+    const ChildResult child = runChild(environment, "endWhileCompiling");
     EXPECT_EQ(child.status, 0) << delay << ": " << child.output;
     EXPECT_EQ(child.output, "ended\n") << delay;
   }
@@ -101,7 +105,9 @@ const ChildPart besidePart("deformWhileCompiling",
 TEST(CompileAhead, ASimulationBesideComputesTheSame)
 {
   const TemporaryFolder caches;
-  const ChildResult cold = runChild(caches.environment() + " CHAINMAIL_TEST_AHEAD=1", "deformWhileCompiling");
+  std::map<std::string, std::string> ahead = caches.environment();
+  ahead["CHAINMAIL_TEST_AHEAD"] = "1";
+  const ChildResult cold = runChild(ahead, "deformWhileCompiling");
   const ChildResult warm = runChild(caches.environment(), "deformWhileCompiling");
   EXPECT_EQ(cold.status, 0) << cold.output;
   EXPECT_EQ(warm.status, 0) << warm.output;
