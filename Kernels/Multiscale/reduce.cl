@@ -13,6 +13,39 @@ inline float mix2(float a, float b, float c, float d, float3 w)
   return low + w.y * (high - low);
 }
 
+// The eight elements around a place, one bit each, and the links between them: to the next one along an axis.
+typedef struct
+{
+  uint address[8];
+  uint elements, linkX, linkY, linkZ;
+} Corners;
+
+inline Corners cornersAt(int3 base, uint atRest, global const int* table, int strideY, int strideZ,
+  global const float* constraint, global const uchar* cut)
+{
+  Corners c = { { 0 }, 0, 0, 0, 0 };
+  uint cutX = 0, cutY = 0, cutZ = 0;
+  for (int d = 0; d < 8; ++d)
+  {
+    const uint address = addressOf(base + (int3)(d & 1, d >> 1 & 1, d >> 2), table, strideY, strideZ);
+    if (!isinf(constraint[address]))
+    {
+      c.elements |= 1u << d;
+#ifdef CUTS
+      const uint bits = cut[address];
+      cutX |= (bits >> 1 & 1) << d;
+      cutY |= (bits >> 3 & 1) << d;
+      cutZ |= (bits >> 5 & 1) << d;
+#endif
+    }
+    c.address[d] = min(address, atRest);
+  }
+  c.linkX = c.elements & c.elements >> 1 & ~cutX & 0x55u;
+  c.linkY = c.elements & c.elements >> 2 & ~cutY & 0x33u;
+  c.linkZ = c.elements & c.elements >> 4 & ~cutZ & 0x0Fu;
+  return c;
+}
+
 // Displaces every voxel by the interpolation between the up to eight elements around it, without those that links
 // between these eight do not join to its own. Equal displacements give just that value. Rigid voxels go exactly with
 // their own element; anchored ones stay.
@@ -48,34 +81,15 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
     float weight = 0.0f;
     if (all(own >= base) && all(own <= base + 1))
     {
-      uint elements = 0, cutX = 0, cutY = 0, cutZ = 0;
-      uint addresses[8];
-      for (int d = 0; d < 8; ++d)
-      {
-        addresses[d] = addressOf(base + (int3)(d & 1, d >> 1 & 1, d >> 2), table, strideY, strideZ);
-        if (!isinf(constraint[addresses[d]]))
-        {
-          elements |= 1u << d;
-#ifdef CUTS
-          const uint bits = cut[addresses[d]];
-          cutX |= (bits >> 1 & 1) << d;
-          cutY |= (bits >> 3 & 1) << d;
-          cutZ |= (bits >> 5 & 1) << d;
-#endif
-        }
-        addresses[d] = min(addresses[d], atRest);
-      }
-      const uint linkX = elements & elements >> 1 & ~cutX & 0x55u;
-      const uint linkY = elements & elements >> 2 & ~cutY & 0x33u;
-      const uint linkZ = elements & elements >> 4 & ~cutZ & 0x0Fu;
-      if (elements == 255 && linkX == 0x55 && linkY == 0x33 && linkZ == 0x0F)
+      const Corners c = cornersAt(base, atRest, table, strideY, strideZ, constraint, cut);
+      if (c.elements == 255 && c.linkX == 0x55 && c.linkY == 0x33 && c.linkZ == 0x0F)
       {
         // Nearly all voxels take this way: no element is missing.
         for (int a = 0; a < 3; ++a)
         {
           global const float* u = displacement + a * pitch;
-          const float u0 = mix2(u[addresses[0]], u[addresses[1]], u[addresses[2]], u[addresses[3]], w);
-          const float u1 = mix2(u[addresses[4]], u[addresses[5]], u[addresses[6]], u[addresses[7]], w);
+          const float u0 = mix2(u[c.address[0]], u[c.address[1]], u[c.address[2]], u[c.address[3]], w);
+          const float u1 = mix2(u[c.address[4]], u[c.address[5]], u[c.address[6]], u[c.address[7]], w);
           sums[a] = u0 + w.z * (u1 - u0) - u[ownAddress];
         }
         weight = 1.0f;
@@ -84,9 +98,9 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
       for (uint before = 0; before != reached;)
       {
         before = reached;
-        reached |= (reached & linkX) << 1 | (reached >> 1 & linkX);
-        reached |= (reached & linkY) << 2 | (reached >> 2 & linkY);
-        reached |= (reached & linkZ) << 4 | (reached >> 4 & linkZ);
+        reached |= (reached & c.linkX) << 1 | (reached >> 1 & c.linkX);
+        reached |= (reached & c.linkY) << 2 | (reached >> 2 & c.linkY);
+        reached |= (reached & c.linkZ) << 4 | (reached >> 4 & c.linkZ);
       }
       for (int d = 0; d < 8; ++d)
       {
@@ -97,7 +111,7 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
           weight += share;
           for (int a = 0; a < 3; ++a)
           {
-            sums[a] += share * (displacement[a * pitch + addresses[d]] - displacement[a * pitch + ownAddress]);
+            sums[a] += share * (displacement[a * pitch + c.address[d]] - displacement[a * pitch + ownAddress]);
           }
         }
       }
