@@ -469,21 +469,8 @@ int vtkChainMailDeformation::RequestInformation(
 int vtkChainMailDeformation::RequestUpdateExtent(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  using Pipeline = vtkStreamingDemandDrivenPipeline;
   vtkChainMail::AskForAll(inputVector, this->GetNumberOfInputPorts());
-
-  // Both outputs are made together, and the executive then takes both for the same piece.
-  vtkInformation* asked = outputVector->GetInformationObject(std::max(0, request->Get(Pipeline::FROM_OUTPUT_PORT())));
-  for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
-  {
-    vtkInformation* output = outputVector->GetInformationObject(port);
-    if (output != asked)
-    {
-      output->CopyEntry(asked, Pipeline::UPDATE_PIECE_NUMBER());
-      output->CopyEntry(asked, Pipeline::UPDATE_NUMBER_OF_PIECES());
-      output->CopyEntry(asked, Pipeline::UPDATE_NUMBER_OF_GHOST_LEVELS());
-    }
-  }
+  vtkChainMail::AskAlike(outputVector, request->Get(vtkStreamingDemandDrivenPipeline::FROM_OUTPUT_PORT()));
   return 1;
 }
 

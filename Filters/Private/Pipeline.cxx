@@ -87,4 +87,19 @@ void AskForAll(vtkInformationVector** inputs, int ports)
     });
 }
 
+void AskAlike(vtkInformationVector* outputs, int asked)
+{
+  vtkInformation* from = outputs->GetInformationObject(std::max(0, asked));
+  for (int port = 0; port < outputs->GetNumberOfInformationObjects(); ++port)
+  {
+    vtkInformation* output = outputs->GetInformationObject(port);
+    if (output != from)
+    {
+      output->CopyEntry(from, Executive::UPDATE_PIECE_NUMBER());
+      output->CopyEntry(from, Executive::UPDATE_NUMBER_OF_PIECES());
+      output->CopyEntry(from, Executive::UPDATE_NUMBER_OF_GHOST_LEVELS());
+    }
+  }
+}
+
 }

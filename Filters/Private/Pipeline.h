@@ -28,6 +28,10 @@ struct MergedTimes
 /// Asks for all of all inputs, whatever is asked of the outputs, since a wave can come from anywhere.
 void AskForAll(vtkInformationVector** inputs, int ports);
 
+/// Asks all outputs for the piece that one of them, the first where that is negative, is asked for: they are made
+/// together, and the executive then takes all of them for the same piece.
+void AskAlike(vtkInformationVector* outputs, int asked);
+
 }
 
 #endif

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class vtkSMChainMailDeformationProxy
- * @brief The deformation filter in the pipeline: shown as a volume, or as a slice where the image is one, and settling in
- * all processes of the server.
+ * @brief The deformation filter in the pipeline: shown as a volume, or as a slice where the image is one, and settling
+ * in all processes of the server.
  *
  * The XML's hint `RepresentationType` makes ParaView show the filter's output as a volume from the start, where it
  * would draw the outline of an image's box alone. A single slice has nothing to render as a volume; for it, this proxy

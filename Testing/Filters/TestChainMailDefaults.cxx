@@ -100,8 +100,9 @@ int TestChainMailDefaults(int, char*[])
   vtkDataArraySelection* const selection = filter->GetModelArraySelection();
   for (int n = 0; n < selection->GetNumberOfArrays(); ++n)
   {
-    modelArrays +=
-      selection->GetArraySetting(n) ? (modelArrays.empty() ? "" : " and ") + std::string(selection->GetArrayName(n)) : "";
+    modelArrays += selection->GetArraySetting(n)
+                     ? (modelArrays.empty() ? "" : " and ") + std::string(selection->GetArrayName(n))
+                     : "";
   }
   word("GetModelArraySelection()", modelArrays);
   word("vtkGetMacro(RelaxationMethod,", relaxations[filter->GetRelaxationMethod()]);

@@ -619,7 +619,8 @@ void TestErrors(Checks& check)
     {
       check.Contains(errors, part, where);
     }
-    check.Contains(ErrorOf(filter->GetOutput()), parts.front(), where + ": the volume is the last good one, and says so");
+    check.Contains(
+      ErrorOf(filter->GetOutput()), parts.front(), where + ": the volume is the last good one, and says so");
     check.That(!filter->GetNeedsUpdate(), where + ": nothing settles");
     check.That(!filter->GetNeedsUpdate(), where + ": nothing goes on by itself");
   };
