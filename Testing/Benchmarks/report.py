@@ -106,6 +106,7 @@ def scan(run):
 
 
 def memory(run):
+    updates = run.find("B3", method="filter")
     figures = run.one("B3", method="engine")["figures"]
     reached = figures["device bytes per element reached"]
     rest = figures["bytes per voxel not reached"]
@@ -118,10 +119,10 @@ def memory(run):
             f"{r['scene']} {number(r['figures']['peak of an update, device and host [MB]'])} MB "
             f"({number(r['figures']['peak [MB per million voxels]'])} MB per million voxels), the device's own "
             f"{number(r['figures']['peak of an update, device [MB]'])} MB"
-            for r in run.find("B3", method="filter")
+            for r in updates
         )
         + "; the paper's engine alone takes 55 MB per million elements",
-        reached <= 60 and rest <= 2,
+        reached <= 60 and rest <= 2 and all(r["figures"]["peak [MB per million voxels]"] <= 40 for r in updates),
     )
 
 
@@ -161,7 +162,7 @@ def start(run):
     later = run.one("B7", method="in the cache")
     return (
         f"{milliseconds(later)}; the first start, which compiles, {number(median(first) / 1000)} s",
-        median(later) < 300,
+        median(later) < 300 and median(first) <= (8000 if run.gpu else 6000),
     )
 
 
@@ -213,20 +214,35 @@ def coarse_to_fine(run):
     return "; ".join(parts), held
 
 
+def resampling(run):
+    results = run.find("B10")
+    if not results:
+        raise Missing("B10")
+    figure = "times as fast as VTK in two"
+    text = "; ".join(
+        f"{r['scene']}: {number(r['figures']['ns per displaced voxel'])} ns a displaced voxel, VTK in one thread "
+        f"{number(r['figures']['ns per voxel, VTK in one thread'])}: {number(r['figures'][figure])} times as fast"
+        for r in results
+    )
+    return text, all(r["figures"][figure] >= 8 for r in results)
+
+
 TARGETS = [
     ("B1", "126^3 elements, homogeneous, all affected, from rest to within 1 % of the optimum: 10 times as fast as SP-ChainMail "
      "at its best block size, 20 times as fast as the paper's method without blocks (both at the paper's iterations); on two "
      "cores no slower than the paper's GPU", paper_block),
     ("B2", "chest CT (12.1 M voxels), 5 and 30 % displaced, 10 + 10 iterations: an element-update at most 1.5 times that of a "
      "dense sweep", scan),
-    ("B3", "at most 60 bytes of the device per element reached, 2 per voxel not reached", memory),
+    ("B3", "at most 60 bytes of the device per element reached, 2 per voxel not reached; peak of an update of the filter, device "
+     "and host, 40 MB per million voxels", memory),
     ("B4", "the same pull in 2 to 128 M voxels: a frame takes less than 1.2 times as long in the largest", model_size),
     ("B5", "dense sweeps: half of triad / 25 B on a processor, 60 % of copy / 25 B on a GPU", sweep),
     ("B6", "a drag on the head CT (8.9 M voxels): at most 3 times the engine's own time", drag),
-    ("B7", "the second start of a process adds less than 300 ms", start),
+    ("B7", "the second start of a process adds less than 300 ms; the first, which compiles, takes 6 s, on a GPU 8", start),
     ("B8", "propagation alone: as fast as the serial queue, 10 times as fast on a GPU", propagation),
     ("B9", "to within 1 % of the optimum in at most 25 fine sweeps' time; 8 times as fast as the best single grid at 128^3",
      coarse_to_fine),
+    ("B10", "resampling of a displaced voxel 8 times as fast as VTK's inverse warp in two threads", resampling),
 ]  # fmt: skip
 
 
