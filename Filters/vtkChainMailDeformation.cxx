@@ -95,7 +95,7 @@ public:
       this->Shows.Again(inputs, problem);
       this->Words.Set(problem);
     }
-    this->Reports.EndCompiling();
+    this->Reports.End();
     outcome.Interacting = this->Engine.IsInteracting();
     return outcome;
   }
@@ -122,6 +122,7 @@ public:
     {
       vtkErrorWithObjectMacro(this->Self, << error.what());
     }
+    this->Reports.End();
   }
 
   vtkChainMailDeformation* Self;

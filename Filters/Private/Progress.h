@@ -51,7 +51,8 @@ public:
     // What a progress bar shows beside the number.
     static const char* const names[NUMBER_OF_TIMES] = { "ChainMail: reading the tissue", "ChainMail: pulling",
       "ChainMail: settling", "ChainMail: moving the voxels", "ChainMail: reading back" };
-    this->Filter->SetProgressText(names[time]);
+    this->Part = names[time];
+    this->Tell(this->Part);
     this->From = from;
     this->To = to;
     this->Report(0.0);
@@ -73,7 +74,11 @@ public:
   /// Sends a progress event. Returns false where somebody has asked to stop.
   bool Show(double share)
   {
-    this->EndCompiling();
+    if (this->IsCompiling)
+    {
+      this->IsCompiling = false;
+      this->Tell(this->Part);
+    }
     // Where a part calls the engine several times, each call counts from 0; the progress shown never goes back.
     this->Shown = std::max(this->Shown, this->From + share * (this->To - this->From));
     return this->Send();
@@ -84,22 +89,21 @@ public:
   {
     if (!this->IsCompiling)
     {
-      const char* text = this->Filter->GetProgressText();
-      this->TextBefore = text ? text : "";
-      this->Filter->SetProgressText("Compiling kernels");
       this->IsCompiling = true;
+      this->Tell("Compiling kernels");
     }
     return this->Send();
   }
 
-  /// To be called when an update ends, however it does.
-  void EndCompiling()
+  /// To be called when an update ends, however it does: gives the filter its own progress text back.
+  void End()
   {
-    if (this->IsCompiling)
+    if (this->IsTelling)
     {
       this->Filter->SetProgressText(this->TextBefore.empty() ? nullptr : this->TextBefore.c_str());
-      this->IsCompiling = false;
     }
+    this->IsTelling = false;
+    this->IsCompiling = false;
   }
 
   /// Sends a warning; none where the text is empty.
@@ -114,6 +118,17 @@ public:
   const std::array<double, NUMBER_OF_TIMES>& GetMilliseconds() const { return this->Milliseconds; }
 
 private:
+  void Tell(const char* text)
+  {
+    if (!this->IsTelling)
+    {
+      const char* before = this->Filter->GetProgressText();
+      this->TextBefore = before ? before : "";
+      this->IsTelling = true;
+    }
+    this->Filter->SetProgressText(text);
+  }
+
   bool Send()
   {
     this->Filter->UpdateProgress(this->Shown);
@@ -129,7 +144,9 @@ private:
   double From = 0.0;
   double To = 1.0;
   double Shown = 0.0;
+  const char* Part = nullptr; ///< what is under way
   bool IsCompiling = false;
+  bool IsTelling = false;
   std::string TextBefore;
 };
 

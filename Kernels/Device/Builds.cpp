@@ -58,6 +58,12 @@ void Builds::add(const std::shared_ptr<Build>& build)
   }
 }
 
+void Builds::finish()
+{
+  std::unique_lock<std::mutex> lock(this->mutex_);
+  this->ended_.wait(lock, [this] { return this->working_ == 0; });
+}
+
 void Builds::hurry(const std::shared_ptr<Build>& build)
 {
   const std::lock_guard<std::mutex> lock(this->mutex_);
@@ -78,6 +84,7 @@ void Builds::work()
       if (this->waiting_.empty())
       {
         --this->working_;
+        this->ended_.notify_all();
         return;
       }
       build = std::move(this->waiting_.front());

@@ -2,6 +2,7 @@
 
 #include "ArgumentList.h"
 
+#include <condition_variable>
 #include <future>
 #include <list>
 #include <memory>
@@ -27,6 +28,9 @@ public:
   /// Begins this build as soon as a thread is free for it. Where the system gives no thread, it is done at once.
   void add(const std::shared_ptr<Build>& build);
 
+  /// Returns when all builds have been done.
+  void finish();
+
   /// Takes this build before all others that have not begun, since somebody waits for it.
   void hurry(const std::shared_ptr<Build>& build);
 
@@ -35,6 +39,7 @@ private:
   void work();
 
   std::mutex mutex_;
+  std::condition_variable ended_; ///< a thread has
   std::list<std::shared_ptr<Build>> waiting_;
   std::list<std::thread> threads_;
   std::size_t working_ = 0; ///< threads that still take builds

@@ -1,3 +1,4 @@
+#include "Builds.h"
 #include "ChildProcess.h"
 #include "Device.h"
 #include "Environment.h"
@@ -273,6 +274,7 @@ int deform(const Index3& brick)
   {
     std::cout << value << ' ';
   }
+  Builds::ofProcess().finish(); // else a process that ends drops what is built ahead
   return 0;
 }
 const ChildPart deformPart("deform", [] { return deform({ 0, 0, 0 }); });
