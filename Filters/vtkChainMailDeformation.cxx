@@ -13,7 +13,6 @@
 #include "Private/Session.h"
 #include "Private/Shown.h"
 
-#include "CompileAhead.h"
 #include "Device.h"
 #include "Error.h"
 
@@ -443,15 +442,6 @@ int vtkChainMailDeformation::RequestInformation(
     extent[2 * a + 1] += size[a] > 1 ? padding : 0;
   }
   deformed->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
-
-  // There is an image, so an update is likely to come. Of several processes the first one alone computes.
-  if (!this->Controller || this->Controller->GetLocalProcessId() == 0)
-  {
-    chainmail::Settings settings;
-    settings.device = this->Device;
-    std::copy_n(this->BrickSize, 3, settings.brickSize.begin());
-    chainmail::compileAhead(settings);
-  }
 
   const vtkChainMail::MergedTimes times(inputVector, this->GetNumberOfInputPorts());
   for (vtkInformation* output : { deformed, model })

@@ -1,6 +1,5 @@
 #include "Simulation.h"
 
-#include "BuildAhead.h"
 #include "Carving.h"
 #include "Cutting.h"
 #include "Error.h"
@@ -233,8 +232,6 @@ void Simulation::Impl::setPropagation(PropagationMethod method, ConflictPolicy p
 
 void Simulation::Impl::hold(const std::vector<Probe>& probes)
 {
-  const bool projected = this->relaxationMethod_ == RelaxationMethod::Projected;
-  buildAhead(this->bricks_, this->voxels_, projected ? &this->elasticity_ : nullptr, this->relaxation_.startsCoarse());
   this->waves_.add(this->handles_.take(probes));
 }
 

@@ -109,7 +109,7 @@ Context::Context(const cl::Device& device)
 
 Kernel Context::kernel(const std::string& file, const std::string& defines, const char* name)
 {
-  return Kernel(this->programs_.begin(file, defines), name);
+  return Kernel(this->programs_.program(file, defines), name);
 }
 
 void Context::unmap(const cl::Buffer& buffer, void* values) noexcept

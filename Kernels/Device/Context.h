@@ -40,7 +40,7 @@ public:
 private:
   friend class Context;
   Kernel(const std::shared_ptr<Program>& program, const char* name)
-    : handle_(program->wait(), name)
+    : handle_(program->get(), name)
     , program_(program)
     , name_(name)
   {
@@ -67,12 +67,6 @@ public:
   /// A kernel of one .cl file with the given -D options. On first use its program is built or taken from the user's
   /// cache.
   Kernel kernel(const std::string& file, const std::string& defines, const char* name);
-
-  /// Has a program built in the background that is likely to be needed soon.
-  void buildAhead(const std::string& file, const std::string& defines) { this->programs_.begin(file, defines); }
-
-  /// Whether a program is in the user's cache.
-  bool isKept(const std::string& file, const std::string& defines) { return this->programs_.isKept(file, defines); }
 
   /// Runs a kernel with one work-group of `items` for each of `groups`. Sets these arguments first (see ArgumentList);
   /// without any, the kernel keeps those that it has.

@@ -40,7 +40,6 @@ std::string poclBitcode(const cl::Device& device, const std::string& source, con
 {
   try
   {
-    // In a context of its own, since PoCL compiles only one program of a context at a time.
     const cl::Context context(device);
     cl::Program program(context, source);
     program.compile(options.c_str());

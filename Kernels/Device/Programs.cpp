@@ -6,7 +6,6 @@
 #include "Pocl.h"
 
 #include <algorithm>
-#include <atomic>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -39,11 +38,6 @@ std::string expanded(const std::string& file)
     }
   }
   return text.str();
-}
-
-std::string optionsOf(const std::string& defines)
-{
-  return "-cl-std=CL1.2 " + defines;
 }
 
 /// Names everything that a driver's compiled program depends on.
@@ -103,6 +97,7 @@ cl::Program build(const cl::Device& device, const cl::Context& context, const Pr
   {
     return *program;
   }
+  WhileCompiling::report();
   if (isPocl(device))
   {
     const std::string bitcode = poclBitcode(device, source, options);
@@ -155,34 +150,6 @@ void WhileCompiling::wait(const std::function<bool(std::chrono::microseconds)>& 
   }
 }
 
-const cl::Program& Program::wait()
-{
-  if (this->built_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
-  {
-    Builds::ofProcess().hurry(this->build_);
-    WhileCompiling::wait(
-      [this](std::chrono::microseconds time) { return this->built_.wait_for(time) == std::future_status::ready; });
-  }
-  return this->built_.get();
-}
-
-bool Program::hasFailed() const
-{
-  if (this->built_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
-  {
-    return false;
-  }
-  try
-  {
-    this->built_.get();
-    return false;
-  }
-  catch (...)
-  {
-    return true;
-  }
-}
-
 bool Program::wasLaunched(const std::string& kernel, std::size_t items)
 {
   const std::lock_guard<std::mutex> lock(this->mutex_);
@@ -195,53 +162,14 @@ void Program::noteLaunch(const std::string& kernel, std::size_t items)
   this->launched_.insert({ kernel, items });
 }
 
-bool Programs::isKept(const std::string& file, const std::string& defines) const
+std::shared_ptr<Program> Programs::program(const std::string& file, const std::string& defines)
 {
-  return !this->cache_.find(programKey(this->device_, optionsOf(defines), expanded(file))).empty();
-}
-
-/// Builds a first program in the calling thread. Compilers make tables when they are first used, and the end of a
-/// process destroys first what was made last. So the threads that build in the background have to be made after these
-/// tables.
-void Programs::makeReady()
-{
-  static std::atomic<bool> isReady{ false };
-  static std::once_flag once;
-  const std::string first = "scatter.cl"; // all simulations use it
-  if (!isReady && !this->isKept(first, ""))
-  {
-    WhileCompiling::report();
-  }
-  std::call_once(once,
-    [&]
-    {
-      const auto [program, task] = this->make(first, "");
-      (*task)();
-      const std::lock_guard<std::mutex> lock(this->mutex_);
-      this->programs_[first + ' '] = program;
-      isReady = true;
-    });
-}
-
-std::pair<std::shared_ptr<Program>, std::shared_ptr<Builds::Build>> Programs::make(
-  const std::string& file, const std::string& defines) const
-{
-  const auto task = std::make_shared<Builds::Build>(
-    [device = this->device_, context = this->context_, cache = this->cache_, file, options = optionsOf(defines)]
-    { return build(device, context, cache, file, options); });
-  return { std::make_shared<Program>(task), task };
-}
-
-std::shared_ptr<Program> Programs::begin(const std::string& file, const std::string& defines)
-{
-  this->makeReady();
   const std::lock_guard<std::mutex> lock(this->mutex_);
   std::shared_ptr<Program>& program = this->programs_[file + ' ' + defines];
-  if (!program || program->hasFailed()) // what has failed may succeed when there is memory again
+  if (!program)
   {
-    const auto made = this->make(file, defines);
-    program = made.first;
-    Builds::ofProcess().add(made.second);
+    program = std::make_shared<Program>(
+      build(this->device_, this->context_, this->cache_, file, "-cl-std=CL1.2 " + defines));
   }
   return program;
 }

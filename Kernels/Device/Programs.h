@@ -1,11 +1,10 @@
 #pragma once
 
-#include "Builds.h"
+#include "ArgumentList.h"
 #include "ProgramCache.h"
 
 #include <chrono>
 #include <functional>
-#include <future>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -42,20 +41,16 @@ private:
   static thread_local WhileCompiling* current_;
 };
 
-/// A program, which may still be under way.
+/// A program, and which of its kernels were launched.
 class Program
 {
 public:
-  explicit Program(const std::shared_ptr<Builds::Build>& build)
-    : build_(build)
-    , built_(build->get_future())
+  explicit Program(const cl::Program& program)
+    : program_(program)
   {
   }
 
-  /// The program, when it is built. Throws what the build threw.
-  const cl::Program& wait();
-
-  bool hasFailed() const;
+  const cl::Program& get() const { return this->program_; }
 
   /// Whether a kernel was launched with work-groups of this size before. Some drivers compile it when that first
   /// happens.
@@ -63,8 +58,7 @@ public:
   void noteLaunch(const std::string& kernel, std::size_t items);
 
 private:
-  std::shared_ptr<Builds::Build> build_;
-  std::shared_future<cl::Program> built_;
+  cl::Program program_;
   std::mutex mutex_;
   std::set<std::pair<std::string, std::size_t>> launched_;
 };
@@ -80,17 +74,11 @@ public:
   {
   }
 
-  /// The program of one .cl file with the given -D options, built or taken from the user's cache in the background.
-  std::shared_ptr<Program> begin(const std::string& file, const std::string& defines);
-
-  /// Whether the user's cache has it.
-  bool isKept(const std::string& file, const std::string& defines) const;
+  /// The program of one .cl file with the given -D options. On first use it is built or taken from the user's cache,
+  /// while other threads wait.
+  std::shared_ptr<Program> program(const std::string& file, const std::string& defines);
 
 private:
-  void makeReady();
-  std::pair<std::shared_ptr<Program>, std::shared_ptr<Builds::Build>> make(
-    const std::string& file, const std::string& defines) const;
-
   cl::Device device_;
   cl::Context context_;
   ProgramCache cache_;
