@@ -168,8 +168,8 @@ std::shared_ptr<Program> Programs::program(const std::string& file, const std::s
   std::shared_ptr<Program>& program = this->programs_[file + ' ' + defines];
   if (!program)
   {
-    program = std::make_shared<Program>(
-      build(this->device_, this->context_, this->cache_, file, "-cl-std=CL1.2 " + defines));
+    program =
+      std::make_shared<Program>(build(this->device_, this->context_, this->cache_, file, "-cl-std=CL1.2 " + defines));
   }
   return program;
 }

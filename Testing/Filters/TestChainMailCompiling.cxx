@@ -101,7 +101,8 @@ int TestChainMailCompiling(int, char*[])
   filter->Modified();
   filter->Update();
   check.That(count() > 1, "further kernels are compiled");
-  check.That(std::count(watch.Texts.begin(), watch.Texts.end(), "ChainMail: pulling") > 0, "then the text names the part");
+  check.That(
+    std::count(watch.Texts.begin(), watch.Texts.end(), "ChainMail: pulling") > 0, "then the text names the part");
   check.Equal(std::string(filter->GetProgressText()), std::string("of the user"), "the text of others stays");
   const std::size_t events = watch.Texts.size();
   filter->Update();
