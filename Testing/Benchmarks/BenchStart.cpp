@@ -2,15 +2,14 @@
 // relaxation and resampling, less that of the same once more. Measured in child processes, with empty caches of
 // compiled kernels and with full ones.
 
+#include "../TemporaryFolder.h"
 #include "Settling.h"
 
 #include <chrono>
 #include <climits>
 #include <cstdlib>
-#include <filesystem>
 #include <iostream>
 #include <stdexcept>
-#include <system_error>
 #include <unistd.h>
 
 namespace
@@ -59,25 +58,6 @@ double startOf(const std::string& cache, const std::string& device)
   return lost;
 }
 
-/// Gone with all that is in it, also where a measurement fails.
-struct TemporaryFolder
-{
-  std::string path = (std::filesystem::temp_directory_path() / "chainmail-kernels-XXXXXX").string();
-
-  TemporaryFolder()
-  {
-    if (!mkdtemp(this->path.data()))
-    {
-      throw std::runtime_error(this->path + " could not be made: set TMPDIR to a folder that can be written to");
-    }
-  }
-  ~TemporaryFolder()
-  {
-    std::error_code ignored;
-    std::filesystem::remove_all(this->path, ignored);
-  }
-};
-
 int child(const std::string& device)
 {
   const double first = workOnce(device);
@@ -98,7 +78,7 @@ int main(int argc, char** argv)
     [](bench::Session& session)
     {
       const TemporaryFolder folder;
-      const std::string& cache = folder.path;
+      const std::string cache = folder.path.string();
       session.report(
         { "first update of a process", "kernels not compiled yet", { startOf(cache, session.device()) }, {} });
       std::vector<double> later;

@@ -2,11 +2,9 @@
 // Where no kernel is compiled yet, an update says so in its progress text from the beginning, can be stopped meanwhile,
 // and the next update is as if nothing had happened.
 
+#include "../TemporaryFolder.h"
 #include "FilterTest.h"
 
-#include <chrono>
-#include <cstdlib>
-#include <filesystem>
 #include <stdlib.h>
 
 using namespace FilterTest;
@@ -18,25 +16,6 @@ struct Watch
 {
   bool Stops = false;
   std::vector<std::string> Texts; // of all events
-};
-
-/// Gone with all that is in it.
-struct TemporaryFolder
-{
-  std::string Path = (std::filesystem::temp_directory_path() / "chainmail-test-XXXXXX").string();
-
-  TemporaryFolder()
-  {
-    if (!mkdtemp(this->Path.data()))
-    {
-      throw std::runtime_error(this->Path + " could not be made");
-    }
-  }
-  ~TemporaryFolder()
-  {
-    std::error_code ignored;
-    std::filesystem::remove_all(this->Path, ignored);
-  }
 };
 
 vtkDataArray* DisplacementOf(vtkChainMailDeformation* filter)
@@ -51,7 +30,7 @@ int TestChainMailCompiling(int, char*[])
   const TemporaryFolder caches;
   for (const char* variable : { "CHAINMAIL_CACHE_DIR", "POCL_CACHE_DIR", "CUDA_CACHE_PATH" })
   {
-    setenv(variable, caches.Path.c_str(), 1); // before any driver is loaded
+    setenv(variable, caches.path.c_str(), 1); // before any driver is loaded
   }
   Checks check;
   auto image = MakeImage({ { 0, 15, 0, 11, 0, 9 } }, VTK_SHORT);

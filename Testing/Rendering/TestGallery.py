@@ -8,7 +8,7 @@ import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from pictures import require_display  # noqa: E402
-from harness import DATA, OUTPUT, require  # noqa: E402
+from harness import DATA, EVERY, OUTPUT, require  # noqa: E402
 
 sys.path.insert(0, DATA)
 
@@ -17,6 +17,8 @@ import make_gallery  # noqa: E402
 
 gallery = os.path.join(OUTPUT, "Gallery")
 names = [picture.__name__ for picture in make_gallery.pictures if picture.__name__ not in make_gallery.needs]
+require(len(names) > 5, "pictures that need no scan: %s", names)
+names = names if EVERY else names[::3]
 shown = {}
 
 
@@ -31,7 +33,7 @@ def keep(function):
 
 make_gallery.pictures = [keep(picture) for picture in make_gallery.pictures]
 make_gallery.main(["--output", gallery, *names])
-require(sorted(shown) == sorted(names) and len(names) > 5, "drawn: %s of %s", sorted(shown), names)
+require(sorted(shown) == sorted(names), "drawn: %s of %s", sorted(shown), names)
 for name, rows in shown.items():
     for row in rows:
         for number, panel in enumerate(row):

@@ -1,3 +1,4 @@
+#include "../../TemporaryFolder.h"
 #include "ChildProcess.h"
 #include "Device.h"
 #include "Environment.h"
@@ -13,8 +14,6 @@
 #include <iostream>
 #include <iterator>
 #include <map>
-#include <random>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <tuple>
@@ -25,26 +24,6 @@ namespace
 
 namespace fs = std::filesystem;
 using namespace chainmail;
-
-/// Gone with all that is in it.
-struct TemporaryFolder
-{
-  fs::path path;
-
-  TemporaryFolder()
-  {
-    this->path = fs::temp_directory_path() / ("chainmail-test-" + std::to_string(std::random_device()()));
-    if (!fs::create_directory(this->path))
-    {
-      throw std::runtime_error(this->path.string() + " could not be made");
-    }
-  }
-  ~TemporaryFolder()
-  {
-    std::error_code ignored;
-    fs::remove_all(this->path, ignored);
-  }
-};
 
 std::vector<fs::path> filesOf(const fs::path& folder)
 {
