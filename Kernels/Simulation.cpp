@@ -26,7 +26,7 @@ public:
   Impl(std::shared_ptr<const Model> model, const Settings& settings)
     : model_(std::move(model))
     , context_(Context::of(settings.device))
-    , voxels_(this->context_, this->model_, settings.brickSize)
+    , voxels_(this->context_, this->model_, settings.brickSize, settings.rotations)
     , reduction_(settings.modelReduction == 1 ? nullptr : new ModelReduction(this->voxels_, settings.modelReduction))
     , bricks_(this->reduction_ ? this->reduction_->bricks() : this->voxels_)
     , readout_(this->voxels_, this->bricks_, this->reduction_.get())

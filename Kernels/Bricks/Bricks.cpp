@@ -25,7 +25,7 @@ Index3 sizeOr(const Index3& wanted, const DeviceInfo& device)
 
 }
 
-Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize)
+Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize, bool turning)
   : BrickTable(model->grid(), sizeOr(brickSize, context->info()))
   , context_(std::move(context))
   , model_(std::move(model))
@@ -53,6 +53,17 @@ Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> mo
   {
     this->context_->write(this->constraint, sizeof(float) * a * this->tissuePitch(), air);
   }
+  if (turning)
+  {
+    this->spins_ = std::make_unique<Spins>();
+    const Vector3& spacing = this->model_->grid().spacing;
+    const double mean = std::cbrt(spacing[0] * spacing[1] * spacing[2]);
+    for (int a = 0; a < 4; ++a)
+    {
+      this->spins_->proportions.s[a] = a < 3 ? static_cast<float>(spacing[a] / mean) : 0.0f;
+    }
+    this->keep(this->spins_->spin);
+  }
 }
 
 int Bricks::width(bool vectors) const
@@ -75,7 +86,7 @@ std::string Bricks::defines(bool vectors) const
   return "-DBX=" + std::to_string(this->size_[0]) + " -DBY=" + std::to_string(this->size_[1]) +
          " -DBZ=" + std::to_string(this->size_[2]) + " -DWIDTH=" + std::to_string(this->width(vectors)) +
          " -DAXES=" + std::to_string(this->model_->axes()) + " -DSKEW=" + std::to_string(skew) +
-         (this->anyCut() ? " -DCUTS" : "");
+         (this->anyCut() ? " -DCUTS" : "") + (this->spins_ ? " -DTURNING" : "");
 }
 
 bool Bricks::fill(int brick, std::vector<float>& out) const
@@ -397,6 +408,11 @@ void Bricks::drop(Field& field)
 void Bricks::clearDisplacements()
 {
   this->context_->queue().enqueueFillBuffer(this->displacement, cl_float(0), 0, sizeof(float) * 3 * this->pitch());
+  if (this->spins_)
+  {
+    this->context_->queue().enqueueFillBuffer(
+      this->spins_->spin.buffer, cl_float(0), 0, sizeof(float) * 3 * this->pitch());
+  }
   this->context_->queue().finish();
   std::fill(this->touched_.begin(), this->touched_.end(), 0);
 }
@@ -490,6 +506,16 @@ std::vector<float> Bricks::displacements(const std::vector<std::uint32_t>& addre
   return this->get(this->displacement, this->pitch(), 3, addresses);
 }
 
+void Bricks::setSpins(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+{
+  this->set(this->spins_->spin, addresses, values);
+}
+
+std::vector<float> Bricks::spinsAt(const std::vector<std::uint32_t>& addresses)
+{
+  return this->get(this->spins_->spin.buffer, this->pitch(), 3, addresses);
+}
+
 std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& addresses)
 {
   return this->get(this->constraint, this->tissuePitch(), this->model_->axes(), addresses);
@@ -527,7 +553,12 @@ void Bricks::removeElements(const std::vector<std::size_t>& voxels)
   this->uploadCuts();
   const std::size_t axes = this->model_->axes();
   this->setConstraints(known, std::vector<float>(axes * known.size(), -std::numeric_limits<float>::infinity()));
-  this->setDisplacements(movable, std::vector<float>(3 * movable.size(), 0.0f));
+  const std::vector<float> atRest(3 * movable.size(), 0.0f);
+  this->setDisplacements(movable, atRest);
+  if (this->spins_)
+  {
+    this->setSpins(movable, atRest);
+  }
 }
 
 void Bricks::row(int i, int j, int k, int count, float* out) const

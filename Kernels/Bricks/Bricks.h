@@ -25,6 +25,16 @@ struct Field
   cl::Buffer buffer{};
 };
 
+/// The rotations of elements and bones, where they have any (spin.clh).
+struct Spins
+{
+  Field spin{ 3, sizeof(float), "the rotations of the tissue reached" };
+  cl_float4 proportions; ///< the spacing, divided by the geometric mean of that of the three axes
+
+  /// SPIN_ARGUMENTS of turning.clh.
+  auto arguments() const { return std::tuple<const cl::Buffer&, cl_float4>(this->spin.buffer, this->proportions); }
+};
+
 /// The state of all elements on the device, kept in bricks that get memory when they are first needed. Every room above
 /// works on it through the fields below and their addresses. brick.clh describes the layout and what an address is.
 ///
@@ -33,7 +43,8 @@ struct Field
 class Bricks : public BrickTable
 {
 public:
-  Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize);
+  /// With `turning` elements have spins.
+  Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize, bool turning = false);
   Bricks(const Bricks&) = delete;
   Bricks& operator=(const Bricks&) = delete;
 
@@ -92,6 +103,12 @@ public:
   /// These slots and all that share a face with one of them, ascending.
   std::vector<int> slotsAround(const std::vector<int>& slots) const;
   void touch(int slot) { this->touched_[slot] = 1; }
+
+  /// The spins of all elements; null where elements do not turn.
+  const Spins* spins() const { return this->spins_.get(); }
+  /// Sets or gives the spins of single elements, 3 interleaved values each. They must turn.
+  void setSpins(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
+  std::vector<float> spinsAt(const std::vector<std::uint32_t>& addresses);
 
   /// Saves the displacements as the state before a wave, or goes back to that state.
   void saveBefore();
@@ -269,6 +286,7 @@ private:
   std::vector<char> touched_;                  ///< for each slot with a state
   Links links_;
   Field before_{ 3, sizeof(float), "the displacement before a wave" };
+  std::unique_ptr<Spins> spins_;
   std::vector<Field*> fields_; ///< the fields that keep() was called for
   cl::Buffer tableBuffer_;
   cl::Buffer placeBuffer_;

@@ -8,11 +8,12 @@
 
 #include "brick.clh"
 #include "element.clh"
+#include "turning.clh"
 
 #define FIGURES 15
 
 kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut, local float* partial, global float* result)
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, local float* partial, global float* result)
 {
   const int lid = get_local_id(0);
   const uint slot = list[get_group_id(0)];
@@ -30,6 +31,23 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       const Site state = stateSite(&s);
       mask displaced = (mask)(0);
+#ifdef TURNING
+      real own[3], other[3], mine[6][3], theirs[6][3];
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        own[axis] = LOAD(spin + axis * pitch + state.self);
+      }
+      UNROLL
+      for (int d = 0; d < 6; ++d)
+      {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+          other[axis] = neighbour(spin + axis * pitch, &state, d, s.odd);
+        }
+        wantedApart(own, d, proportions, mine[d]);
+        wantedApart(other, d, proportions, theirs[d]);
+      }
+#endif
       real c, limit[6], weight[6];
       ROLLED
       for (int axis = 0; axis < 3; ++axis)
@@ -50,9 +68,18 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
         for (int d = 0; d < 6; ++d)
         {
           const real other = neighbour(displacement + axis * pitch, &state, d, s.odd);
+#ifdef TURNING
+          const real byMine = other - u - mine[d][axis];
+          const real byTheirs = other - u - theirs[d][axis];
+          const float length = proportion(proportions, d / 2);
+          energy[axis] += weight[d] * 0.5f * (byMine * byMine + byTheirs * byTheirs) *
+                          (proportion(proportions, axis) / (length * length));
+          excess = max(excess, 0.5f * fabs(byMine + byTheirs) - limit[d]);
+#else
           const real pull = linkPull(u, other, limit[d], slack);
           energy[axis] += weight[d] * pull * pull;
           excess = max(excess, fabs(other - u) - limit[d]);
+#endif
         }
         displaced |= u != 0.0f;
         low[axis] = min(low[axis], u);

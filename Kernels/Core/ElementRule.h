@@ -36,6 +36,7 @@ inline real select(real a, real b, mask c)
 }
 
 #include "element.clh"
+#include "spin.clh"
 #undef REAL
 
 }
@@ -67,6 +68,7 @@ inline real select(real a, real b, mask c)
 #define REAL(number) number
 #define WIDE
 #include "element.clh"
+#include "spin.clh"
 #undef WIDE
 #undef REAL
 

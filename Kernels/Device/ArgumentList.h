@@ -65,7 +65,7 @@ private:
     {
       // The kernel would take the bytes of any other type for something that they are not.
       static_assert(
-        isOneOf<T, cl::Buffer, cl::LocalSpaceArg, cl_int, cl_uint, cl_float, cl_int4>, "no kernel takes it");
+        isOneOf<T, cl::Buffer, cl::LocalSpaceArg, cl_int, cl_uint, cl_float, cl_float4, cl_int4>, "no kernel takes it");
       this->kernel_.setArg(this->next_++, value);
     }
   }

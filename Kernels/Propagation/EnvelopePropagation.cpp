@@ -25,6 +25,21 @@ EnvelopePropagation::Conflict EnvelopePropagation::conflict() const
 void EnvelopePropagation::start(const std::vector<int>& bricks)
 {
   this->fixedPoint_.start(bricks);
+  if (!this->bricks_.spins() || bricks.empty())
+  {
+    return;
+  }
+  Context& context = this->bricks_.context();
+  this->bricks_.drop(this->shift_);
+  this->bricks_.keep(this->shift_);
+  std::vector<int> slots;
+  for (const int brick : bricks)
+  {
+    slots.push_back(this->bricks_.slot(brick));
+  }
+  context.launch(context.kernel("envelope.cl", this->bricks_.defines(true), "beginShifts"), slots.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
+    this->bricks_.displacement, this->bricks_.before(), this->shift_.buffer);
 }
 
 int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& checkpoint)
@@ -40,7 +55,13 @@ int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& che
   {
     const int done = this->fixedPoint_.run(iterations, enough, checkpoint,
       [this](ArgumentList& own)
-      { own.add(this->bricks_.displacement, this->bricks_.before(), this->bricks_.tissue()); });
+      {
+        own.add(this->bricks_.displacement, this->bricks_.before(), this->bricks_.tissue(), this->bricks_.spins());
+        if (this->bricks_.spins())
+        {
+          own.add(this->shift_.buffer);
+        }
+      });
     touch();
     return done;
   }

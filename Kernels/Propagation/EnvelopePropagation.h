@@ -16,6 +16,7 @@ public:
     , fixedPoint_(bricks, "envelope.cl", "propagate", 6)
   {
   }
+  ~EnvelopePropagation() { this->bricks_.drop(this->shift_); }
 
   /// How far moved tissue exceeds what held tissue allows, per axis; 0 or float rounding where the two are compatible.
   struct Conflict
@@ -34,12 +35,17 @@ public:
   /// whole conflict. Returns the number of iterations.
   int run(int iterations, float enough, const Checkpoint& checkpoint);
 
+  /// Gives back the memory that only waves need.
+  void release() { this->bricks_.drop(this->shift_); }
+
   bool finished() const { return this->fixedPoint_.finished(); }
   Conflict conflict() const;
 
 private:
   Bricks& bricks_;
   FixedPoint fixedPoint_;
+  Field shift_{ 3, sizeof(float), "what a wave moves tissue by" }; ///< where elements turn, see envelope.cl
+  Scratch list_{ "the list of bricks" };
 };
 
 }

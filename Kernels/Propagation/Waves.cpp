@@ -59,6 +59,7 @@ void Waves::clear()
   this->timestamps_.clear();
   this->arrivals_.clear();
   this->bricks_.forgetBefore();
+  this->propagation_.release();
 }
 
 void Waves::letGo()
@@ -120,6 +121,7 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
   {
     this->letGo();
     this->bricks_.forgetBefore();
+    this->propagation_.release();
   }
   return result;
 }

@@ -2,6 +2,11 @@
 // nothing in the brick changes. Elements are updated in place, in any order: raised values only grow and lowered ones
 // only fall.
 //
+// Where elements turn, spins stay as they are during a wave. What a link is away from where its spins want it is its
+// strain before the wave, which the limit bounds from both sides, so a wave is one of shifts: u - before. A link of
+// limit 0 passes shifts on as they are, to the bit. Otherwise the rounding of places, which differ from element to
+// element of a bone that has turned, would add up round and round.
+//
 // The host guarantees: `before` is a feasible state; moved tissue differs from it or is held; all 26 neighbours of a
 // brick that is ready have a slot (brick.clh, fixedpoint.clh).
 //
@@ -12,11 +17,25 @@
 #include "brick.clh"
 #include "element.clh"
 #include "fixedpoint.clh"
+#include "turning.clh"
+
+#ifdef TURNING
+#define SHIFT_ARGUMENTS , global float* shift
+#define SHIFT_PASSED_ON , shift
+#else
+#define SHIFT_ARGUMENTS
+#define SHIFT_PASSED_ON
+#endif
 
 // Updates one piece of work. `odd`: see BY_PARITY. `beside`, a constant, says whether it or a neighbour may be held.
 RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint tissuePitch, global float* displacement,
-  global const float* before, global const float* constraint, global const uchar* cut, float* conflict)
+  global const float* before, global const float* constraint, global const uchar* cut,
+  float* conflict SPIN_ARGUMENTS SHIFT_ARGUMENTS)
 {
+#ifdef TURNING
+  real wanted[6][3];
+  loadApart(odd, s, pitch, spin, proportions, wanted);
+#endif
   real c, limit[6];
   mask held[6];
   int touched = 0;
@@ -38,11 +57,23 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint t
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
+#ifdef TURNING
+      const real apart = neighbour(before + axis * pitch, s, d, odd) - LOAD(before + axis * pitch + s->self);
+      const real strain = select(apart - wanted[d][axis], (real)(0.0f), limit[d] == 0.0f);
+      const real moved = neighbour(shift + axis * pitch, s, d, odd);
+      envelopeAdd(&e, strain + moved, select(strain, strain + moved, moved == 0.0f), held[d], limit[d]);
+#else
       envelopeAdd(&e, neighbour(displacement + axis * pitch, s, d, odd), neighbour(before + axis * pitch, s, d, odd),
         held[d], limit[d]);
+#endif
     }
+#ifdef TURNING
+    const real u = LOAD(shift + axis * pitch + s->self);
+    const real u0 = (real)(0.0f);
+#else
     const real u = LOAD(displacement + axis * pitch + s->self);
     const real u0 = LOAD(before + axis * pitch + s->self);
+#endif
     const mask own = beside ? isHeld(c) : (mask)(0);
     const real next = select(envelopeClamp(e, u0), u, own);
     const real tooHigh = envelopeTooHigh(e, u, own);
@@ -55,7 +86,12 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint t
     const mask moved = next != u;
     if (SOME(moved))
     {
+#ifdef TURNING
+      STORE(next, shift + axis * pitch + s->self);
+      STORE(LOAD(before + axis * pitch + s->self) + next, displacement + axis * pitch + s->self);
+#else
       STORE(next, displacement + axis * pitch + s->self);
+#endif
       touched |= movedFaces(s, moved);
     }
   }
@@ -80,11 +116,13 @@ RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint
 }
 
 kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement, global const float* before,
-  global const float* constraint, global const uchar* cut)
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
 {
   FIXED_POINT_BEGIN
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
-#define WAVE(odd, beside) wave(odd, beside, &s, pitch, tissuePitch, displacement, before, constraint, cut, conflict)
+#define WAVE(odd, beside)                                                                                              \
+  wave(odd, beside, &s, pitch, tissuePitch, displacement, before, constraint, cut,                                     \
+    conflict SPIN_PASSED_ON SHIFT_PASSED_ON)
 #define FREE_WAVE(odd) WAVE(odd, 0)
   FIXED_POINT(anyHeld(&s, tissuePitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
 #undef FREE_WAVE
@@ -101,3 +139,20 @@ kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* dis
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
 }
+
+#ifdef TURNING
+// Sets the shifts in the bricks of a list to what handles have been moved by.
+kernel void beginShifts(global const int* list, uint pitch, global const float* displacement,
+  global const float* before, global float* shift)
+{
+  const uint first = list[get_group_id(0)] * ELEMENTS;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    for (uint at = axis * pitch + first + get_local_id(0); at < axis * pitch + first + ELEMENTS;
+         at += get_local_size(0))
+    {
+      shift[at] = displacement[at] - before[at];
+    }
+  }
+}
+#endif

@@ -20,21 +20,46 @@ struct Patch
   std::vector<std::array<std::uint32_t, 3>> next; ///< the element linked to it, one step on along each axis, or none
   std::vector<float> u[3];
   std::vector<float> c[3]; ///< signed constraints, with held elements marked as on the device
+  /// Where elements turn: what the ends of those links want u(next) - u to be, on each axis (turning.clh).
+  std::vector<std::array<float, 3>> wanted[3];
+  Vector3 weights{ 1.0, 1.0, 1.0 }; ///< factors for the weights of links along each axis
 
   static constexpr std::uint32_t none = ~std::uint32_t(0);
   std::size_t size() const { return this->voxels.size(); }
 };
 
-/// Calls f(lower, upper, limit) for every link, in the order of voxels.
-template <typename F> void forLinks(const Patch& patch, const std::vector<float>& c, F&& f)
+/// One axis of a patch.
+struct PatchAxis
 {
-  for (std::size_t n = 0; n < patch.size(); ++n)
+  const Patch& patch;
+  const std::vector<float>& c;
+  const std::vector<std::array<float, 3>>& wanted;
+  std::vector<float>& u;
+};
+
+/// A link from element n to m.
+struct Link
+{
+  std::size_t n;
+  std::size_t m;
+  float limit;
+  double weight;
+  float wanted; ///< what its ends want u(m) - u(n) to be
+};
+
+/// Calls f(link) for every link, in the order of voxels.
+template <typename F> void forLinks(const PatchAxis& axis, F&& f)
+{
+  for (std::size_t n = 0; n < axis.patch.size(); ++n)
   {
-    for (const std::uint32_t m : patch.next[n])
+    for (int along = 0; along < 3; ++along)
     {
-      if (m != Patch::none && !std::isinf(c[n]) && !std::isinf(c[m]))
+      const std::uint32_t m = axis.patch.next[n][along];
+      if (m != Patch::none && !std::isinf(axis.c[n]) && !std::isinf(axis.c[m]))
       {
-        f(n, m, rule::linkLimit(c[n], c[m]));
+        const float limit = rule::linkLimit(axis.c[n], axis.c[m]);
+        f(Link{ n, m, limit, axis.patch.weights[along] * Elasticity::weight(limit),
+          axis.wanted.empty() ? 0.0f : axis.wanted[n][along] });
       }
     }
   }
@@ -55,7 +80,7 @@ std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
   const cl::Buffer list = context.upload(slots, "the list of bricks");
   const cl::Buffer foundBuffer = context.allocate(found.size(), "links at their limits");
   context.launch(context.kernel("activeconstraints.cl", bricks.defines(true), "activeConstraints"), slots.size(),
-    bricks.workItems(true), list, bricks.layout(), bricks.state(), foundBuffer);
+    bricks.workItems(true), list, bricks.layout(), bricks.state(), bricks.spins(), foundBuffer);
   context.read(foundBuffer, found);
 
   for (std::size_t n = 0; n < slots.size(); ++n)
@@ -95,6 +120,37 @@ void addBeside(
     }
   }
   std::inplace_merge(all.begin(), all.begin() + middle, all.end());
+}
+
+/// Reads what elements that turn want of their links.
+void readSpins(Bricks& bricks, Patch& patch)
+{
+  const cl_float4& proportions = bricks.spins()->proportions;
+  const std::vector<float> spins = bricks.spinsAt(patch.addresses);
+  for (int along = 0; along < 3; ++along)
+  {
+    const float length = proportions.s[along];
+    patch.weights[along] = 1.0 / (static_cast<double>(length) * length);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      patch.wanted[axis].resize(patch.size());
+    }
+    for (std::size_t n = 0; n < patch.size(); ++n)
+    {
+      const std::uint32_t m = patch.next[n][along];
+      if (m == Patch::none)
+      {
+        continue;
+      }
+      float mine[3], theirs[3];
+      rule::single::turnedAxis(&spins[3 * n], along, mine);
+      rule::single::turnedAxis(&spins[3 * static_cast<std::size_t>(m)], along, theirs);
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        patch.wanted[axis][n][along] = 0.5f * (mine[axis] + theirs[axis]) * (length / proportions.s[axis]);
+      }
+    }
+  }
 }
 
 /// Reads the ends of links at their limits, the rigid clusters that these belong to, and all elements around both.
@@ -161,6 +217,10 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
       }
     }
   }
+  if (bricks.spins())
+  {
+    readSpins(bricks, patch);
+  }
   return patch;
 }
 
@@ -173,73 +233,72 @@ struct Pull
 };
 
 /// Divides elements into units, which move as one: rigid clusters and single elements.
-DisjointSets unitsOf(const Patch& patch, const std::vector<float>& c)
+DisjointSets unitsOf(const PatchAxis& axis)
 {
-  DisjointSets units(patch.size());
-  forLinks(patch, c,
-    [&](std::size_t n, std::size_t m, float limit)
+  DisjointSets units(axis.patch.size());
+  forLinks(axis,
+    [&](const Link& link)
     {
-      if (limit == 0.0f)
+      if (link.limit == 0.0f)
       {
-        units.join(n, m);
+        units.join(link.n, link.m);
       }
     });
   return units;
 }
 
 /// What pulls at each unit, stored at the unit's root.
-std::vector<Pull> pullsAt(const Patch& patch, const std::vector<float>& c, const std::vector<float>& u,
-  const Elasticity& elasticity, DisjointSets& units)
+std::vector<Pull> pullsAt(const PatchAxis& axis, const Elasticity& elasticity, DisjointSets& units)
 {
-  const std::size_t count = patch.size();
+  const std::size_t count = axis.patch.size();
   std::vector<Pull> pulls(count);
   for (std::size_t n = 0; n < count; ++n)
   {
     // Tissue that is still at rest counts as held, since its brick may have no memory yet.
-    if (std::signbit(c[n]) || u[n] == 0.0f)
+    if (std::signbit(axis.c[n]) || axis.u[n] == 0.0f)
     {
       pulls[units.root(n)].held = true;
     }
   }
-  forLinks(patch, c,
-    [&](std::size_t n, std::size_t m, float limit)
+  forLinks(axis,
+    [&](const Link& link)
     {
-      const double weight = Elasticity::weight(limit);
-      const double force = weight * elasticity.pull(u[n], u[m], limit);
-      if (units.root(n) != units.root(m))
+      const std::size_t n = units.root(link.n);
+      const std::size_t m = units.root(link.m);
+      const double force = link.weight * elasticity.pull(axis.u[link.n], axis.u[link.m] - link.wanted, link.limit);
+      if (n != m)
       {
-        pulls[units.root(n)].weight += weight;
-        pulls[units.root(n)].force += force;
-        pulls[units.root(m)].weight += weight;
-        pulls[units.root(m)].force -= force;
+        pulls[n].weight += link.weight;
+        pulls[n].force += force;
+        pulls[m].weight += link.weight;
+        pulls[m].force -= force;
       }
     });
   return pulls;
 }
 
 /// Joins units to groups by the links that block. Returns whether there are any such links.
-bool joinBlocked(const Patch& patch, const std::vector<float>& c, const std::vector<float>& u,
-  const std::vector<Pull>& pulls, DisjointSets& units, DisjointSets& groups)
+bool joinBlocked(const PatchAxis& axis, const std::vector<Pull>& pulls, DisjointSets& units, DisjointSets& groups)
 {
   bool any = false;
-  forLinks(patch, c,
-    [&](std::size_t n, std::size_t m, float limit)
+  forLinks(axis,
+    [&](const Link& link)
     {
-      if (units.root(n) == units.root(m))
+      if (units.root(link.n) == units.root(link.m))
       {
         return;
       }
-      const Pull& atN = pulls[units.root(n)];
-      const Pull& atM = pulls[units.root(m)];
-      const float stretch = u[n] - u[m];
-      const float rounding = 1e-6f * std::max(1.0f, std::fabs(u[n]));
-      const bool above = stretch >= limit - rounding;  // n is as far above m as it can be
-      const bool below = -stretch >= limit - rounding; // n is as far below m as it can be
+      const Pull& atN = pulls[units.root(link.n)];
+      const Pull& atM = pulls[units.root(link.m)];
+      const float stretch = axis.u[link.n] - (axis.u[link.m] - link.wanted);
+      const float rounding = 1e-6f * std::max(1.0f, std::fabs(axis.u[link.n]));
+      const bool above = stretch >= link.limit - rounding;  // n is as far above m as it can be
+      const bool below = -stretch >= link.limit - rounding; // n is as far below m as it can be
       const bool blocks =
         (above && (atN.force > 0.0 || atM.force < 0.0)) || (below && (atN.force < 0.0 || atM.force > 0.0));
       if (blocks && !atN.held && !atM.held)
       {
-        groups.join(n, m);
+        groups.join(link.n, link.m);
         any = true;
       }
     });
@@ -254,20 +313,22 @@ struct Group
     std::uint32_t inner;
     std::uint32_t outer;
     float limit;
+    double weight;
+    float wanted; ///< what its ends want u(outer) - u(inner) to be
   };
   std::vector<std::uint32_t> members;
   std::vector<Outgoing> outgoing; ///< links that lead out of the group
 };
 
 /// The blocked groups, with their members and links in the order of voxels.
-std::vector<Group> groupsOf(const Patch& patch, const std::vector<float>& c, DisjointSets& units, DisjointSets& groups)
+std::vector<Group> groupsOf(const PatchAxis& axis, DisjointSets& units, DisjointSets& groups)
 {
-  const std::size_t count = patch.size();
+  const std::size_t count = axis.patch.size();
   std::vector<int> idOf(count, -1);
   std::vector<Group> found;
   for (std::size_t n = 0; n < count; ++n)
   {
-    if (std::isinf(c[n]) || units.root(n) == groups.root(n))
+    if (std::isinf(axis.c[n]) || units.root(n) == groups.root(n))
     {
       continue;
     }
@@ -281,23 +342,25 @@ std::vector<Group> groupsOf(const Patch& patch, const std::vector<float>& c, Dis
   for (std::size_t n = 0; n < count; ++n)
   {
     const int id = idOf[groups.root(n)];
-    if (id >= 0 && !std::isinf(c[n]))
+    if (id >= 0 && !std::isinf(axis.c[n]))
     {
       found[id].members.push_back(static_cast<std::uint32_t>(n));
     }
   }
-  forLinks(patch, c,
-    [&](std::size_t n, std::size_t m, float limit)
+  forLinks(axis,
+    [&](const Link& link)
     {
-      const std::uint32_t a = groups.root(n);
-      const std::uint32_t b = groups.root(m);
+      const std::uint32_t a = groups.root(link.n);
+      const std::uint32_t b = groups.root(link.m);
+      const std::uint32_t n = static_cast<std::uint32_t>(link.n);
+      const std::uint32_t m = static_cast<std::uint32_t>(link.m);
       if (a != b && idOf[a] >= 0)
       {
-        found[idOf[a]].outgoing.push_back({ static_cast<std::uint32_t>(n), static_cast<std::uint32_t>(m), limit });
+        found[idOf[a]].outgoing.push_back({ n, m, link.limit, link.weight, link.wanted });
       }
       if (a != b && idOf[b] >= 0)
       {
-        found[idOf[b]].outgoing.push_back({ static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(n), limit });
+        found[idOf[b]].outgoing.push_back({ m, n, link.limit, link.weight, -link.wanted });
       }
     });
   return found;
@@ -312,11 +375,11 @@ float moveGroup(const Group& group, std::vector<float>& u, const Elasticity& ela
   float upper = std::numeric_limits<float>::infinity();
   for (const Group::Outgoing& link : group.outgoing)
   {
-    const double w = Elasticity::weight(link.limit);
-    weight += w;
-    force += w * elasticity.pull(u[link.inner], u[link.outer], link.limit);
-    lower = std::max(lower, u[link.outer] - link.limit - u[link.inner]);
-    upper = std::min(upper, u[link.outer] + link.limit - u[link.inner]);
+    const float outer = u[link.outer] - link.wanted;
+    weight += link.weight;
+    force += link.weight * elasticity.pull(u[link.inner], outer, link.limit);
+    lower = std::max(lower, outer - link.limit - u[link.inner]);
+    upper = std::min(upper, outer + link.limit - u[link.inner]);
   }
   const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
   const float way = std::min(std::max(wanted, lower), upper);
@@ -333,20 +396,19 @@ float moveGroup(const Group& group, std::vector<float>& u, const Elasticity& ela
 }
 
 /// Moves the blocked groups of one axis and returns the largest move.
-float moveAxis(
-  const Patch& patch, const std::vector<float>& c, std::vector<float>& u, const Elasticity& elasticity, float still)
+float moveAxis(const PatchAxis& axis, const Elasticity& elasticity, float still)
 {
-  DisjointSets units = unitsOf(patch, c);
-  const std::vector<Pull> pulls = pullsAt(patch, c, u, elasticity, units);
+  DisjointSets units = unitsOf(axis);
+  const std::vector<Pull> pulls = pullsAt(axis, elasticity, units);
   DisjointSets groups = units;
-  if (!joinBlocked(patch, c, u, pulls, units, groups))
+  if (!joinBlocked(axis, pulls, units, groups))
   {
     return 0.0f;
   }
   float largest = 0.0f;
-  for (const Group& group : groupsOf(patch, c, units, groups))
+  for (const Group& group : groupsOf(axis, units, groups))
   {
-    largest = std::max(largest, moveGroup(group, u, elasticity, still));
+    largest = std::max(largest, moveGroup(group, axis.u, elasticity, still));
   }
   return largest;
 }
@@ -364,7 +426,7 @@ float moveBlockedGroups(
     [&](std::size_t a)
     {
       const std::vector<float>& c = patch.c[std::min<std::size_t>(a, bricks.model().axes() - 1)];
-      moves[a] = moveAxis(patch, c, patch.u[a], elasticity, still);
+      moves[a] = moveAxis({ patch, c, patch.wanted[a], patch.u[a] }, elasticity, still);
     });
 
   std::vector<std::uint32_t> addresses;

@@ -104,6 +104,7 @@ std::vector<Run> RigidClusters::runs(const Bricks& bricks, int axis)
 
 RigidClusters::RigidClusters(Bricks& bricks)
   : bricks_(bricks)
+  , turning_(bricks)
 {
   const Grid& grid = bricks.model().grid();
   const int axes = bricks.model().axes();
@@ -124,7 +125,7 @@ RigidClusters::RigidClusters(Bricks& bricks)
     for (std::size_t id = 0; id < count; ++id)
     {
       ends[id + 1] += ends[id];
-      this->clusters_.push_back({ axes == 1 ? -1 : axis, ends[id], ends[id + 1] - ends[id], false, false, false, {} });
+      this->clusters_.push_back({ axes == 1 ? -1 : axis, ends[id], ends[id + 1] - ends[id], false, false, false, {}, {} });
     }
     this->voxels_.resize(ends[count]);
     for (const Run& run : found)
@@ -203,8 +204,11 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels)
   {
     cluster.held = cluster.anchored;
     cluster.active = false;
+    cluster.heldVoxels.clear();
   }
   this->active_.clear();
+  this->bodyList_.clear();
+  this->wayList_.clear();
   this->chunkList_.clear();
   this->linkList_.clear();
   this->memberList_.clear();
@@ -217,10 +221,24 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels)
       const int id = this->clusterOf(voxel, axis);
       if (id >= 0)
       {
-        this->clusters_[id].held = true;
+        this->clusters_[id].held = this->clusters_[id].held || !this->bricks_.spins();
+        this->clusters_[id].heldVoxels.push_back(voxel);
       }
     }
   }
+  for (Cluster& cluster : this->clusters_)
+  {
+    if (!cluster.held && !cluster.heldVoxels.empty())
+    {
+      cluster.held = this->bodyOf(cluster).freedom == TurningClusters::Freedom::None;
+    }
+  }
+}
+
+TurningClusters::Body RigidClusters::bodyOf(const Cluster& cluster) const
+{
+  return TurningClusters::bodyOf(
+    this->bricks_, this->voxels_.data() + cluster.first, cluster.count, cluster.heldVoxels, cluster.anchored);
 }
 
 void RigidClusters::activate(const std::vector<int>& bricks)
@@ -270,12 +288,13 @@ void RigidClusters::activate(const std::vector<int>& bricks)
       const Index3 at = grid.indexOf(this->voxels_[n]);
       this->memberList_.push_back({ { this->bricks_.address(at[0], at[1], at[2]), static_cast<cl_uint>(position) } });
       this->bricks_.forNeighbours(at,
-        [&](int, const Index3& next)
+        [&](int direction, const Index3& next)
         {
           this->bricks_.row(next[0], next[1], next[2], 1, c.data());
           if (c[axis] != 0.0f && !std::isinf(c[axis]))
           {
             this->linkList_.push_back(this->bricks_.address(next[0], next[1], next[2]));
+            this->wayList_.push_back(static_cast<cl_uchar>(direction));
           }
         });
     }
@@ -288,6 +307,10 @@ void RigidClusters::activate(const std::vector<int>& bricks)
     this->clusterList_.push_back(
       { { firstChunk, static_cast<cl_int>(this->chunkList_.size()) - firstChunk, cluster.axis, 0 } });
     this->active_.push_back(id);
+    if (this->bricks_.spins())
+    {
+      this->bodyList_.push_back(this->bodyOf(cluster));
+    }
   }
   this->upload();
 }
@@ -326,6 +349,11 @@ void RigidClusters::upload()
   this->links_ = context.upload(this->linkList_, purpose);
   this->members_ = context.upload(this->memberList_, purpose);
   this->heads_ = context.upload(this->clusterList_, purpose);
+  if (this->bricks_.spins())
+  {
+    this->turning_.upload(this->bodyList_, this->wayList_, this->chunkList_.size());
+    return;
+  }
   this->partial_ = context.allocate(sizeof(cl_float) * 12 * std::max<std::size_t>(1, this->chunkList_.size()), purpose);
   this->moves_ = context.allocate(sizeof(cl_float) * this->active_.size(), purpose);
   this->refresh();
@@ -335,6 +363,11 @@ void RigidClusters::refresh()
 {
   if (this->active_.empty())
   {
+    return;
+  }
+  if (this->bricks_.spins())
+  {
+    this->turning_.refresh();
     return;
   }
   // The place of a cluster is that of its first member.
@@ -364,6 +397,13 @@ std::vector<int> RigidClusters::inactiveBricks() const
 void RigidClusters::relax(float omega, float still, const Elasticity& elasticity, const Turn& turn)
 {
   Context& context = this->bricks_.context();
+  if (this->bricks_.spins())
+  {
+    this->turning_.relax({ this->chunks_, this->chunkList_.size(), this->links_, this->heads_, this->members_,
+                           this->memberList_.size() },
+      omega, still, elasticity.limited, turn);
+    return;
+  }
   const std::string defines = this->bricks_.defines(false) + elasticity.ofLinks();
 
   context.launchOver(context.kernel("clusters.cl", defines, "clusterGather"), this->chunkList_.size(), turn.log,

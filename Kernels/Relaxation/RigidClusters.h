@@ -2,6 +2,7 @@
 
 #include "Bricks.h"
 #include "Elasticity.h"
+#include "TurningClusters.h"
 
 #include <unordered_map>
 #include <vector>
@@ -33,7 +34,7 @@ public:
   std::vector<std::size_t> withClusters(const std::vector<std::size_t>& voxels, int axis) const;
 
   /// Starts a relaxation with no cluster taking part. Those that hold an anchor or one of these voxels (Grid::at) never
-  /// will.
+  /// will; where elements turn, a cluster may still turn about what it is held by (TurningClusters).
   void begin(const std::vector<std::size_t>& heldVoxels);
 
   /// Makes the clusters of these bricks take part from now on. Gives memory to all bricks of these clusters.
@@ -45,13 +46,7 @@ public:
   /// Reads the places of the active clusters again, after anything but relax() has moved them.
   void refresh();
 
-  /// The arguments that sweep.clh needs for one turn.
-  struct Turn
-  {
-    const cl::Buffer& activity;
-    const cl::Buffer& log;
-    cl_int4 turn;
-  };
+  using Turn = TurningClusters::Turn;
 
   /// Launches the third colour pass: one update of every active cluster.
   void relax(float omega, float still, const Elasticity& elasticity, const Turn& turn);
@@ -63,11 +58,13 @@ private:
     std::size_t first;
     std::size_t count; ///< members: voxels_[first .. first + count)
     bool anchored;
-    bool held;
+    bool held; ///< so that it can neither move nor turn
     bool active;
+    std::vector<std::size_t> heldVoxels; ///< where elements turn
     std::vector<int> bricks;
   };
 
+  TurningClusters::Body bodyOf(const Cluster& cluster) const;
   std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
   void upload();
 
@@ -76,6 +73,10 @@ private:
   std::vector<std::uint32_t> voxels_;
   std::unordered_map<int, std::vector<int>> ofBrick_;
   std::vector<int> active_; ///< cluster numbers, in the order of the device's lists
+
+  TurningClusters turning_; ///< where elements turn
+  std::vector<TurningClusters::Body> bodyList_;
+  std::vector<cl_uchar> wayList_;
 
   std::vector<cl_int4> chunkList_;
   std::vector<cl_uint> linkList_;

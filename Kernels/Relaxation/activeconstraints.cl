@@ -9,15 +9,20 @@
 
 #include "brick.clh"
 #include "element.clh"
+#include "turning.clh"
 
 kernel void activeConstraints(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut, global uchar* result)
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, global uchar* result)
 {
   const uint slot = list[get_group_id(0)];
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
     const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     mask found = (mask)(0);
+#ifdef TURNING
+    real wanted[6][3];
+    loadApart(s.odd, &s, pitch, spin, proportions, wanted);
+#endif
     ROLLED
     for (int d = 1; d < 6; d += 2)
     {
@@ -36,7 +41,12 @@ kernel void activeConstraints(global const int* list, LAYOUT_ARGUMENTS, global c
         const real u = LOAD(displacement + axis * pitch + s.self);
         const real other = neighbour(displacement + axis * pitch, &s, d, s.odd);
         const real rounding = 2e-6f * max((real)(1.0f), fabs(u));
-        found |= free & (u != 0.0f) & (other != 0.0f) & (fabs(u - other) >= limit - rounding);
+#ifdef TURNING
+        const real apart = other - u - wanted[d][axis];
+#else
+        const real apart = u - other;
+#endif
+        found |= free & (u != 0.0f) & (other != 0.0f) & (fabs(apart) >= limit - rounding);
       }
     }
     STORE_BYTES(found, result + get_group_id(0) * ELEMENTS + (s.self - slot * ELEMENTS));

@@ -1,0 +1,207 @@
+#include "TurningClusters.h"
+
+#include "ElementRule.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace chainmail
+{
+
+namespace
+{
+
+constexpr const char* purpose = "the rigid clusters";
+
+/// Floats for each cluster or chunk, as in turnclusters.cl.
+constexpr std::size_t floatsOfPose = 8;
+constexpr std::size_t floatsOfSystem = 16;
+constexpr std::size_t floatsOfBounds = 8;
+
+/// From one voxel to another at rest [mm].
+Vector3 way(const Grid& grid, const Index3& from, const Index3& to)
+{
+  return { (to[0] - from[0]) * grid.spacing[0], (to[1] - from[1]) * grid.spacing[1],
+    (to[2] - from[2]) * grid.spacing[2] };
+}
+
+double length(const Vector3& v)
+{
+  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+Vector3 cross(const Vector3& a, const Vector3& b)
+{
+  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
+}
+
+/// What elements that are held leave of a cluster's freedom.
+void holdBy(const Grid& grid, const std::vector<std::size_t>& held, TurningClusters::Body& body)
+{
+  const Index3 first = grid.indexOf(held.front());
+  body.member = held.front();
+  body.middle = { static_cast<double>(first[0]), static_cast<double>(first[1]), static_cast<double>(first[2]) };
+  body.freedom = TurningClusters::Freedom::Ball;
+  Vector3 farthest{};
+  for (const std::size_t voxel : held)
+  {
+    const Vector3 arm = way(grid, first, grid.indexOf(voxel));
+    farthest = length(arm) > length(farthest) ? arm : farthest;
+  }
+  if (length(farthest) == 0.0)
+  {
+    return;
+  }
+  body.freedom = TurningClusters::Freedom::Hinge;
+  for (int a = 0; a < 3; ++a)
+  {
+    body.axis[a] = farthest[a] / length(farthest);
+  }
+  const double shortest = *std::min_element(grid.spacing.begin(), grid.spacing.end());
+  for (const std::size_t voxel : held)
+  {
+    if (length(cross(body.axis, way(grid, first, grid.indexOf(voxel)))) > 1e-6 * shortest)
+    {
+      body.freedom = TurningClusters::Freedom::None;
+    }
+  }
+}
+
+}
+
+TurningClusters::Body TurningClusters::bodyOf(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
+  const std::vector<std::size_t>& held, bool anchored)
+{
+  const Grid& grid = bricks.model().grid();
+  Body body;
+  body.member = members[0];
+  if (anchored)
+  {
+    body.freedom = Freedom::None;
+    return body;
+  }
+  if (!held.empty())
+  {
+    holdBy(grid, held, body);
+  }
+  else
+  {
+    for (std::size_t n = 0; n < count; ++n)
+    {
+      const Index3 at = grid.indexOf(members[n]);
+      for (int a = 0; a < 3; ++a)
+      {
+        body.middle[a] += at[a] / static_cast<double>(count);
+      }
+    }
+  }
+  const cl_float4& proportions = bricks.spins()->proportions;
+  for (std::size_t n = 0; n < count; ++n)
+  {
+    const Index3 at = grid.indexOf(members[n]);
+    double square = 0.0;
+    for (int a = 0; a < 3; ++a)
+    {
+      const double arm = (at[a] - body.middle[a]) * proportions.s[a];
+      square += arm * arm;
+    }
+    body.radius = std::max(body.radius, std::sqrt(square));
+  }
+  body.radius += 1.0; // links reach further than members
+  return body;
+}
+
+void TurningClusters::upload(const std::vector<Body>& bodies, const std::vector<cl_uchar>& ways, std::size_t chunks)
+{
+  Context& context = this->bricks_.context();
+  this->list_ = bodies;
+  this->ways_ = context.upload(ways, purpose);
+  std::vector<cl_float> rows;
+  for (const Body& body : bodies)
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      rows.push_back(static_cast<cl_float>(body.middle[a]));
+    }
+    rows.push_back(static_cast<cl_float>(body.radius));
+    for (int a = 0; a < 3; ++a)
+    {
+      rows.push_back(static_cast<cl_float>(body.axis[a]));
+    }
+    rows.push_back(static_cast<cl_float>(static_cast<int>(body.freedom)));
+  }
+  this->bodies_ = context.upload(rows, purpose);
+  const auto floats = [&](std::size_t count)
+  { return context.allocate(sizeof(cl_float) * std::max<std::size_t>(1, count), purpose); };
+  this->ends_ = floats(floatsOfPose * bodies.size());
+  this->steps_ = floats(floatsOfSystem * bodies.size());
+  this->moves_ = floats(bodies.size());
+  this->sums_ = floats(floatsOfSystem * chunks);
+  this->bounds_ = floats(floatsOfBounds * chunks);
+  this->checks_ = floats(2 * chunks);
+  this->refresh();
+}
+
+void TurningClusters::refresh()
+{
+  const Grid& grid = this->bricks_.model().grid();
+  std::vector<std::uint32_t> addresses;
+  for (const Body& body : this->list_)
+  {
+    const Index3 at = grid.indexOf(body.member);
+    addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
+  }
+  const std::vector<float> places = this->bricks_.displacements(addresses);
+  const std::vector<float> spins = this->bricks_.spinsAt(addresses);
+  const cl_float4& proportions = this->bricks_.spins()->proportions;
+  std::vector<cl_float> poses(floatsOfPose * this->list_.size(), 0.0f);
+  for (std::size_t n = 0; n < this->list_.size(); ++n)
+  {
+    const Body& body = this->list_[n];
+    const Index3 at = grid.indexOf(body.member);
+    double spin[3], rest[3], more[3];
+    for (int a = 0; a < 3; ++a)
+    {
+      spin[a] = spins[3 * n + a];
+      rest[a] = (at[a] - body.middle[a]) * proportions.s[a];
+    }
+    rule::wide::turned(spin, rest, more);
+    for (int a = 0; a < 3; ++a)
+    {
+      poses[floatsOfPose * n + a] = static_cast<cl_float>(places[3 * n + a] - more[a] / proportions.s[a]);
+      poses[floatsOfPose * n + 3 + a] = spins[3 * n + a];
+    }
+  }
+  this->poses_ = this->bricks_.context().upload(poses, purpose);
+}
+
+void TurningClusters::relax(const Lists& lists, float omega, float still, bool limited, const Turn& turn)
+{
+  Context& context = this->bricks_.context();
+  const std::string defines = this->bricks_.defines(false);
+  const auto kernel = [&](const char* name) { return context.kernel("turnclusters.cl", defines, name); };
+  const std::size_t clusters = this->list_.size();
+  const std::size_t items = context.info().gpu ? 64 : 1;
+  const cl_int isLimited = limited ? 1 : 0;
+  const Spins& spins = *this->bricks_.spins();
+
+  context.launchOver(kernel("turnGather"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, this->ways_,
+    this->bodies_, this->poses_, this->bricks_.layout(), this->bricks_.displacement, this->bricks_.constraint, spins,
+    this->sums_);
+  context.launch(kernel("turnSolve"), clusters, items, turn.log, turn.turn, lists.heads, this->bodies_, omega,
+    spins.proportions, this->sums_, this->poses_, this->steps_, this->ends_);
+  context.launchOver(kernel("turnBound"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, this->ways_,
+    this->bodies_, this->poses_, this->ends_, this->bricks_.layout(), this->bricks_.displacement,
+    this->bricks_.constraint, spins, this->bounds_);
+  context.launch(kernel("turnChoose"), clusters, items, turn.log, turn.turn, lists.heads, isLimited, omega,
+    spins.proportions, this->bounds_, this->poses_, this->steps_, this->ends_);
+  context.launchOver(kernel("turnCheck"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, this->ways_,
+    this->bodies_, this->poses_, this->ends_, this->bricks_.layout(), this->bricks_.displacement,
+    this->bricks_.constraint, spins, this->checks_);
+  context.launch(kernel("turnAccept"), clusters, items, turn.log, turn.turn, lists.heads, this->bodies_, isLimited,
+    still, spins.proportions, this->checks_, this->steps_, this->ends_, this->poses_, this->moves_);
+  context.launchOver(kernel("turnScatter"), lists.memberCount, turn.activity, turn.turn, lists.members, this->bodies_,
+    this->poses_, this->moves_, this->bricks_.layout(), this->bricks_.displacement, this->bricks_.constraint, spins);
+}
+
+}

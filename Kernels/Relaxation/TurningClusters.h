@@ -1,0 +1,83 @@
+#pragma once
+
+#include "Bricks.h"
+#include "Elasticity.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace chainmail
+{
+
+/// The places and rotations of rigid clusters in a relaxation in which elements turn (turnclusters.cl).
+class TurningClusters
+{
+public:
+  explicit TurningClusters(Bricks& bricks)
+    : bricks_(bricks)
+  {
+  }
+
+  /// What a cluster is free to do.
+  enum class Freedom
+  {
+    All,   ///< to move and to turn
+    Ball,  ///< to turn about the one element that is held
+    Hinge, ///< to turn about the axis on which all elements lie that are held
+    None
+  };
+
+  /// A cluster: what it is free to do, and about what.
+  struct Body
+  {
+    Freedom freedom = Freedom::All;
+    Vector3 middle{};       ///< what it turns about [indices]: an element that is held, or its middle
+    double radius = 0.0;    ///< of the ball about the middle that holds it [mean spacings]
+    Vector3 axis{};         ///< of a hinge, at rest, of length 1 [mm]
+    std::size_t member = 0; ///< the element that tells where it is (Grid::at): the one that is held, or any
+  };
+
+  /// The body of a cluster of which these elements are held.
+  static Body bodyOf(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
+    const std::vector<std::size_t>& held, bool anchored);
+
+  /// Takes these clusters, in the order of the lists of RigidClusters. `ways` are the directions of links.
+  void upload(const std::vector<Body>& bodies, const std::vector<cl_uchar>& ways, std::size_t chunks);
+  /// Reads the poses of the clusters from their members again.
+  void refresh();
+
+  /// What turns: the lists of RigidClusters on the device.
+  struct Lists
+  {
+    const cl::Buffer& chunks;
+    std::size_t chunkCount;
+    const cl::Buffer& links;
+    const cl::Buffer& heads;
+    const cl::Buffer& members;
+    std::size_t memberCount;
+  };
+  /// The arguments that sweep.clh needs for one turn.
+  struct Turn
+  {
+    const cl::Buffer& activity;
+    const cl::Buffer& log;
+    cl_int4 turn;
+  };
+  /// Launches one update of every cluster.
+  void relax(const Lists& lists, float omega, float still, bool limited, const Turn& turn);
+
+private:
+  Bricks& bricks_;
+  std::vector<Body> list_;
+  cl::Buffer ways_;
+  cl::Buffer bodies_;
+  cl::Buffer poses_;
+  cl::Buffer ends_;
+  cl::Buffer steps_;
+  cl::Buffer sums_;
+  cl::Buffer bounds_;
+  cl::Buffer checks_;
+  cl::Buffer moves_;
+};
+
+}

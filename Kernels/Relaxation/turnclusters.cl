@@ -1,0 +1,526 @@
+// The third colour pass of a sweep in which elements turn: rigid clusters, each one unknown of a place and a rotation.
+// A cluster takes a step of Gauss and Newton, over-relaxed, towards the lowest energy of the links that leave it: as
+// much of it as the limits of these links allow. Where that is little, as at links near their limits, it may do better
+// to move without turning. A step that would break a limit or raise the energy is not taken.
+//
+// Links come in chunks, as in clusters.cl.
+//
+// pose: for each cluster 8 floats: where the element that it is counted from is now, the spin of the cluster, and two
+// that are not used. body: for each cluster 8 floats: the index of that element (or the middle of the cluster), its
+// radius, the axis that it is free to turn about, at rest, and its freedom.
+//
+// The host guarantees: members lie where the pose puts them; the other ends of links are not rigid; the bricks of both
+// have a state; constraints are the same for all axes.
+//
+// activity, log, turn: see sweep.clh.
+
+#include "brick.clh"
+#include "element.clh"
+#include "sweep.clh"
+#include "turning.clh"
+
+#define FREE 0  // moves and turns
+#define BALL 1  // turns about the element that it is counted from, which is held
+#define HINGE 2 // turns about an axis on which elements are held
+
+#define BODY_RADIUS 3
+#define BODY_AXIS 4
+#define BODY_FREEDOM 7
+#define ROW 8 // floats of a pose and of a body
+
+#define SYSTEM 16 // floats of the sums of a chunk, and of a step
+#define BOUNDS 8
+#define LANES 16
+
+typedef struct
+{
+  float arm[3];    // from where the cluster is counted from to its end of the link, as it lies now
+  float way[3];    // the link as the cluster would have it
+  float strain[3]; // what it is away from that,
+  float theirs[3]; // and from where its other end would have it
+  float limit;
+  float weight; // W, see turn.cl
+} OutgoingLink;
+
+// All lengths are in units of the mean spacing, except limits.
+RULE OutgoingLink linkOf(uint other, int d, global const float* body, global const float* pose, uint pitch,
+  uint tissuePitch, global const int* place, int strideY, int strideZ, global const float* displacement,
+  global const float* constraint, global const float* spin, float4 proportions)
+{
+  OutgoingLink link;
+  const int3 size = (int3)(BX, BY, BZ);
+  const int3 at = brickAt(place[other / ELEMENTS], strideY, strideZ) * size + elementAt(other % ELEMENTS);
+  const int along = d / 2;
+  const float sign = d & 1 ? 1.0f : -1.0f;
+  const float own[3] = { pose[3], pose[4], pose[5] };
+  const float length = proportion(proportions, along);
+  float rest[3], more[3], theirSpin[3], theirWay[3], ownWay[3];
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const int index = (axis == 0 ? at.x : axis == 1 ? at.y : at.z) - (axis == along ? (d & 1 ? 1 : -1) : 0);
+    rest[axis] = ((float)index - body[axis]) * proportion(proportions, axis);
+    theirSpin[axis] = spin[axis * pitch + other];
+  }
+  turned(own, rest, more);
+  turnedAxis(own, along, ownWay);
+  turnedAxis(theirSpin, along, theirWay);
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    link.arm[axis] = rest[axis] + more[axis];
+    link.way[axis] = sign * length * (ownWay[axis] + (axis == along ? 1.0f : 0.0f));
+    const float apart = (displacement[axis * pitch + other] - pose[axis]) * proportion(proportions, axis) - more[axis];
+    link.strain[axis] = apart - sign * length * ownWay[axis];
+    link.theirs[axis] = apart - sign * length * theirWay[axis];
+  }
+  link.limit = linkLimit(0.0f, constraint[other]);
+  link.weight = linkWeight(link.limit) / (length * length);
+  return link;
+}
+
+#define LINK_OF(n, bodies, poses)                                                                                      \
+  linkOf(links[n], ways[n], bodies, poses, pitch, tissuePitch, place, strideY, strideZ, displacement, constraint,      \
+    spin, proportions)
+
+// Sums up one chunk: the weights (1), their first and second moments (3, 6), the force (3) and the torque (3).
+kernel void turnGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
+  global const uchar* ways, global const float* bodies, global const float* poses, LAYOUT_ARGUMENTS,
+  global const float* displacement, global const float* constraint SPIN_ARGUMENTS, global float* sums, uint count)
+{
+  if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
+  {
+    return;
+  }
+  const int4 chunk = chunks[get_global_id(0)];
+  float sum[SYSTEM];
+  for (int m = 0; m < SYSTEM; ++m)
+  {
+    sum[m] = 0.0f;
+  }
+  for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
+  {
+    const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x, poses + ROW * chunk.x);
+    sum[0] += 2.0f * link.weight;
+    for (int which = 0; which < 2; ++which)
+    {
+      float arm[3];
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        arm[axis] = link.arm[axis] + (which ? link.way[axis] : 0.0f);
+      }
+      const float* pull = which ? link.strain : link.theirs;
+      for (int a = 0, m = 4; a < 3; ++a)
+      {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        sum[1 + a] += link.weight * arm[a];
+        for (int e = a; e < 3; ++e, ++m)
+        {
+          sum[m] += link.weight * arm[a] * arm[e];
+        }
+        sum[10 + a] += link.weight * pull[a];
+        sum[13 + a] += link.weight * (arm[b] * pull[c] - arm[c] * pull[b]);
+      }
+    }
+  }
+  for (int m = 0; m < SYSTEM; ++m)
+  {
+    sums[SYSTEM * get_global_id(0) + m] = sum[m];
+  }
+}
+
+// Solves a symmetric positive system of six unknowns in place.
+inline void solve(float matrix[6][6], float* x)
+{
+  for (int n = 0; n < 6; ++n)
+  {
+    const float pivot = 1.0f / matrix[n][n];
+    for (int m = n + 1; m < 6; ++m)
+    {
+      const float factor = matrix[m][n] * pivot;
+      for (int k = n; k < 6; ++k)
+      {
+        matrix[m][k] -= factor * matrix[n][k];
+      }
+      x[m] -= factor * x[n];
+    }
+  }
+  for (int n = 5; n >= 0; --n)
+  {
+    for (int k = n + 1; k < 6; ++k)
+    {
+      x[n] -= matrix[n][k] * x[k];
+    }
+    x[n] /= matrix[n][n];
+  }
+}
+
+// The pose after a step: a move [mean spacings] and a spin.
+inline void stepFrom(global const float* pose, const float* step, float share, float4 proportions, float* out)
+{
+  const float own[3] = { pose[3], pose[4], pose[5] };
+  const float rotation[3] = { share * step[3], share * step[4], share * step[5] };
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    out[axis] = pose[axis] + share * step[axis] / proportion(proportions, axis);
+  }
+  spinAfter(rotation, own, out + 3);
+}
+
+inline void storePose(const float* pose, global float* out)
+{
+  for (int m = 0; m < 6; ++m)
+  {
+    out[m] = pose[m];
+  }
+}
+
+// Finds the step of each cluster, one work-group each, and the pose after all of it. A step: its move and rotation
+// (6), how much the energy falls in it, the move without a rotation (3) and twice the weights.
+kernel void turnSolve(global const int* log, int4 turn, global const int4* clusters, global const float* bodies,
+  float omega, float4 proportions, global const float* sums, global const float* poses, global float* steps,
+  global float* ends)
+{
+  local float lanes[SYSTEM * LANES];
+  const uint id = get_group_id(0);
+  const int4 cluster = clusters[id];
+  for (int lane = get_local_id(0); lane < SYSTEM * LANES; lane += get_local_size(0))
+  {
+    float sum = 0.0f;
+    for (int chunk = lane / SYSTEM; chunk < cluster.y; chunk += LANES)
+    {
+      sum += sums[SYSTEM * (cluster.x + chunk) + lane % SYSTEM];
+    }
+    lanes[lane] = sum;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) > 0 || isCalledOff(log, turn, -1.0f))
+  {
+    return;
+  }
+  float sum[SYSTEM];
+  for (int m = 0; m < SYSTEM; ++m)
+  {
+    sum[m] = 0.0f;
+    for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
+    {
+      sum[m] += lanes[SYSTEM * lane + m];
+    }
+  }
+  global const float* body = bodies + ROW * id;
+  const int freedom = (int)body[BODY_FREEDOM];
+  const float radius = body[BODY_RADIUS];
+  float step[6], right[6], matrix[6][6];
+  // Rotations count in lengths at the radius, so that all unknowns are of one size.
+  const float scale = 1.0f / radius;
+  const float second[3][3] = { { sum[4], sum[5], sum[6] }, { sum[5], sum[7], sum[8] }, { sum[6], sum[8], sum[9] } };
+  const float trace = sum[4] + sum[7] + sum[9];
+  for (int a = 0; a < 3; ++a)
+  {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    for (int e = 0; e < 3; ++e)
+    {
+      matrix[a][e] = a == e ? sum[0] : 0.0f;
+      matrix[3 + a][3 + e] = scale * scale * ((a == e ? trace : 0.0f) - second[a][e]);
+    }
+    // the cross product with the first moment
+    matrix[3 + a][a] = matrix[a][3 + a] = 0.0f;
+    matrix[3 + a][b] = matrix[b][3 + a] = -scale * sum[1 + c];
+    matrix[3 + a][c] = matrix[c][3 + a] = scale * sum[1 + b];
+    right[a] = sum[10 + a];
+    right[3 + a] = scale * sum[13 + a];
+  }
+  if (freedom == HINGE)
+  {
+    const float own[3] = { poses[ROW * id + 3], poses[ROW * id + 4], poses[ROW * id + 5] };
+    const float rest[3] = { body[BODY_AXIS], body[BODY_AXIS + 1], body[BODY_AXIS + 2] };
+    float axis[3];
+    turned(own, rest, axis);
+    float inertia = 0.0f, moment = 0.0f;
+    for (int a = 0; a < 3; ++a)
+    {
+      axis[a] += rest[a];
+    }
+    for (int a = 0; a < 3; ++a)
+    {
+      moment += axis[a] * right[3 + a];
+      for (int e = 0; e < 3; ++e)
+      {
+        inertia += axis[a] * matrix[3 + a][3 + e] * axis[e];
+      }
+    }
+    for (int a = 0; a < 3; ++a)
+    {
+      step[a] = 0.0f;
+      step[3 + a] = inertia > 0.0f ? axis[a] * moment / inertia : 0.0f;
+    }
+  }
+  else
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      for (int e = 0; freedom == BALL && e < 6; ++e)
+      {
+        matrix[a][e] = matrix[e][a] = a == e ? 1.0f : 0.0f;
+      }
+      right[a] = freedom == BALL ? 0.0f : right[a];
+    }
+    for (int m = 0; m < 6; ++m)
+    {
+      step[m] = right[m];
+      matrix[m][m] = matrix[m][m] * (1.0f + 1e-6f) + 1e-20f;
+    }
+    solve(matrix, step);
+  }
+  float gain = 0.0f;
+  for (int m = 0; m < 6; ++m)
+  {
+    gain += right[m] * step[m];
+  }
+  float angle = 0.0f;
+  for (int a = 0; a < 3; ++a)
+  {
+    step[3 + a] *= scale;
+    angle = max(angle, fabs(step[3 + a]));
+  }
+  // A step is linear in the angle, which it must not leave far behind.
+  const float factor = min(omega, 0.2f / max(angle, 1e-20f));
+  for (int m = 0; m < 6; ++m)
+  {
+    step[m] *= factor;
+    steps[SYSTEM * id + m] = step[m];
+  }
+  steps[SYSTEM * id + 6] = gain;
+  steps[SYSTEM * id + 7] = factor;
+  for (int a = 0; a < 3; ++a)
+  {
+    steps[SYSTEM * id + 8 + a] = freedom == FREE ? sum[10 + a] / sum[0] : 0.0f;
+  }
+  steps[SYSTEM * id + 11] = sum[0];
+  float end[6];
+  stepFrom(poses + ROW * id, step, 1.0f, proportions, end);
+  storePose(end, ends + ROW * id);
+}
+
+// The share of the step that the links of a chunk allow, by linear estimate (1), and how far the cluster may move
+// without turning (3 lower bounds, 3 upper ones).
+kernel void turnBound(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
+  global const uchar* ways, global const float* bodies, global const float* poses, global const float* ends,
+  LAYOUT_ARGUMENTS, global const float* displacement, global const float* constraint SPIN_ARGUMENTS,
+  global float* bounds, uint count)
+{
+  if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
+  {
+    return;
+  }
+  const int4 chunk = chunks[get_global_id(0)];
+  float share = 1.0f;
+  float lower[3] = { -INFINITY, -INFINITY, -INFINITY }, upper[3] = { INFINITY, INFINITY, INFINITY };
+  for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
+  {
+    const OutgoingLink now = LINK_OF(n, bodies + ROW * chunk.x, poses + ROW * chunk.x);
+    const OutgoingLink then = LINK_OF(n, bodies + ROW * chunk.x, ends + ROW * chunk.x);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      const float limit = now.limit * proportion(proportions, axis);
+      const float from = 0.5f * (now.strain[axis] + now.theirs[axis]);
+      const float to = 0.5f * (then.strain[axis] + then.theirs[axis]);
+      lower[axis] = max(lower[axis], from - limit);
+      upper[axis] = min(upper[axis], from + limit);
+      if (fabs(to) > limit && fabs(to) > fabs(from))
+      {
+        const float room = to > 0.0f ? limit - from : limit + from;
+        share = min(share, max(room, 0.0f) / fabs(to - from));
+      }
+    }
+  }
+  global float* out = bounds + BOUNDS * get_global_id(0);
+  out[0] = share;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    out[1 + axis] = lower[axis];
+    out[4 + axis] = upper[axis];
+  }
+}
+
+// Chooses between the part of the step that is allowed and a move without a rotation, by how much the energy falls.
+kernel void turnChoose(global const int* log, int4 turn, global const int4* clusters, int limited, float omega,
+  float4 proportions, global const float* bounds, global const float* poses, global float* steps, global float* ends)
+{
+  local float lanes[BOUNDS * LANES];
+  const uint id = get_group_id(0);
+  const int4 cluster = clusters[id];
+  for (int lane = get_local_id(0); lane < BOUNDS * LANES; lane += get_local_size(0))
+  {
+    const int m = lane % BOUNDS;
+    float value = m == 0 ? 1.0f : m < 4 ? -INFINITY : INFINITY;
+    for (int chunk = lane / BOUNDS; m < 7 && chunk < cluster.y; chunk += LANES)
+    {
+      const float part = bounds[BOUNDS * (cluster.x + chunk) + m];
+      value = m == 0 || m >= 4 ? min(value, part) : max(value, part);
+    }
+    lanes[lane] = value;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) > 0 || isCalledOff(log, turn, -1.0f))
+  {
+    return;
+  }
+  float bound[7];
+  for (int m = 0; m < 7; ++m)
+  {
+    bound[m] = lanes[m];
+    for (int lane = 1; lane < min(LANES, cluster.y); ++lane)
+    {
+      const float part = lanes[BOUNDS * lane + m];
+      bound[m] = m == 0 || m >= 4 ? min(bound[m], part) : max(bound[m], part);
+    }
+  }
+  // The estimate is linear: a step that links shorten stops a little before them.
+  const float share = !limited || bound[0] >= 1.0f ? 1.0f : 0.95f * bound[0];
+  float step[6], move[6];
+  const float part = share * steps[SYSTEM * id + 7];
+  const float gain = part * (2.0f - part) * steps[SYSTEM * id + 6];
+  float gainOfMove = 0.0f;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const float wanted = steps[SYSTEM * id + 8 + axis];
+    float to = omega * wanted;
+    to = limited ? min(max(to, bound[1 + axis]), bound[4 + axis]) : to;
+    to = limited && bound[1 + axis] > bound[4 + axis] ? 0.0f : to;
+    gainOfMove += steps[SYSTEM * id + 11] * to * (2.0f * wanted - to);
+    move[axis] = to;
+    move[3 + axis] = 0.0f;
+  }
+  for (int m = 0; m < 6; ++m)
+  {
+    step[m] = gainOfMove > gain ? move[m] : share * steps[SYSTEM * id + m];
+    steps[SYSTEM * id + m] = step[m];
+  }
+  float end[6];
+  stepFrom(poses + ROW * id, step, 1.0f, proportions, end);
+  storePose(end, ends + ROW * id);
+}
+
+// Whether links of a chunk would be beyond their limits, and by how much the energy would rise.
+kernel void turnCheck(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
+  global const uchar* ways, global const float* bodies, global const float* poses, global const float* ends,
+  LAYOUT_ARGUMENTS, global const float* displacement, global const float* constraint SPIN_ARGUMENTS,
+  global float2* checks, uint count)
+{
+  if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
+  {
+    return;
+  }
+  const int4 chunk = chunks[get_global_id(0)];
+  float beyond = 0.0f, rise = 0.0f;
+  for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
+  {
+    const OutgoingLink now = LINK_OF(n, bodies + ROW * chunk.x, poses + ROW * chunk.x);
+    const OutgoingLink then = LINK_OF(n, bodies + ROW * chunk.x, ends + ROW * chunk.x);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      const float limit = now.limit * proportion(proportions, axis);
+      const float from = 0.5f * fabs(now.strain[axis] + now.theirs[axis]);
+      const float to = 0.5f * fabs(then.strain[axis] + then.theirs[axis]);
+      beyond = to > from && to > limit ? max(beyond, to - limit) : beyond;
+      rise += now.weight * ((then.strain[axis] - now.strain[axis]) * (then.strain[axis] + now.strain[axis]) +
+                             (then.theirs[axis] - now.theirs[axis]) * (then.theirs[axis] + now.theirs[axis]));
+    }
+  }
+  checks[get_global_id(0)] = (float2)(beyond, rise);
+}
+
+// What rounding may put a link beyond its limit by, as a fraction of the mean spacing.
+#define ROUNDING 2e-6f
+
+// Takes the step of each cluster that passed the check, one work-group each. moves: how far the cluster went, 0 where
+// it stayed.
+kernel void turnAccept(global int* log, int4 turn, global const int4* clusters, global const float* bodies, int limited,
+  float still, float4 proportions, global const float2* checks, global const float* steps, global const float* ends,
+  global float* poses, global float* moves)
+{
+  local float2 lanes[LANES];
+  const uint id = get_group_id(0);
+  const int4 cluster = clusters[id];
+  for (int lane = get_local_id(0); lane < LANES; lane += get_local_size(0))
+  {
+    float2 sum = (float2)(0.0f, 0.0f);
+    for (int chunk = lane; chunk < cluster.y; chunk += LANES)
+    {
+      const float2 part = checks[cluster.x + chunk];
+      sum = (float2)(max(sum.x, part.x), sum.y + part.y);
+    }
+    lanes[lane] = sum;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) > 0)
+  {
+    return;
+  }
+  moves[id] = 0.0f;
+  if (isCalledOff(log, turn, -1.0f))
+  {
+    if (id == 0)
+    {
+      log[SWEEP_LOG * turn.x + SWEEP_CALLED_OFF] = 1;
+    }
+    return;
+  }
+  float beyond = 0.0f, rise = 0.0f, move = 0.0f;
+  for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
+  {
+    beyond = max(beyond, lanes[lane].x);
+    rise += lanes[lane].y;
+  }
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const float length = proportion(proportions, axis);
+    move = max(move, fabs(steps[SYSTEM * id + axis]) / length);
+    move = max(move, fabs(steps[SYSTEM * id + 3 + axis]) * bodies[ROW * id + BODY_RADIUS] / length);
+  }
+  if ((limited && beyond > ROUNDING) || !(rise <= 0.0f) || !(move > still))
+  {
+    return;
+  }
+  for (int m = 0; m < 6; ++m)
+  {
+    poses[ROW * id + m] = ends[ROW * id + m];
+  }
+  moves[id] = move;
+  atomic_max(&log[SWEEP_LOG * turn.x + SWEEP_LARGEST], as_int(move));
+}
+
+// Puts the members where their cluster's pose has them. member: address, cluster. Elements that are held stay where
+// they are, and turn.
+kernel void turnScatter(global int* activity, int4 turn, global const uint2* members, global const float* bodies,
+  global const float* poses, global const float* moves, LAYOUT_ARGUMENTS, global float* displacement,
+  global const float* constraint SPIN_ARGUMENTS, uint count)
+{
+  if (get_global_id(0) >= count)
+  {
+    return;
+  }
+  const uint2 member = members[get_global_id(0)];
+  if (moves[member.y] == 0.0f)
+  {
+    return;
+  }
+  atomic_max(&activity[SWEEP_ROW * (member.x / ELEMENTS) + SWEEP_NOTED], turn.z);
+  const int3 size = (int3)(BX, BY, BZ);
+  const int3 at = brickAt(place[member.x / ELEMENTS], strideY, strideZ) * size + elementAt(member.x % ELEMENTS);
+  global const float* body = bodies + ROW * member.y;
+  global const float* pose = poses + ROW * member.y;
+  const float own[3] = { pose[3], pose[4], pose[5] };
+  const float rest[3] = { ((float)at.x - body[0]) * proportions.x, ((float)at.y - body[1]) * proportions.y,
+    ((float)at.z - body[2]) * proportions.z };
+  float more[3];
+  turned(own, rest, more);
+  const int held = signbit(constraint[member.x]);
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    spin[axis * pitch + member.x] = own[axis];
+    if (!held)
+    {
+      displacement[axis * pitch + member.x] = pose[axis] + more[axis] / proportion(proportions, axis);
+    }
+  }
+}
