@@ -54,7 +54,7 @@ public:
   explicit Level(Bricks& finer)
     : finer_(finer)
     , model_(coarserModel(finer))
-    , bricks_(finer.sharedContext(), this->model_, finer.size())
+    , bricks_(finer.sharedContext(), this->model_, finer.size(), finer.spins() != nullptr)
     , propagation_(this->bricks_)
     , feasibility_(this->bricks_)
     , relaxation_(this->bricks_)
@@ -88,9 +88,19 @@ public:
       }
     }
     Context& context = this->bricks_.context();
-    context.launch(context.kernel("coarsen.cl", this->bricks_.defines(false), "coarsen"), slots.size(),
-      this->bricks_.workItems(false), this->list_.holding(context, slots), this->bricks_.layout(),
-      this->finer_.layout(), this->finer_.displacement, this->finer_.constraint, this->bricks_.displacement);
+    const auto transfer = [&](const cl::Buffer& from, float scale, const cl::Buffer& to)
+    {
+      context.launch(context.kernel("coarsen.cl", this->bricks_.defines(false), "coarsen"), slots.size(),
+        this->bricks_.workItems(false), this->list_.holding(context, slots), this->bricks_.layout(),
+        this->finer_.layout(), from, this->finer_.constraint, scale, to);
+    };
+    transfer(this->finer_.displacement, 0.5f, this->bricks_.displacement);
+    this->clusters_->begin(this->held_);
+    if (this->bricks_.spins())
+    {
+      transfer(this->finer_.spins()->spin.buffer, 1.0f, this->bricks_.spins()->spin.buffer);
+      this->clusters_->straighten();
+    }
   }
 
   /// Projects the state to a feasible one. Handles and bones are thicker on this grid and the tissue between them is
@@ -146,10 +156,25 @@ public:
       }
     }
     Context& context = this->bricks_.context();
-    // The program is the one for this grid's cuts: those of the finer grid do not matter here.
-    context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "refine"), slots.size(),
-      this->bricks_.workItems(true), this->list_.holding(context, slots), this->finer_.layout(), this->bricks_.layout(),
-      this->bricks_.state(), this->finer_.constraint, this->finer_.displacement);
+    const auto transfer = [&](const cl::Buffer& from, float scale, const cl::Buffer& to)
+    {
+      // The program is the one for this grid's cuts: those of the finer grid do not matter here.
+      context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "refine"), slots.size(),
+        this->bricks_.workItems(true), this->list_.holding(context, slots), this->finer_.layout(),
+        this->bricks_.layout(), from, this->bricks_.tissue(), this->finer_.constraint, scale, to);
+    };
+    transfer(this->bricks_.displacement, 2.0f, this->finer_.displacement);
+    if (this->bricks_.spins())
+    {
+      transfer(this->bricks_.spins()->spin.buffer, 1.0f, this->finer_.spins()->spin.buffer);
+    }
+  }
+
+  /// Lets the bones of this grid be straight again, after it has been refined to.
+  void straighten()
+  {
+    this->clusters_->begin(this->held_);
+    this->clusters_->straighten();
   }
 
 private:
@@ -207,6 +232,7 @@ CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
 CoarseToFine::~CoarseToFine()
 {
   this->bricks_.drop(this->before_);
+  this->bricks_.drop(this->spinsBefore_);
   this->bricks_.drop(this->marks_);
 }
 
@@ -261,6 +287,10 @@ void CoarseToFine::cycle(
     level.refine();
     if (n > 0)
     {
+      if (this->bricks_.spins())
+      {
+        this->levels_[n - 1]->straighten();
+      }
       this->levels_[n - 1]->makeFeasible(checkpoint);
     }
     else
@@ -269,9 +299,13 @@ void CoarseToFine::cycle(
       Elasticity unlimited = elasticity;
       unlimited.limited = false;
       clusters.begin(this->handles_.voxels());
+      if (this->bricks_.spins())
+      {
+        clusters.straighten();
+      }
       this->relaxation_.run(
         clusters, unlimited, nullptr, Reach::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
-      this->feasibility_.run(this->propagation_, checkpoint);
+      this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
     }
   }
 }
@@ -294,8 +328,16 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   this->pieces_.start(bricks);
   this->pieces_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
     [this](ArgumentList& own) { own.add(this->bricks_.tissue(), this->marks_.buffer); });
-  context.launch(context.kernel("components.cl", defines, "putBack"), slots.size(), this->bricks_.workItems(true), list,
-    this->bricks_.pitch(), this->marks_.buffer, this->before_.buffer, this->bricks_.displacement);
+  const auto putBack = [&](const cl::Buffer& before, const cl::Buffer& field)
+  {
+    context.launch(context.kernel("components.cl", defines, "putBack"), slots.size(), this->bricks_.workItems(true),
+      list, this->bricks_.pitch(), this->marks_.buffer, before, field);
+  };
+  putBack(this->before_.buffer, this->bricks_.displacement);
+  if (this->bricks_.spins())
+  {
+    putBack(this->spinsBefore_.buffer, this->bricks_.spins()->spin.buffer);
+  }
   this->bricks_.drop(this->marks_);
 }
 
@@ -313,8 +355,13 @@ bool CoarseToFine::run(
   }
   this->bricks_.keep(this->before_);
   Context& context = this->bricks_.context();
-  context.queue().enqueueCopyBuffer(
-    this->bricks_.displacement, this->before_.buffer, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
+  const std::size_t bytes = sizeof(cl_float) * 3 * this->bricks_.pitch();
+  context.queue().enqueueCopyBuffer(this->bricks_.displacement, this->before_.buffer, 0, 0, bytes);
+  if (this->bricks_.spins())
+  {
+    this->bricks_.keep(this->spinsBefore_);
+    context.queue().enqueueCopyBuffer(this->bricks_.spins()->spin.buffer, this->spinsBefore_.buffer, 0, 0, bytes);
+  }
   this->cycle(clusters, elasticity, tolerance, checkpoint);
   return true;
 }
@@ -323,7 +370,20 @@ double CoarseToFine::judge(const Elasticity& elasticity)
 {
   double kept = 1.0;
   const double whole = this->energy(elasticity);
-  if (whole > this->energyBefore_)
+  if (this->bricks_.spins())
+  {
+    // Not all states between two whose bones lie differently are feasible, so it is all or nothing.
+    if (!this->feasible_ || whole > this->energyBefore_)
+    {
+      kept = 0.0;
+      Context& context = this->bricks_.context();
+      const std::size_t bytes = sizeof(cl_float) * 3 * this->bricks_.pitch();
+      context.queue().enqueueCopyBuffer(this->before_.buffer, this->bricks_.displacement, 0, 0, bytes);
+      context.queue().enqueueCopyBuffer(this->spinsBefore_.buffer, this->bricks_.spins()->spin.buffer, 0, 0, bytes);
+    }
+    this->bricks_.drop(this->spinsBefore_);
+  }
+  else if (whole > this->energyBefore_)
   {
     // The energy of elastic tissue is a parabola along the way. Its lowest point lies before the middle, since the end
     // is higher than the beginning.

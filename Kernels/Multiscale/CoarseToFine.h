@@ -33,7 +33,7 @@ public:
   static constexpr int sweepsToJudge = 4;
 
   /// Where the energy is higher than before run(), goes back to the lowest energy on the straight way between the two
-  /// states, on which all states are feasible. Returns the share of the way that is kept.
+  /// states, on which all states are feasible; where elements turn, to the state before. Returns the share of the way that is kept.
   double judge(const Elasticity& elasticity);
 
   /// To be called after a cut or a carve: the coarser grids are built anew.
@@ -56,7 +56,9 @@ private:
   Relaxation relaxation_;
   FixedPoint pieces_;
   Field before_{ 3, sizeof(cl_float), "the displacement before a relaxation" };
+  Field spinsBefore_{ 3, sizeof(cl_float), "the rotations before a relaxation" };
   double energyBefore_ = 0.0;
+  bool feasible_ = true; ///< whether the finest grid could be made feasible
   Field marks_{ 1, sizeof(cl_int), "what hangs together" };
   Scratch list_{ "the list of bricks" };
 };

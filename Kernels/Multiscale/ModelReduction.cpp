@@ -32,10 +32,10 @@ Index3 factorsFor(const Grid& whole, int factor)
 
 }
 
-ModelReduction::ModelReduction(Bricks& whole, int factor)
+ModelReduction::ModelReduction(Bricks& whole, int factor, bool turning)
   : whole_(whole)
   , factor_(factorsFor(whole.model().grid(), factor))
-  , bricks_(whole.sharedContext(), reducedModel(whole, this->factor_, this->apart_), whole.size())
+  , bricks_(whole.sharedContext(), reducedModel(whole, this->factor_, this->apart_), whole.size(), turning)
   , owner_{ 1, sizeof(cl_int), "the sides of cuts" }
 {
   this->separate();
@@ -491,7 +491,7 @@ void ModelReduction::expand()
                    this->bricks_.defines(false) + factors + (this->owners_.empty() ? "" : " -DOWNERS"), "expand"),
     slots.size(), this->whole_.workItems(false), this->list_.holding(context, slots), this->whole_.layout(),
     this->bricks_.pitch(), this->bricks_.table(), cl_int4{ { grid.size[0], grid.size[1], grid.size[2], 1 } },
-    this->bricks_.state(), this->owners_.empty() ? this->whole_.constraint : this->owner_.buffer,
+    this->bricks_.state(), this->bricks_.spins(), this->owners_.empty() ? this->whole_.constraint : this->owner_.buffer,
     this->whole_.constraint, this->whole_.displacement);
   context.queue().finish();
 }

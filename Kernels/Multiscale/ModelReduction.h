@@ -26,7 +26,8 @@ class ModelReduction
 {
 public:
   /// Makes the elements for `factor` (2, 4 or 8) voxels of `whole` per axis, or one on an axis with a single voxel.
-  ModelReduction(Bricks& whole, int factor);
+  /// With `turning` these elements have spins.
+  ModelReduction(Bricks& whole, int factor, bool turning);
   ~ModelReduction();
 
   /// The number of voxels per element along an axis with more than one voxel.
@@ -39,7 +40,7 @@ public:
   void moved() { this->current_ = false; }
 
   /// Displaces the voxels as the larger elements are: linear between the elements that links join to the voxel's own
-  /// one, and exactly as that one where the voxel is rigid. Does nothing if no element has moved since.
+  /// one, and exactly as that one, with its rotation, where the voxel is rigid. Does nothing if no element has moved since.
   void expand();
 
   /// Takes over cuts and carves of the voxels. Returns the larger elements that are gone, ascending.

@@ -7,10 +7,11 @@
 #include "brick.clh"
 #include "element.clh"
 
-// Gives elements of the coarser grid the mean displacement of those they stand for or, where some are held, of these.
+// Gives elements of the coarser grid the mean displacement of those they stand for or, where some are held, of these;
+// and their mean spin likewise. `scale` is 1/2 for displacements, which are fractions of the spacing, and 1 for spins.
 kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, uint finerTissuePitch,
   global const int* finerTable, global const int* finerPlace, int finerStrideY, int finerStrideZ,
-  global const float* finerDisplacement, global const float* finerConstraint, global float* displacement)
+  global const float* finerDisplacement, global const float* finerConstraint, float scale, global float* displacement)
 {
   const uint slot = list[get_group_id(0)];
   const int3 brick = brickAt(place[slot], strideY, strideZ);
@@ -45,9 +46,9 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, u
     }
     const float3 u = numberHeld > 0 ? held / numberHeld : numberFree > 0 ? free / numberFree : (float3)(0.0f);
     const uint at = slot * ELEMENTS + n;
-    displacement[at] = 0.5f * u.x;
-    displacement[pitch + at] = 0.5f * u.y;
-    displacement[2 * pitch + at] = 0.5f * u.z;
+    displacement[at] = scale * u.x;
+    displacement[pitch + at] = scale * u.y;
+    displacement[2 * pitch + at] = scale * u.z;
   }
 }
 
@@ -162,7 +163,7 @@ RULE void shareOut(const real* c, const mask cut, Towards* towards)
 // Moves the children of a vector of elements in a row, at (x, y) of the middle layer, except held ones. `finer`:
 // addresses of the children, index x + 2 y + 4 z; children on the same side of elements in a row follow each other.
 RULE void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
-  uint finerTissuePitch, global const float* finerConstraint, global float* finerDisplacement)
+  uint finerTissuePitch, global const float* finerConstraint, float scale, global float* finerDisplacement)
 {
 #ifdef CUTS
   const mask bits = AS_MASK(LOAD(layers + middle % 3 * LAYER + ((3 + AXES) * SPAN_Y + y + 1) * SPAN_X + x + 1));
@@ -209,11 +210,11 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
     UNROLL
     for (int child = 0; child < 8; ++child)
     {
-      real next = 2.0f * sum[child] / weight[child];
+      real next = scale * sum[child] / weight[child];
       if (SOME(anyRigid))
       {
         const mask isRigid = (LOAD(constraints + finer[child]) == 0.0f) & (rigidWeight[child] > 0.0f);
-        next = select(next, 2.0f * rigidSum[child] / rigidWeight[child], isRigid);
+        next = select(next, scale * rigidSum[child] / rigidWeight[child], isRigid);
       }
       const mask isFree = AS_MASK(LOAD(finerConstraint + finer[child])) >= 0; // false in air, too, whose sign is set
       global float* to = finerDisplacement + axis * finerPitch + finer[child];
@@ -224,10 +225,11 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
 
 // Takes the elements of the finer grid that are not held to where the coarser grid is: interpolated between the up to
 // eight coarser elements around, without those that a cut divides from the element it belongs to (shareOut). For rigid
-// elements only rigid ones among these count, axis by axis, so that bone comes out where the coarser bone is.
+// elements only rigid ones among these count, axis by axis, so that bone comes out where the coarser bone is. `scale` is
+// 2 for displacements, and 1 for spins.
 kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitch, global const int* finerTable,
   global const int* finerPlace, int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut, global const float* finerConstraint,
+  global const float* constraint, global const uchar* cut, global const float* finerConstraint, float scale,
   global float* finerDisplacement)
 {
   local float layers[3 * LAYER];
@@ -248,7 +250,7 @@ kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitc
         const int j = 2 * y + (child >> 1 & 1), k = 2 * (z - 2) + (child >> 2);
         finer[child] = finerSlot * ELEMENTS + ((child ^ j ^ k) & 1) * COLOUR + (k * BY + j) * HALF + x;
       }
-      refineAt(layers, z - 1, x, y, finer, finerPitch, finerTissuePitch, finerConstraint, finerDisplacement);
+      refineAt(layers, z - 1, x, y, finer, finerPitch, finerTissuePitch, finerConstraint, scale, finerDisplacement);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }

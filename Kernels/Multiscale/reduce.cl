@@ -6,6 +6,7 @@
 // an element, which with OWNERS is its own where `owner` is 0, else element owner - 1.
 
 #include "brick.clh"
+#include "turning.clh"
 
 inline float mix2(float a, float b, float c, float d, float3 w)
 {
@@ -48,11 +49,11 @@ inline Corners cornersAt(int3 base, uint atRest, global const int* table, int st
 
 // Displaces every voxel by the interpolation between the up to eight elements around it, without those that links
 // between these eight do not join to its own. Equal displacements give just that value. Rigid voxels go exactly with
-// their own element; anchored ones stay.
+// their own element, and turn about its centre as it does; anchored ones stay.
 kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitch, global const int* wholeTable,
   global const int* wholePlace, int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY,
-  int strideZ, int4 size, global const float* displacement, global const float* constraint, global const uchar* cut,
-  global const int* owner, global const float* wholeConstraint, global float* wholeDisplacement)
+  int strideZ, int4 size, global const float* displacement, global const float* constraint,
+  global const uchar* cut SPIN_ARGUMENTS, global const int* owner, global const float* wholeConstraint, global float* wholeDisplacement)
 {
   const uint slot = list[get_group_id(0)];
   const int3 origin = brickAt(wholePlace[slot], wholeStrideY, wholeStrideZ) * (int3)(BX, BY, BZ);
@@ -117,11 +118,23 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
       }
     }
     const int factors[3] = { FX, FY, FZ };
+    float more[3] = { 0.0f, 0.0f, 0.0f };
+#ifdef TURNING
+    // From the centre of its element to the voxel, and how far a turn takes it.
+    const float3 arm = convert_float3(voxel) + 0.5f - (convert_float3(own) + 0.5f) * (float3)(FX, FY, FZ);
+    const float rest[3] = { arm.x / FX * proportions.x, arm.y / FY * proportions.y, arm.z / FZ * proportions.z };
+    const float turns[3] = { spin[ownAddress], spin[pitch + ownAddress], spin[2 * pitch + ownAddress] };
+    turned(turns, rest, more);
+    for (int a = 0; a < 3; ++a)
+    {
+      more[a] /= proportion(proportions, a);
+    }
+#endif
     for (int a = 0; a < 3; ++a)
     {
       const bool rigid = wholeConstraint[min(a, AXES - 1) * wholeTissuePitch + at] == 0.0f;
       const float u = displacement[a * pitch + ownAddress];
-      wholeDisplacement[a * wholePitch + at] = factors[a] * (rigid || weight == 0.0f ? u : u + sums[a] / weight);
+      wholeDisplacement[a * wholePitch + at] = factors[a] * (rigid || weight == 0.0f ? u + more[a] : u + sums[a] / weight);
     }
   }
 }

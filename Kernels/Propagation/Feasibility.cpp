@@ -5,16 +5,26 @@
 namespace chainmail
 {
 
+namespace
+{
+
+/// Bounds that still change after so many passes over all bricks have no end, since spins contradict each other.
+constexpr int mostPasses = 64;
+
+}
+
 Feasibility::Feasibility(Bricks& bricks)
   : bricks_(bricks)
   , fixedPoint_(bricks, "feasibility.cl", "bound")
   , upper_{ 3, sizeof(cl_float), "bounds of displacements" }
+  , lower_{ 3, sizeof(cl_float), "bounds of displacements" }
 {
 }
 
 Feasibility::~Feasibility()
 {
   this->bricks_.drop(this->upper_);
+  this->bricks_.drop(this->lower_);
 }
 
 /// Bricks that hold elements with a link beyond its limit.
@@ -32,7 +42,7 @@ std::vector<int> Feasibility::violated()
   cl::Buffer& foundBuffer = this->found_.holding(context, found);
   context.launch(context.kernel("feasibility.cl", this->bricks_.defines(true), "violated"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.layout(), this->bricks_.state(),
-    foundBuffer);
+    this->bricks_.spins(), foundBuffer);
   context.read(foundBuffer, found);
 
   bricks.clear();
@@ -46,24 +56,39 @@ std::vector<int> Feasibility::violated()
   return bricks;
 }
 
-void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
+bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
 {
   const std::vector<int> violated = this->violated();
   if (violated.empty())
   {
     propagation.start({}); // leaves a conflict of none
-    return;
+    return true;
   }
   Context& context = this->bricks_.context();
   this->bricks_.keep(this->upper_);
-  // Bricks that get memory later are at rest, so that the zeros in their memory are the right bounds.
-  context.queue().enqueueCopyBuffer(
-    this->bricks_.displacement, this->upper_.buffer, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
   this->bricks_.saveBefore();
-
+  const bool turning = this->bricks_.spins() != nullptr;
+  if (turning)
+  {
+    this->bricks_.keep(this->lower_); // both bounds are those of shifts, which begin with 0
+  }
+  else
+  {
+    // Bricks that get memory later are at rest, so that the zeros in their memory are the right bounds.
+    context.queue().enqueueCopyBuffer(
+      this->bricks_.displacement, this->upper_.buffer, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
+  }
   this->fixedPoint_.start(violated);
-  this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
-    [this](ArgumentList& own) { own.add(this->bricks_.tissue(), this->bricks_.before(), this->upper_.buffer); });
+  this->fixedPoint_.run(turning ? mostPasses : 0, std::numeric_limits<float>::infinity(), checkpoint,
+    [&](ArgumentList& own)
+    {
+      own.add(this->bricks_.tissue(), turning ? this->lower_.buffer : this->bricks_.before(), this->upper_.buffer);
+      if (turning)
+      {
+        own.add(this->bricks_.before(), this->bricks_.spins());
+      }
+    });
+  const bool finished = this->fixedPoint_.finished();
   const std::vector<int> slots = this->fixedPoint_.changed();
   std::vector<int> bricks;
   for (const int slot : slots)
@@ -73,12 +98,25 @@ void Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   }
   context.launch(context.kernel("feasibility.cl", this->bricks_.defines(true), "settle"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
-    this->bricks_.tissuePitch(), this->bricks_.constraint, this->upper_.buffer, this->bricks_.before(),
-    this->bricks_.displacement);
-  propagation.start(bricks);
-  propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
+    this->bricks_.tissuePitch(), this->bricks_.constraint, this->upper_.buffer,
+    [&](ArgumentList& own)
+    {
+      if (turning)
+      {
+        own.add(this->lower_.buffer);
+      }
+    },
+    this->bricks_.before(), this->bricks_.displacement);
+  if (finished)
+  {
+    propagation.start(bricks);
+    propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
+  }
+  propagation.release();
   this->bricks_.drop(this->upper_);
+  this->bricks_.drop(this->lower_);
   this->bricks_.forgetBefore();
+  return finished;
 }
 
 }

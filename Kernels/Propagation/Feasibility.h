@@ -16,7 +16,9 @@ public:
   explicit Feasibility(Bricks& bricks);
   ~Feasibility();
 
-  void run(EnvelopePropagation& propagation, const Checkpoint& checkpoint);
+  /// Returns whether the state is feasible now. It always is where elements do not turn. Where they do, spins stay as
+  /// they are, and may ask for more than the limits of links around a loop allow.
+  bool run(EnvelopePropagation& propagation, const Checkpoint& checkpoint);
 
 private:
   std::vector<int> violated();
@@ -24,6 +26,7 @@ private:
   Bricks& bricks_;
   FixedPoint fixedPoint_;
   Field upper_; ///< float [axis][address], the upper bound; Bricks::before holds the lower one
+  Field lower_; ///< where elements turn, the lower bound
   Scratch list_{ "the list of bricks" };
   Scratch found_{ "bricks with links beyond their limits" };
 };

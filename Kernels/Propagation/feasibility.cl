@@ -2,12 +2,26 @@
 // j, in place and in any order, and `settle` takes their mean. They begin at the bricks that `violated` finds, most
 // often few.
 //
+// Where elements turn, spins stay as they are, and the bounds are those of shifts, as in envelope.cl: `before` is the
+// displacement, and both bounds are 0 at first.
+//
 // The host guarantees: at first both bounds are the displacement; all 26 neighbours of a brick that is ready have a
 // slot (brick.clh).
 
 #include "brick.clh"
 #include "element.clh"
 #include "fixedpoint.clh"
+#include "turning.clh"
+
+#ifdef TURNING
+#define BEFORE_ARGUMENTS , global const float* before
+#define BEFORE_PASSED_ON , before
+#define SHIFTED_ARGUMENTS , global const float* lower
+#else
+#define BEFORE_ARGUMENTS
+#define BEFORE_PASSED_ON
+#define SHIFTED_ARGUMENTS
+#endif
 
 // Limits of the links to all six neighbours, along one axis.
 RULE void loadLimits(
@@ -23,9 +37,13 @@ RULE void loadLimits(
 
 // Whether any element of a piece of work has a link beyond its limit, so that `bound` would move its bounds.
 RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
-  global const uchar* cut, global const float* displacement)
+  global const uchar* cut, global const float* displacement SPIN_ARGUMENTS)
 {
   mask beyond = (mask)(0);
+#ifdef TURNING
+  real wanted[6][3];
+  loadApart(odd, s, pitch, spin, proportions, wanted);
+#endif
   real limits[6];
   ROLLED
   for (int axis = 0; axis < 3; ++axis)
@@ -38,7 +56,13 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
+#ifdef TURNING
+      // What rounding has between two elements of a bone that has turned is no violation.
+      const real other = select(neighbour(displacement + axis * pitch, s, d, odd) - wanted[d][axis], u,
+        limits[d] == 0.0f);
+#else
       const real other = neighbour(displacement + axis * pitch, s, d, odd);
+#endif
       beyond |= (other - limits[d] > u) | (other + limits[d] < u);
     }
   }
@@ -47,14 +71,14 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
 
 // `found` is set to 1 for bricks with such elements.
 kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut, global int* found)
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, global int* found)
 {
   const uint slot = list[get_group_id(0)];
   int any = 0;
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
     const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
-    any |= isViolated(s.odd, &s, pitch, tissuePitch, constraint, cut, displacement);
+    any |= isViolated(s.odd, &s, pitch, tissuePitch, constraint, cut, displacement SPIN_PASSED_ON);
   }
   if (any)
   {
@@ -63,9 +87,13 @@ kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const floa
 }
 
 RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
-  global const uchar* cut, global float* lower, global float* upper)
+  global const uchar* cut, global float* lower, global float* upper BEFORE_ARGUMENTS SPIN_ARGUMENTS)
 {
   int touched = 0;
+#ifdef TURNING
+  real wanted[6][3];
+  loadApart(odd, s, pitch, spin, proportions, wanted);
+#endif
   real limits[6];
   ROLLED
   for (int axis = 0; axis < 3; ++axis)
@@ -80,8 +108,14 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-      nextLower = max(nextLower, neighbour(lower + axis * pitch, s, d, odd) - limits[d]);
-      nextUpper = min(nextUpper, neighbour(upper + axis * pitch, s, d, odd) + limits[d]);
+#ifdef TURNING
+      const real apart = neighbour(before + axis * pitch, s, d, odd) - LOAD(before + axis * pitch + s->self);
+      const real strain = select(apart - wanted[d][axis], (real)(0.0f), limits[d] == 0.0f);
+#else
+      const real strain = (real)(0.0f);
+#endif
+      nextLower = max(nextLower, neighbour(lower + axis * pitch, s, d, odd) + strain - limits[d]);
+      nextUpper = min(nextUpper, neighbour(upper + axis * pitch, s, d, odd) + strain + limits[d]);
     }
     const mask moved = (nextLower != l) | (nextUpper != u);
     if (SOME(moved))
@@ -95,10 +129,10 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
 }
 
 kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut,
-  global float* lower, global float* upper)
+  global float* lower, global float* upper BEFORE_ARGUMENTS SPIN_ARGUMENTS)
 {
   FIXED_POINT_BEGIN
-  FIXED_POINT(boundAt(s.odd, &s, pitch, tissuePitch, constraint, cut, lower, upper))
+  FIXED_POINT(boundAt(s.odd, &s, pitch, tissuePitch, constraint, cut, lower, upper BEFORE_PASSED_ON SPIN_PASSED_ON))
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
@@ -108,7 +142,7 @@ kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* c
 // Leaves the mean in `before` and, except for held elements, in `displacement`. This is the state from which an
 // envelope wave that starts at the held elements can bring them back.
 kernel void settle(global const int* list, uint pitch, uint tissuePitch, global const float* constraint,
-  global const float* upper, global float* before, global float* displacement)
+  global const float* upper SHIFTED_ARGUMENTS, global float* before, global float* displacement)
 {
   const uint slot = list[get_group_id(0)];
   for (int axis = 0; axis < 3; ++axis)
@@ -116,7 +150,11 @@ kernel void settle(global const int* list, uint pitch, uint tissuePitch, global 
     for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
     {
       const uint at = axis * pitch + slot * ELEMENTS + n;
+#ifdef TURNING
+      const float mean = before[at] + 0.5f * (lower[at] + upper[at]);
+#else
       const float mean = 0.5f * (before[at] + upper[at]);
+#endif
       before[at] = mean;
       if (!signbit(constraint[min(axis, AXES - 1) * tissuePitch + slot * ELEMENTS + n]))
       {

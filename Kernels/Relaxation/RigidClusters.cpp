@@ -230,6 +230,7 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels)
   {
     if (!cluster.held && !cluster.heldVoxels.empty())
     {
+      std::sort(cluster.heldVoxels.begin(), cluster.heldVoxels.end());
       cluster.held = this->bodyOf(cluster).freedom == TurningClusters::Freedom::None;
     }
   }
@@ -239,6 +240,31 @@ TurningClusters::Body RigidClusters::bodyOf(const Cluster& cluster) const
 {
   return TurningClusters::bodyOf(
     this->bricks_, this->voxels_.data() + cluster.first, cluster.count, cluster.heldVoxels, cluster.anchored);
+}
+
+void RigidClusters::straighten()
+{
+  std::set<int> touched;
+  for (const int slot : this->bricks_.touchedSlots())
+  {
+    const auto here = this->ofBrick_.find(this->bricks_.brick(slot));
+    if (here != this->ofBrick_.end())
+    {
+      touched.insert(here->second.begin(), here->second.end());
+    }
+  }
+  std::vector<int> bricks;
+  for (const int id : touched)
+  {
+    bricks.insert(bricks.end(), this->clusters_[id].bricks.begin(), this->clusters_[id].bricks.end());
+  }
+  this->bricks_.require(bricks);
+  for (const int id : touched)
+  {
+    const Cluster& cluster = this->clusters_[id];
+    TurningClusters::straighten(this->bricks_, this->voxels_.data() + cluster.first, cluster.count,
+      this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels);
+  }
 }
 
 void RigidClusters::activate(const std::vector<int>& bricks)

@@ -37,6 +37,10 @@ public:
   /// will; where elements turn, a cluster may still turn about what it is held by (TurningClusters).
   void begin(const std::vector<std::size_t>& heldVoxels);
 
+  /// Where elements turn: makes every cluster rigid again whose elements were moved one by one, with the pose nearest
+  /// to where they are now. Elements of probes stay where they are, and so do clusters that hold an anchor.
+  void straighten();
+
   /// Makes the clusters of these bricks take part from now on. Gives memory to all bricks of these clusters.
   void activate(const std::vector<int>& bricks);
   bool anyActive() const { return !this->chunkList_.empty(); }

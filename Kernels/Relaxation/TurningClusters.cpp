@@ -111,6 +111,144 @@ TurningClusters::Body TurningClusters::bodyOf(const Bricks& bricks, const std::u
   return body;
 }
 
+namespace
+{
+
+/// The spin of the rotation about the origin that takes `rest` nearest to `now`, by steps of Gauss and Newton from a
+/// first guess. Both hold 3 values a point.
+void nearestSpin(const std::vector<double>& rest, const std::vector<double>& now, double* spin)
+{
+  for (int round = 0; round < 20; ++round)
+  {
+    double inertia = 0.0;
+    double second[3][3] = {};
+    double torque[3] = {};
+    for (std::size_t n = 0; n < rest.size(); n += 3)
+    {
+      double arm[3];
+      rule::wide::turned(spin, &rest[n], arm);
+      for (int a = 0; a < 3; ++a)
+      {
+        arm[a] += rest[n + a];
+      }
+      for (int a = 0; a < 3; ++a)
+      {
+        const int b = (a + 1) % 3;
+        const int c = (a + 2) % 3;
+        torque[a] += arm[b] * now[n + c] - arm[c] * now[n + b];
+        inertia += arm[a] * now[n + a];
+        for (int e = 0; e < 3; ++e)
+        {
+          second[a][e] += 0.5 * (arm[a] * now[n + e] + arm[e] * now[n + a]);
+        }
+      }
+    }
+    // (inertia - second) step = torque, by Cramer's rule; points in a line leave the turn about it at 0.
+    double m[3][3];
+    for (int a = 0; a < 3; ++a)
+    {
+      for (int e = 0; e < 3; ++e)
+      {
+        m[a][e] = (a == e ? inertia * (1.0 + 1e-9) : 0.0) - second[a][e];
+      }
+    }
+    double cofactor[3][3];
+    for (int a = 0; a < 3; ++a)
+    {
+      for (int e = 0; e < 3; ++e)
+      {
+        cofactor[a][e] = m[(a + 1) % 3][(e + 1) % 3] * m[(a + 2) % 3][(e + 2) % 3] -
+                         m[(a + 1) % 3][(e + 2) % 3] * m[(a + 2) % 3][(e + 1) % 3];
+      }
+    }
+    const double determinant = m[0][0] * cofactor[0][0] + m[0][1] * cofactor[0][1] + m[0][2] * cofactor[0][2];
+    if (!(determinant > 0.0))
+    {
+      return;
+    }
+    double step[3];
+    double largest = 0.0;
+    for (int a = 0; a < 3; ++a)
+    {
+      step[a] = (cofactor[0][a] * torque[0] + cofactor[1][a] * torque[1] + cofactor[2][a] * torque[2]) / determinant;
+      largest = std::max(largest, std::fabs(step[a]));
+    }
+    for (double& part : step)
+    {
+      part *= std::min(1.0, 1.0 / std::max(largest, 1e-300)); // not further than a radian or so at once
+    }
+    double next[3];
+    rule::wide::spinAfter(step, spin, next);
+    std::copy_n(next, 3, spin);
+    if (largest < 1e-12)
+    {
+      return;
+    }
+  }
+}
+
+}
+
+void TurningClusters::straighten(Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
+  bool anchored, const std::vector<std::size_t>& held)
+{
+  const Grid& grid = bricks.model().grid();
+  const cl_float4& proportions = bricks.spins()->proportions;
+  std::vector<std::uint32_t> addresses;
+  for (std::size_t n = 0; n < count; ++n)
+  {
+    const Index3 at = grid.indexOf(members[n]);
+    addresses.push_back(bricks.address(at[0], at[1], at[2]));
+  }
+  std::vector<float> places(3 * count, 0.0f);
+  std::vector<float> spins(3 * count, 0.0f);
+  if (!anchored)
+  {
+    places = bricks.displacements(addresses);
+    spins = bricks.spinsAt(addresses);
+    const std::size_t own = static_cast<std::size_t>(
+      std::lower_bound(members, members + count, static_cast<std::uint32_t>(body.member)) - members);
+    std::vector<double> rest(3 * count);
+    std::vector<double> now(3 * count);
+    double place[3] = {};
+    for (int a = 0; a < 3; ++a)
+    {
+      for (std::size_t n = 0; held.empty() && n < count; ++n)
+      {
+        place[a] += places[3 * n + a] / static_cast<double>(count);
+      }
+      place[a] = held.empty() ? place[a] : places[3 * own + a];
+    }
+    for (std::size_t n = 0; n < count; ++n)
+    {
+      const Index3 at = grid.indexOf(members[n]);
+      for (int a = 0; a < 3; ++a)
+      {
+        rest[3 * n + a] = (at[a] - body.middle[a]) * proportions.s[a];
+        now[3 * n + a] = rest[3 * n + a] + (places[3 * n + a] - place[a]) * proportions.s[a];
+      }
+    }
+    double spin[3] = { spins[3 * own], spins[3 * own + 1], spins[3 * own + 2] };
+    if (body.freedom == Freedom::All || body.freedom == Freedom::Ball)
+    {
+      nearestSpin(rest, now, spin);
+    }
+    for (std::size_t n = 0; n < count; ++n)
+    {
+      double more[3];
+      rule::wide::turned(spin, &rest[3 * n], more);
+      const bool stays = std::binary_search(held.begin(), held.end(), static_cast<std::size_t>(members[n]));
+      for (int a = 0; a < 3; ++a)
+      {
+        spins[3 * n + a] = static_cast<float>(spin[a]);
+        places[3 * n + a] = stays ? places[3 * n + a] : static_cast<float>(place[a] + more[a] / proportions.s[a]);
+      }
+    }
+  }
+  bricks.setDisplacements(addresses, places);
+  bricks.setSpins(addresses, spins);
+}
+
 void TurningClusters::upload(const std::vector<Body>& bodies, const std::vector<cl_uchar>& ways, std::size_t chunks)
 {
   Context& context = this->bricks_.context();

@@ -41,6 +41,11 @@ public:
   static Body bodyOf(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
     const std::vector<std::size_t>& held, bool anchored);
 
+  /// Gives the elements of a cluster the pose of a rigid body that is nearest to where they are now. Those that are
+  /// held stay.
+  static void straighten(Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
+    bool anchored, const std::vector<std::size_t>& held);
+
   /// Takes these clusters, in the order of the lists of RigidClusters. `ways` are the directions of links.
   void upload(const std::vector<Body>& bodies, const std::vector<cl_uchar>& ways, std::size_t chunks);
   /// Reads the poses of the clusters from their members again.
