@@ -33,7 +33,7 @@ public:
     {
       const Index3 at = grid.indexOf(voxel);
       this->bricks_.forNeighbours(at,
-        [&](int, const Index3& next)
+        [&](int direction, const Index3& next)
         {
           if (std::binary_search(voxels.begin(), voxels.end(), grid.at(next[0], next[1], next[2])))
           {
@@ -47,6 +47,7 @@ public:
             this->inner_.push_back(this->bricks_.address(at[0], at[1], at[2]));
             this->outer_.push_back(this->bricks_.address(next[0], next[1], next[2]));
             this->limits_.push_back(limit);
+            this->directions_.push_back(direction);
           }
         });
     }
@@ -59,6 +60,9 @@ public:
   {
     const std::vector<float> ui = this->bricks_.displacements(this->inner_);
     const std::vector<float> uj = this->bricks_.displacements(this->outer_);
+    const Spins* spins = this->bricks_.spins();
+    const std::vector<float> si = spins ? this->bricks_.spinsAt(this->inner_) : std::vector<float>();
+    const std::vector<float> sj = spins ? this->bricks_.spinsAt(this->outer_) : std::vector<float>();
     for (std::size_t m = 0; m < this->limits_.size(); ++m)
     {
       for (int a = 0; a < 3; ++a)
@@ -66,7 +70,18 @@ public:
         if (this->bricks_.model().axes() == 1 || a == this->component_)
         {
           // The derivative of weight * pull^2 by u, in physical units: spacings cancel.
-          const double pull = this->elasticity_.pull(ui[3 * m + a], uj[3 * m + a], this->limits_[m]);
+          double pull = 0.0;
+          if (spins)
+          {
+            const int direction = this->directions_[m];
+            pull = static_cast<double>(uj[3 * m + a]) - ui[3 * m + a] -
+                   spins->wantedApart(&si[3 * m], &sj[3 * m], direction, a);
+            pull *= spins->weight(direction / 2) * spins->proportions.s[a];
+          }
+          else
+          {
+            pull = this->elasticity_.pull(ui[3 * m + a], uj[3 * m + a], this->limits_[m]);
+          }
           results[this->handles_[m]].force[a] -=
             2.0 * this->linksPerLink_ * Elasticity::weight(this->limits_[m]) * pull;
         }
@@ -76,6 +91,7 @@ public:
     this->inner_.clear();
     this->outer_.clear();
     this->limits_.clear();
+    this->directions_.clear();
   }
 
 private:
@@ -94,6 +110,7 @@ private:
   std::vector<std::uint32_t> inner_;
   std::vector<std::uint32_t> outer_;
   std::vector<float> limits_;
+  std::vector<int> directions_; ///< from inner_ to outer_
 };
 
 }

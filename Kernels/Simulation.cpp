@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace chainmail
@@ -81,6 +82,7 @@ private:
   std::vector<std::vector<std::size_t>> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
   RigidClusters& rigidClusters();
   Relaxer& relaxer();
+  int reachFurther(const Checkpoint& checkpoint);
   void tissueChanged();
 
   /// Runs a public call that a progress callback may stop. Tissue is then at rest.
@@ -158,6 +160,14 @@ void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticReco
   {
     throw InputError("The elastic recovery must be a number from 0 to 1.");
   }
+  if (this->bricks_.spins() && method != RelaxationMethod::Projected)
+  {
+    throw InputError("Rotations need the relaxation method Projected.");
+  }
+  if (this->bricks_.spins() && elasticRecovery != 1.0)
+  {
+    throw InputError("Rotations need elastic tissue: an elastic recovery of 1.");
+  }
   const float slack = static_cast<float>(1.0 - elasticRecovery);
   if (slack == this->elasticity_.slack && method == this->relaxationMethod_)
   {
@@ -227,6 +237,10 @@ std::size_t Simulation::Impl::carve(const Surface& surface)
 
 void Simulation::Impl::setPropagation(PropagationMethod method, ConflictPolicy policy)
 {
+  if (this->bricks_.spins() && method != PropagationMethod::Envelope)
+  {
+    throw InputError("Rotations need the propagation method Envelope.");
+  }
   this->propagate(0);
   this->waves_.configure(method, policy);
 }
@@ -253,13 +267,65 @@ PropagateResult Simulation::Impl::propagate(int iterations)
     {
       // The number of launches is not known beforehand, so the share approaches 1.
       int launches = 0;
-      return this->waves_.run(iterations,
-        [&]
-        {
-          ++launches;
-          this->checkpoint(launches / (launches + 50.0));
-        });
+      const Checkpoint checkpoint = [&]
+      {
+        ++launches;
+        this->checkpoint(launches / (launches + 50.0));
+      };
+      PropagateResult result = this->waves_.run(iterations, checkpoint);
+      if (iterations == 0 && this->bricks_.spins())
+      {
+        result.iterations += this->reachFurther(checkpoint);
+      }
+      return result;
     });
+}
+
+/// Waves move bones and do not turn them, and what a probe can reach grows with their rotation. So tissue settles a
+/// little between one wave and the next, until all probes are where they are to be or get no further. Returns the
+/// iterations of these waves.
+int Simulation::Impl::reachFurther(const Checkpoint& checkpoint)
+{
+  constexpr int mostWaves = 40;
+  constexpr int sweeps = 8;
+  constexpr double leastGain = 0.02; // of what is lacking
+  constexpr double rounding = 1e-5;
+  int iterations = 0;
+  double before = std::numeric_limits<double>::infinity();
+  for (int wave = 0; wave < mostWaves; ++wave)
+  {
+    Handles::Change further;
+    double lack = 0.0;
+    const std::vector<ProbeResult> results = this->handles_.reached();
+    for (std::size_t n = 0; n < results.size(); ++n)
+    {
+      const Handles::Pointer& handle = this->handles_.all()[n];
+      double ofProbe = 0.0;
+      double asked = 0.0;
+      for (int a = 0; a < 3; ++a)
+      {
+        ofProbe = std::max(ofProbe, std::fabs(handle->probe.displacement[a] - results[n].reached[a]));
+        asked = std::max(asked, std::fabs(handle->probe.displacement[a]));
+      }
+      if (!handle->probe.anchor && !handle->voxels.empty() && ofProbe > rounding * asked)
+      {
+        lack += ofProbe;
+        further.moved.push_back(handle);
+      }
+    }
+    if (further.moved.empty() || lack > (1.0 - leastGain) * before)
+    {
+      break;
+    }
+    before = lack;
+    this->relaxer().restart();
+    this->relaxer().run({ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_, nullptr,
+      sweeps, 0.0, [&](int) { checkpoint(); } });
+    this->waves_.add(further);
+    iterations += this->waves_.run(0, checkpoint).iterations;
+  }
+  this->relaxer().restart();
+  return iterations;
 }
 
 std::vector<ProbeResult> Simulation::Impl::probes()

@@ -1,5 +1,6 @@
 #include "Bricks.h"
 
+#include "ElementRule.h"
 #include "Error.h"
 
 #include <algorithm>
@@ -521,13 +522,34 @@ std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& address
   return this->get(this->constraint, this->tissuePitch(), this->model_->axes(), addresses);
 }
 
+float Spins::wantedApart(const float* spinI, const float* spinJ, int direction, int axis) const
+{
+  const int along = direction / 2;
+  float byI[3];
+  float byJ[3];
+  rule::single::turnedAxis(spinI, along, byI);
+  rule::single::turnedAxis(spinJ, along, byJ);
+  const float way = direction % 2 == 0 ? -0.5f : 0.5f;
+  return way * (byI[axis] + byJ[axis]) * (this->proportions.s[along] / this->proportions.s[axis]);
+}
+
 void Bricks::readSlot(int slot, std::vector<float>& out)
+{
+  this->readSlot(this->displacement, slot, out);
+}
+
+void Bricks::readSpins(int slot, std::vector<float>& out)
+{
+  this->readSlot(this->spins_->spin.buffer, slot, out);
+}
+
+void Bricks::readSlot(const cl::Buffer& field, int slot, std::vector<float>& out)
 {
   const std::size_t count = static_cast<std::size_t>(this->elements_);
   out.resize(3 * count);
   for (std::size_t a = 0; a < 3; ++a)
   {
-    this->context_->queue().enqueueReadBuffer(this->displacement, CL_TRUE,
+    this->context_->queue().enqueueReadBuffer(field, CL_TRUE,
       sizeof(float) * (a * this->pitch() + slot * count), sizeof(float) * count, out.data() + a * count);
   }
 }

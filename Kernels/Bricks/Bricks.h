@@ -31,6 +31,12 @@ struct Spins
   Field spin{ 3, sizeof(float), "the rotations of the tissue reached" };
   cl_float4 proportions; ///< the spacing, divided by the geometric mean of that of the three axes
 
+  /// What elements of these two spins, of 3 values each, want u(j) - u(i) to be on an axis, as a fraction of the
+  /// spacing, where element j lies beside element i in this direction.
+  float wantedApart(const float* spinI, const float* spinJ, int direction, int axis) const;
+  /// The factor for the weight of links along an axis.
+  double weight(int along) const { return 1.0 / (static_cast<double>(this->proportions.s[along]) * this->proportions.s[along]); }
+
   /// SPIN_ARGUMENTS of turning.clh.
   auto arguments() const { return std::tuple<const cl::Buffer&, cl_float4>(this->spin.buffer, this->proportions); }
 };
@@ -127,6 +133,8 @@ public:
   std::vector<float> constraints(const std::vector<std::uint32_t>& addresses);
   /// All displacements of one slot, 3 runs of elementsPerBrick() values in the order of addresses.
   void readSlot(int slot, std::vector<float>& out);
+  /// The same of the spins.
+  void readSpins(int slot, std::vector<float>& out);
   /// Where an element is now [voxels]. `u` is what readSlot() gave for its slot.
   Vector3 place(int i, int j, int k, const std::vector<float>& u) const
   {
@@ -246,6 +254,7 @@ private:
   };
 
   void readTissue(const std::vector<int>& bricks);
+  void readSlot(const cl::Buffer& field, int slot, std::vector<float>& out);
   void keep(Field& field, std::size_t zeros);
   void growTissue(int slots);
   void growStates(int slots);

@@ -11,6 +11,9 @@ namespace
 /// Bounds that still change after so many passes over all bricks have no end, since spins contradict each other.
 constexpr int mostPasses = 64;
 
+/// Held elements that strain a link too far by no more than this are compatible.
+constexpr double rounding = 1e-5;
+
 }
 
 Feasibility::Feasibility(Bricks& bricks)
@@ -88,7 +91,7 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
         own.add(this->bricks_.before(), this->bricks_.spins());
       }
     });
-  const bool finished = this->fixedPoint_.finished();
+  bool feasible = this->fixedPoint_.finished();
   const std::vector<int> slots = this->fixedPoint_.changed();
   std::vector<int> bricks;
   for (const int slot : slots)
@@ -107,16 +110,17 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
       }
     },
     this->bricks_.before(), this->bricks_.displacement);
-  if (finished)
+  if (feasible)
   {
     propagation.start(bricks);
     propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
+    feasible = !turning || propagation.conflict().largest() <= rounding;
   }
   propagation.release();
   this->bricks_.drop(this->upper_);
   this->bricks_.drop(this->lower_);
   this->bricks_.forgetBefore();
-  return finished;
+  return feasible;
 }
 
 }

@@ -17,7 +17,7 @@ public:
   ~Feasibility();
 
   /// Returns whether the state is feasible now. It always is where elements do not turn. Where they do, spins stay as
-  /// they are, and may ask for more than the limits of links around a loop allow.
+  /// they are, and may ask for more than the limits of links around a loop, or between held elements, allow.
   bool run(EnvelopePropagation& propagation, const Checkpoint& checkpoint);
 
 private:

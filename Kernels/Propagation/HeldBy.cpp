@@ -24,6 +24,7 @@ public:
   {
     std::vector<float> constraint; ///< signed, in the order of `local`
     std::vector<float> displacement;
+    std::vector<float> spins; ///< 3 values an element, where elements turn
     std::vector<double> key; ///< the lowest known so far, see search()
   };
 
@@ -45,6 +46,7 @@ public:
     const int axes = this->bricks_.model().axes();
     here.constraint.assign(count, -std::numeric_limits<float>::infinity());
     here.displacement.assign(count, 0.0f);
+    here.spins.assign(this->bricks_.spins() ? 3 * count : 0, 0.0f);
     here.key.assign(count, std::numeric_limits<double>::infinity());
     std::vector<float> row(static_cast<std::size_t>(this->bricks_.size()[0] * axes));
     for (const Bricks::Row& part : this->bricks_.rows(brick))
@@ -61,8 +63,29 @@ public:
       std::vector<float> u;
       this->bricks_.readSlot(this->bricks_.slot(brick), u);
       std::copy_n(u.begin() + this->axis_ * static_cast<std::ptrdiff_t>(count), count, here.displacement.begin());
+      if (this->bricks_.spins())
+      {
+        this->bricks_.readSpins(this->bricks_.slot(brick), u);
+        for (std::size_t n = 0; n < 3 * count; ++n)
+        {
+          here.spins[n] = u[n % 3 * count + n / 3];
+        }
+      }
     }
     return here;
+  }
+
+  /// What the spins of two elements, side by side, want of their displacements (Spins::wantedApart).
+  double wantedApart(const Index3& at, const Index3& next, int direction)
+  {
+    if (!this->bricks_.spins())
+    {
+      return 0.0;
+    }
+    const float* spinI = this->at(this->bricks_.brickAt(at[0], at[1], at[2])).spins.data();
+    const float* spinJ = this->at(this->bricks_.brickAt(next[0], next[1], next[2])).spins.data();
+    return this->bricks_.spins()->wantedApart(spinI + 3 * this->bricks_.local(at[0], at[1], at[2]),
+      spinJ + 3 * this->bricks_.local(next[0], next[1], next[2]), direction, this->axis_);
   }
 
 private:
@@ -76,7 +99,7 @@ private:
 std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>& others, const Handle& handle,
   const std::vector<float>& u, int axis, double sign, double room)
 {
-  // Dijkstra's algorithm. The key of element i is d(s, i) - sign * u(s), the lowest over all s of the handle. Adding
+  // Dijkstra's algorithm, in which an element may have its turn again where spins make links shorter than nothing. The key of element i is d(s, i) - sign * u(s), the lowest over all s of the handle. Adding
   // sign * u(i) gives the room that the path to i leaves.
   struct Entry
   {
@@ -122,14 +145,15 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
     }
     const float own = brick.constraint[local];
     bricks.forNeighbours(at,
-      [&](int, const Index3& next)
+      [&](int direction, const Index3& next)
       {
         const float other =
           tissue.at(bricks.brickAt(next[0], next[1], next[2])).constraint[bricks.local(next[0], next[1], next[2])];
         if (!std::isinf(other))
         {
           const double limit = rule::linkLimit(own, other);
-          offer(next, entry.key + limit, entry.soft || limit > 0.0);
+          const double length = limit - sign * tissue.wantedApart(at, next, direction);
+          offer(next, entry.key + length, entry.soft || limit > 0.0);
         }
       });
   }

@@ -125,29 +125,22 @@ void addBeside(
 /// Reads what elements that turn want of their links.
 void readSpins(Bricks& bricks, Patch& patch)
 {
-  const cl_float4& proportions = bricks.spins()->proportions;
+  const Spins& all = *bricks.spins();
   const std::vector<float> spins = bricks.spinsAt(patch.addresses);
-  for (int along = 0; along < 3; ++along)
+  for (int axis = 0; axis < 3; ++axis)
   {
-    const float length = proportions.s[along];
-    patch.weights[along] = 1.0 / (static_cast<double>(length) * length);
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      patch.wanted[axis].resize(patch.size());
-    }
+    patch.weights[axis] = all.weight(axis);
+    patch.wanted[axis].resize(patch.size());
     for (std::size_t n = 0; n < patch.size(); ++n)
     {
-      const std::uint32_t m = patch.next[n][along];
-      if (m == Patch::none)
+      for (int along = 0; along < 3; ++along)
       {
-        continue;
-      }
-      float mine[3], theirs[3];
-      rule::single::turnedAxis(&spins[3 * n], along, mine);
-      rule::single::turnedAxis(&spins[3 * static_cast<std::size_t>(m)], along, theirs);
-      for (int axis = 0; axis < 3; ++axis)
-      {
-        patch.wanted[axis][n][along] = 0.5f * (mine[axis] + theirs[axis]) * (length / proportions.s[axis]);
+        const std::uint32_t m = patch.next[n][along];
+        if (m != Patch::none)
+        {
+          patch.wanted[axis][n][along] =
+            all.wantedApart(&spins[3 * n], &spins[3 * static_cast<std::size_t>(m)], 2 * along + 1, axis);
+        }
       }
     }
   }

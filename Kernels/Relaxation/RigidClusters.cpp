@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 namespace chainmail
@@ -221,14 +222,14 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels)
       const int id = this->clusterOf(voxel, axis);
       if (id >= 0)
       {
-        this->clusters_[id].held = this->clusters_[id].held || !this->bricks_.spins();
+        this->clusters_[id].held = this->clusters_[id].held || !this->turns();
         this->clusters_[id].heldVoxels.push_back(voxel);
       }
     }
   }
   for (Cluster& cluster : this->clusters_)
   {
-    if (!cluster.held && !cluster.heldVoxels.empty())
+    if (this->turns() && !cluster.held && !cluster.heldVoxels.empty())
     {
       std::sort(cluster.heldVoxels.begin(), cluster.heldVoxels.end());
       cluster.held = this->bodyOf(cluster).freedom == TurningClusters::Freedom::None;
@@ -262,9 +263,49 @@ void RigidClusters::straighten()
   for (const int id : touched)
   {
     const Cluster& cluster = this->clusters_[id];
-    TurningClusters::straighten(this->bricks_, this->voxels_.data() + cluster.first, cluster.count,
-      this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels);
+    if (this->turns())
+    {
+      TurningClusters::straighten(this->bricks_, this->voxels_.data() + cluster.first, cluster.count,
+        this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels);
+    }
+    else
+    {
+      this->alignAxis(cluster);
+    }
   }
+}
+
+/// Gives the members of a cluster of one axis one displacement along it, and no rotation.
+void RigidClusters::alignAxis(const Cluster& cluster)
+{
+  const Grid& grid = this->bricks_.model().grid();
+  const auto first = this->voxels_.begin() + static_cast<std::ptrdiff_t>(cluster.first);
+  std::vector<std::uint32_t> addresses;
+  std::transform(first, first + static_cast<std::ptrdiff_t>(cluster.count), std::back_inserter(addresses),
+    [&](std::uint32_t voxel)
+    {
+      const Index3 at = grid.indexOf(voxel);
+      return this->bricks_.address(at[0], at[1], at[2]);
+    });
+  std::vector<float> places = this->bricks_.displacements(addresses);
+  const std::size_t axis = static_cast<std::size_t>(cluster.axis);
+  double place = 0.0;
+  if (!cluster.heldVoxels.empty())
+  {
+    const auto held = std::lower_bound(first, first + static_cast<std::ptrdiff_t>(cluster.count),
+      static_cast<std::uint32_t>(cluster.heldVoxels.front()));
+    place = places[3 * static_cast<std::size_t>(held - first) + axis];
+  }
+  for (std::size_t n = 0; !cluster.anchored && cluster.heldVoxels.empty() && n < cluster.count; ++n)
+  {
+    place += places[3 * n + axis] / static_cast<double>(cluster.count);
+  }
+  for (std::size_t n = 0; n < cluster.count; ++n)
+  {
+    places[3 * n + axis] = static_cast<float>(place);
+  }
+  this->bricks_.setDisplacements(addresses, places);
+  this->bricks_.setSpins(addresses, std::vector<float>(places.size(), 0.0f));
 }
 
 void RigidClusters::activate(const std::vector<int>& bricks)
@@ -333,7 +374,7 @@ void RigidClusters::activate(const std::vector<int>& bricks)
     this->clusterList_.push_back(
       { { firstChunk, static_cast<cl_int>(this->chunkList_.size()) - firstChunk, cluster.axis, 0 } });
     this->active_.push_back(id);
-    if (this->bricks_.spins())
+    if (this->turns())
     {
       this->bodyList_.push_back(this->bodyOf(cluster));
     }
@@ -373,11 +414,12 @@ void RigidClusters::upload()
   const char* purpose = "the rigid clusters";
   this->chunks_ = context.upload(this->chunkList_, purpose);
   this->links_ = context.upload(this->linkList_, purpose);
+  this->ways_ = context.upload(this->wayList_, purpose);
   this->members_ = context.upload(this->memberList_, purpose);
   this->heads_ = context.upload(this->clusterList_, purpose);
-  if (this->bricks_.spins())
+  if (this->turns())
   {
-    this->turning_.upload(this->bodyList_, this->wayList_, this->chunkList_.size());
+    this->turning_.upload(this->bodyList_, this->chunkList_.size());
     return;
   }
   this->partial_ = context.allocate(sizeof(cl_float) * 12 * std::max<std::size_t>(1, this->chunkList_.size()), purpose);
@@ -391,7 +433,7 @@ void RigidClusters::refresh()
   {
     return;
   }
-  if (this->bricks_.spins())
+  if (this->turns())
   {
     this->turning_.refresh();
     return;
@@ -423,18 +465,19 @@ std::vector<int> RigidClusters::inactiveBricks() const
 void RigidClusters::relax(float omega, float still, const Elasticity& elasticity, const Turn& turn)
 {
   Context& context = this->bricks_.context();
-  if (this->bricks_.spins())
+  if (this->turns())
   {
-    this->turning_.relax({ this->chunks_, this->chunkList_.size(), this->links_, this->heads_, this->members_,
-                           this->memberList_.size() },
+    this->turning_.relax({ this->chunks_, this->chunkList_.size(), this->links_, this->ways_, this->heads_,
+                           this->members_, this->memberList_.size() },
       omega, still, elasticity.limited, turn);
     return;
   }
   const std::string defines = this->bricks_.defines(false) + elasticity.ofLinks();
 
   context.launchOver(context.kernel("clusters.cl", defines, "clusterGather"), this->chunkList_.size(), turn.log,
-    turn.turn, this->chunks_, this->links_, this->places_, elasticity.slack, this->bricks_.pitch(),
-    this->bricks_.tissuePitch(), this->bricks_.displacement, this->bricks_.constraint, this->partial_);
+    turn.turn, this->chunks_, this->links_, this->ways_, this->places_, elasticity.slack, this->bricks_.pitch(),
+    this->bricks_.tissuePitch(), this->bricks_.displacement, this->bricks_.constraint, this->bricks_.spins(),
+    this->partial_);
 
   context.launch(context.kernel("clusters.cl", defines, "clusterMove"), this->active_.size(),
     context.info().gpu ? 16 : 1, turn.log, turn.turn, this->heads_, static_cast<cl_int>(elasticity.limited), omega,

@@ -68,7 +68,10 @@ private:
     std::vector<int> bricks;
   };
 
+  /// Whether clusters turn. Where constraints differ by axis, a cluster of one axis has no rotation.
+  bool turns() const { return this->bricks_.spins() && this->bricks_.model().axes() == 1; }
   TurningClusters::Body bodyOf(const Cluster& cluster) const;
+  void alignAxis(const Cluster& cluster);
   std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
   void upload();
 
@@ -88,6 +91,7 @@ private:
   std::vector<cl_int4> clusterList_;
   cl::Buffer chunks_;
   cl::Buffer links_;
+  cl::Buffer ways_;
   cl::Buffer members_;
   cl::Buffer heads_;
   cl::Buffer places_;

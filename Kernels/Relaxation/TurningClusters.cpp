@@ -249,11 +249,10 @@ void TurningClusters::straighten(Bricks& bricks, const std::uint32_t* members, s
   bricks.setSpins(addresses, spins);
 }
 
-void TurningClusters::upload(const std::vector<Body>& bodies, const std::vector<cl_uchar>& ways, std::size_t chunks)
+void TurningClusters::upload(const std::vector<Body>& bodies, std::size_t chunks)
 {
   Context& context = this->bricks_.context();
   this->list_ = bodies;
-  this->ways_ = context.upload(ways, purpose);
   std::vector<cl_float> rows;
   for (const Body& body : bodies)
   {
@@ -323,17 +322,17 @@ void TurningClusters::relax(const Lists& lists, float omega, float still, bool l
   const cl_int isLimited = limited ? 1 : 0;
   const Spins& spins = *this->bricks_.spins();
 
-  context.launchOver(kernel("turnGather"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, this->ways_,
+  context.launchOver(kernel("turnGather"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, lists.ways,
     this->bodies_, this->poses_, this->bricks_.layout(), this->bricks_.displacement, this->bricks_.constraint, spins,
     this->sums_);
   context.launch(kernel("turnSolve"), clusters, items, turn.log, turn.turn, lists.heads, this->bodies_, omega,
     spins.proportions, this->sums_, this->poses_, this->steps_, this->ends_);
-  context.launchOver(kernel("turnBound"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, this->ways_,
+  context.launchOver(kernel("turnBound"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, lists.ways,
     this->bodies_, this->poses_, this->ends_, this->bricks_.layout(), this->bricks_.displacement,
     this->bricks_.constraint, spins, this->bounds_);
   context.launch(kernel("turnChoose"), clusters, items, turn.log, turn.turn, lists.heads, isLimited, omega,
     spins.proportions, this->bounds_, this->poses_, this->steps_, this->ends_);
-  context.launchOver(kernel("turnCheck"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, this->ways_,
+  context.launchOver(kernel("turnCheck"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, lists.ways,
     this->bodies_, this->poses_, this->ends_, this->bricks_.layout(), this->bricks_.displacement,
     this->bricks_.constraint, spins, this->checks_);
   context.launch(kernel("turnAccept"), clusters, items, turn.log, turn.turn, lists.heads, this->bodies_, isLimited,

@@ -46,8 +46,8 @@ public:
   static void straighten(Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
     bool anchored, const std::vector<std::size_t>& held);
 
-  /// Takes these clusters, in the order of the lists of RigidClusters. `ways` are the directions of links.
-  void upload(const std::vector<Body>& bodies, const std::vector<cl_uchar>& ways, std::size_t chunks);
+  /// Takes these clusters, in the order of the lists of RigidClusters.
+  void upload(const std::vector<Body>& bodies, std::size_t chunks);
   /// Reads the poses of the clusters from their members again.
   void refresh();
 
@@ -57,6 +57,7 @@ public:
     const cl::Buffer& chunks;
     std::size_t chunkCount;
     const cl::Buffer& links;
+    const cl::Buffer& ways; ///< the directions of links
     const cl::Buffer& heads;
     const cl::Buffer& members;
     std::size_t memberCount;
@@ -74,7 +75,6 @@ public:
 private:
   Bricks& bricks_;
   std::vector<Body> list_;
-  cl::Buffer ways_;
   cl::Buffer bodies_;
   cl::Buffer poses_;
   cl::Buffer ends_;

@@ -4,17 +4,18 @@
 // The host guarantees: all members of a cluster have the same displacement and none is held; the other ends of its
 // links are not rigid; the bricks of both have memory.
 //
-// activity, log, turn: see sweep.clh.
+// ways: the directions of links. activity, log, turn: see sweep.clh.
 
 #include "brick.clh"
 #include "element.clh"
 #include "sweep.clh"
+#include "turning.clh"
 
 // Sums up one chunk of links. chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4] is the sum,
 // as the fields of Neighbours.
 kernel void clusterGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
-  global const float* places, float slack, uint pitch, uint tissuePitch, global const float* displacement,
-  global const float* constraint, global float* partial, uint count)
+  global const uchar* ways, global const float* places, float slack, uint pitch, uint tissuePitch,
+  global const float* displacement, global const float* constraint SPIN_ARGUMENTS, global float* partial, uint count)
 {
   if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
   {
@@ -30,7 +31,18 @@ kernel void clusterGather(global const int* log, int4 turn, global const int4* c
     for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
     {
       const float limit = linkLimit(0.0f, c[links[n]]);
-      neighboursAdd(&sum, ui, u[links[n]], limit, linkWeight(limit), slack);
+      float place = u[links[n]];
+      float weight = linkWeight(limit);
+#ifdef TURNING
+      // Rigid elements do not turn where constraints differ by axis.
+      const float other[3] = { spin[links[n]], spin[pitch + links[n]], spin[2 * pitch + links[n]] };
+      const float length = proportion(proportions, ways[n] / 2);
+      float wanted[3];
+      wantedApart(other, ways[n], proportions, wanted);
+      place -= 0.5f * wanted[axis];
+      weight /= length * length;
+#endif
+      neighboursAdd(&sum, ui, place, limit, weight, slack);
     }
     vstore4((float4)(sum.weight, sum.pull, sum.lower, sum.upper), get_global_id(0) * 3 + axis, partial);
   }

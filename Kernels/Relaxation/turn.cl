@@ -34,12 +34,14 @@ RULE void axesTurned(const real *spin, real out[3][3])
   }
 }
 
-// The rotation, about the element's own turned axes, that brings it nearer to that of its links. `mine` is what its
-// spin adds to the three axes.
+// The rotation, about the element's own turned axes, that brings it nearer to that of its links: a step of Jacobi and
+// Newton. Rotations about two axes are coupled by shear only, and adding the most that this can come to makes sure that
+// the energy falls. `mine` is what its spin adds to the three axes.
 RULE void torqueOf(const TurningLink *links, real mine[3][3], float4 proportions, real *rotation)
 {
   real torque[3], stiffness[3][3], strain[3];
   torque[0] = torque[1] = torque[2] = (real)(0.0f);
+  real coupling = (real)(0.0f);
   UNROLL
   for (int a = 0; a < 3; ++a)
   {
@@ -55,6 +57,7 @@ RULE void torqueOf(const TurningLink *links, real mine[3][3], float4 proportions
       pull[b] = on * (links[2 * a + 1].apart[b] * (width / length) - mine[a][b]) -
                 back * (links[2 * a].apart[b] * (width / length) + mine[a][b]);
       stiffness[a][b] = on + back;
+      coupling += 0.75f * fabs(pull[b]);
     }
     strain[a] = arm[0] * pull[0] + arm[1] * pull[1] + arm[2] * pull[2];
     torque[0] += arm[1] * pull[2] - arm[2] * pull[1];
@@ -65,7 +68,7 @@ RULE void torqueOf(const TurningLink *links, real mine[3][3], float4 proportions
   for (int c = 0; c < 3; ++c)
   {
     const int a = (c + 1) % 3, b = (c + 2) % 3;
-    const real inertia = stiffness[a][b] + stiffness[b][a] + strain[a] + strain[b];
+    const real inertia = stiffness[a][b] + stiffness[b][a] + strain[a] + strain[b] + coupling;
     const real moment = mine[c][0] * torque[0] + mine[c][1] * torque[1] + mine[c][2] * torque[2] + torque[c];
     rotation[c] = select((real)(0.0f), moment / inertia, inertia > 0.0f);
   }
