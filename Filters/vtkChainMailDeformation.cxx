@@ -570,6 +570,7 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "CoarseToFine: " << (this->CoarseToFine ? "On" : "Off") << "\n";
   os << indent << "RelaxationMethod: " << name(this->RelaxationMethod, { "Projected", "Paper" }) << "\n";
   os << indent << "ElasticRecovery: " << this->ElasticRecovery << "\n";
+  os << indent << "Rotations: " << (this->Rotations ? "On" : "Off") << "\n";
   os << indent << "RelaxationIterations: " << this->RelaxationIterations << "\n";
   os << indent << "RelaxationTolerance: " << this->RelaxationTolerance << "\n";
   os << indent << "ModelReduction: " << this->ModelReduction << "\n";

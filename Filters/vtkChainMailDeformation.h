@@ -428,6 +428,19 @@ public:
 
   ///@{
   /**
+   * Whether tissue and bones turn. Off: the published model, in which a bone slides and tissue resists being turned.
+   * On: every element has a rotation, and turning tissue as a whole costs no energy; a bone turns about the voxels that
+   * a probe holds of it, freely about one, about an axis through two, and not at all with more or an anchor. About
+   * twice the time of relaxation. Needs PROPAGATION_ENVELOPE, RELAXATION_PROJECTED and an ElasticRecovery of 1. With
+   * three constraints a voxel bones do not turn. A change starts from rest. Default: off.
+   */
+  vtkSetMacro(Rotations, bool);
+  vtkGetMacro(Rotations, bool);
+  vtkBooleanMacro(Rotations, bool);
+  ///@}
+
+  ///@{
+  /**
    * Largest number of relaxation iterations of an update, [0, VTK_INT_MAX]; 0 leaves propagation alone. Default: 40.
    */
   vtkSetClampMacro(RelaxationIterations, int, 0, VTK_INT_MAX);
@@ -580,6 +593,7 @@ private:
   int RelaxationPreset = RELAXATION_CUSTOM;
   bool CoarseToFine = false;
   double ElasticRecovery = 1.0;
+  bool Rotations = false;
   int RelaxationIterations = 40;
   double RelaxationTolerance = 1e-3;
   int ModelReduction = 1;

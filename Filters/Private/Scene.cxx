@@ -58,6 +58,13 @@ Method ReadMethod(vtkChainMailDeformation* filter)
   Choice("RelaxationPreset", filter->GetRelaxationPreset(), { "Custom", "Fast", "Balanced", "Accurate" });
   method.Settles = GetSettling(filter);
   method.ElasticRecovery = filter->GetElasticRecovery();
+  if (filter->GetRotations() && (method.Propagation != chainmail::PropagationMethod::Envelope ||
+                                  method.Relaxation != chainmail::RelaxationMethod::Projected ||
+                                  method.ElasticRecovery != 1.0))
+  {
+    throw chainmail::InputError("Rotations need the PropagationMethod Envelope, the RelaxationMethod Projected and an "
+                                "ElasticRecovery of 1. Choose these, or turn Rotations off.");
+  }
   return method;
 }
 
@@ -233,6 +240,7 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
   tissue.Device = filter->GetDevice() ? filter->GetDevice() : "";
   std::copy_n(filter->GetBrickSize(), 3, tissue.BrickSize.begin());
   tissue.ModelReduction = filter->GetModelReduction();
+  tissue.Rotations = filter->GetRotations();
 }
 
 void Scene::ReadMaterial(vtkChainMailDeformation* filter)

@@ -42,6 +42,7 @@ struct TissueSource
   std::string Device;
   chainmail::Index3 BrickSize{};
   int ModelReduction = 1;
+  bool Rotations = false;
 
   chainmail::Grid GetGrid() const
   {
@@ -56,7 +57,7 @@ struct TissueSource
     const auto all = [](const TissueSource& t)
     {
       return std::tie(t.Scalars, t.Constraints, t.Size, t.Spacing, t.Threshold, t.Function, t.AnchorRigid,
-        t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction);
+        t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction, t.Rotations);
     };
     return all(*this) == all(other);
   }

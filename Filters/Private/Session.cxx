@@ -129,6 +129,7 @@ void Session::Build(const Scene& scene)
   settings.device = tissue.Device;
   settings.brickSize = tissue.BrickSize;
   settings.modelReduction = tissue.ModelReduction;
+  settings.rotations = tissue.Rotations;
 
   const auto model = std::make_shared<const chainmail::Model>(tissue.GetGrid(), View(scalars), material, anchors);
   if (model->nonFinite() > 0)
