@@ -4,18 +4,15 @@
 #include "Cutting.h"
 #include "Error.h"
 #include "Grasp.h"
-#include "HeldBy.h"
 #include "Measurement.h"
-#include "ModelReduction.h"
 #include "MultiscaleRelaxation.h"
 #include "PaperRelaxation.h"
+#include "Reach.h"
 #include "Readout.h"
 #include "Resampling.h"
 #include "Waves.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <optional>
 
 namespace chainmail
@@ -82,7 +79,6 @@ private:
   std::vector<std::vector<std::size_t>> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
   RigidClusters& rigidClusters();
   Relaxer& relaxer();
-  int reachFurther(const Checkpoint& checkpoint);
   void tissueChanged();
 
   /// Runs a public call that a progress callback may stop. Tissue is then at rest.
@@ -275,57 +271,18 @@ PropagateResult Simulation::Impl::propagate(int iterations)
       PropagateResult result = this->waves_.run(iterations, checkpoint);
       if (iterations == 0 && this->bricks_.spins())
       {
-        result.iterations += this->reachFurther(checkpoint);
+        constexpr int sweeps = 8; // turn bones about as far as a wave moves them
+        const auto settle = [&]
+        {
+          this->relaxer().restart();
+          this->relaxer().run({ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
+            nullptr, sweeps, 0.0, [&](int) { checkpoint(); } });
+        };
+        result.iterations += reachFurther(this->waves_, this->handles_, settle, checkpoint);
+        this->relaxer().restart();
       }
       return result;
     });
-}
-
-/// Waves move bones and do not turn them, and what a probe can reach grows with their rotation. So tissue settles a
-/// little between one wave and the next, until all probes are where they are to be or get no further. Returns the
-/// iterations of these waves.
-int Simulation::Impl::reachFurther(const Checkpoint& checkpoint)
-{
-  constexpr int mostWaves = 40;
-  constexpr int sweeps = 8;
-  constexpr double leastGain = 0.02; // of what is lacking
-  constexpr double rounding = 1e-5;
-  int iterations = 0;
-  double before = std::numeric_limits<double>::infinity();
-  for (int wave = 0; wave < mostWaves; ++wave)
-  {
-    Handles::Change further;
-    double lack = 0.0;
-    const std::vector<ProbeResult> results = this->handles_.reached();
-    for (std::size_t n = 0; n < results.size(); ++n)
-    {
-      const Handles::Pointer& handle = this->handles_.all()[n];
-      double ofProbe = 0.0;
-      double asked = 0.0;
-      for (int a = 0; a < 3; ++a)
-      {
-        ofProbe = std::max(ofProbe, std::fabs(handle->probe.displacement[a] - results[n].reached[a]));
-        asked = std::max(asked, std::fabs(handle->probe.displacement[a]));
-      }
-      if (!handle->probe.anchor && !handle->voxels.empty() && ofProbe > rounding * asked)
-      {
-        lack += ofProbe;
-        further.moved.push_back(handle);
-      }
-    }
-    if (further.moved.empty() || lack > (1.0 - leastGain) * before)
-    {
-      break;
-    }
-    before = lack;
-    this->relaxer().restart();
-    this->relaxer().run({ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_, nullptr,
-      sweeps, 0.0, [&](int) { checkpoint(); } });
-    this->waves_.add(further);
-    iterations += this->waves_.run(0, checkpoint).iterations;
-  }
-  this->relaxer().restart();
-  return iterations;
 }
 
 std::vector<ProbeResult> Simulation::Impl::probes()
@@ -340,59 +297,13 @@ std::vector<ProbeResult> Simulation::Impl::probes()
 
 HeldBy Simulation::Impl::heldBy(std::size_t probe)
 {
-  const std::vector<Handles::Pointer>& handles = this->handles_.all();
-  if (probe >= handles.size())
+  if (probe >= this->handles_.all().size())
   {
     throw InputError("There is no probe " + std::to_string(probe) + " to ask about.");
   }
-  HeldBy heldBy;
-  const Handle& handle = *handles[probe];
-  if (handle.probe.anchor || handle.voxels.empty() || this->waves_.underWay())
-  {
-    return heldBy;
-  }
-  const Vector3 reached = this->handles_.reached()[probe].reached;
-  Vector3 lack;
-  for (int a = 0; a < 3; ++a)
-  {
-    lack[a] = handle.probe.displacement[a] - reached[a];
-  }
-  const auto most =
-    std::max_element(lack.begin(), lack.end(), [](double a, double b) { return std::fabs(a) < std::fabs(b); });
-  const int axis = static_cast<int>(most - lack.begin());
-  if (std::fabs(*most) <= 1e-5 * (std::fabs(handle.probe.displacement[axis]) + this->model_->grid().spacing[axis]))
-  {
-    return heldBy; // no more than rounding
-  }
-  const std::optional<Grip> grip = findGrip(this->bricks_, handles, handle, axis, *most > 0.0 ? 1.0 : -1.0);
-  if (!grip)
-  {
-    return heldBy;
-  }
-  heldBy.bone = grip->rigidly;
-  for (std::size_t n = 0; n < handles.size(); ++n)
-  {
-    if (std::binary_search(handles[n]->voxels.begin(), handles[n]->voxels.end(), grip->voxel))
-    {
-      heldBy.what = HeldBy::What::Probe;
-      heldBy.probe = n;
-      return heldBy;
-    }
-  }
-  heldBy.what = HeldBy::What::Rigid;
-  for (const std::size_t voxel :
-    this->reduction_ ? this->reduction_->voxelsOf(grip->voxel) : std::vector<std::size_t>{ grip->voxel })
-  {
-    const Index3 at = this->model_->grid().indexOf(voxel);
-    const int face = this->model_->anchoringFace(at[0], at[1], at[2]);
-    if (face >= 0)
-    {
-      heldBy.what = HeldBy::What::Face;
-      heldBy.face = face;
-      return heldBy;
-    }
-  }
-  return heldBy;
+  return this->waves_.underWay()
+           ? HeldBy()
+           : findHolder(this->bricks_, *this->model_, this->reduction_.get(), this->handles_, probe);
 }
 
 RigidClusters& Simulation::Impl::rigidClusters()

@@ -1,0 +1,241 @@
+#pragma once
+
+// The optimum of tissue that turns, for small pulls: displacements and spins that minimise the linear energy
+//
+//   E = 1/2 sum over links of W ( |u(j) - u(i) - s(i) x h e|^2 + |u(j) - u(i) - s(j) x h e|^2 ),  W = v / (h^2 D),
+//
+// where e and h are a link's direction and length and v is the cube root of an element's volume [mm]. Rigid parts have
+// one displacement and one spin. Limits are left out. Conjugate gradients on the normal equations, in double.
+
+#include "Block.h"
+
+namespace oracle
+{
+
+struct Turned
+{
+  std::vector<Vector3> u;    ///< [mm]
+  std::vector<Vector3> spin; ///< [rad]
+  double energy = 0.0;
+};
+
+inline Vector3 crossProduct(const Vector3& a, const Vector3& b)
+{
+  return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
+}
+
+class TurningProblem
+{
+public:
+  /// `held`: 1 where an element's displacement is given. A rigid part of which elements are held must not be.
+  TurningProblem(const Block& block, std::vector<char> held)
+    : block_(block)
+    , links_(links(block))
+    , held_(std::move(held))
+    , body_(block.count(), -1)
+  {
+    std::vector<int> part = parts(block, [&](const Link& link) { return limit(block, link, 0) == 0.0; });
+    std::vector<Vector3> sum;
+    std::vector<double> count;
+    std::vector<int> number(block.count(), -1);
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      if (!block.tissue[v] || block.give[v][0] > 0.0)
+      {
+        continue;
+      }
+      int& id = number[part[v]];
+      if (id < 0)
+      {
+        id = static_cast<int>(sum.size());
+        sum.push_back({});
+        count.push_back(0.0);
+      }
+      this->body_[v] = id;
+      for (int a = 0; a < 3; ++a)
+      {
+        sum[id][a] += block.index(v)[a] * block.spacing[a];
+      }
+      count[id] += 1.0;
+    }
+    for (std::size_t b = 0; b < sum.size(); ++b)
+    {
+      this->middle_.push_back({ sum[b][0] / count[b], sum[b][1] / count[b], sum[b][2] / count[b] });
+    }
+  }
+
+  /// Minimises from `given`, which holds the displacements of held elements [mm].
+  Turned minimise(const std::vector<Vector3>& given) const
+  {
+    const std::size_t n = 6 * (this->block_.count() + this->middle_.size());
+    State fixed = this->zero();
+    for (std::size_t v = 0; v < this->block_.count(); ++v)
+    {
+      fixed.u[v] = this->held_[v] ? given[v] : Vector3{};
+    }
+    // Residuals are linear: r(x) = J x + r(fixed). Solve J'WJ x = -J'W r(fixed).
+    std::vector<double> x(n, 0.0), r = this->gradient(fixed), p(n), q;
+    for (double& value : r)
+    {
+      value = -value;
+    }
+    p = r;
+    double square = dot(r, r);
+    const double first = square;
+    for (int round = 0; round < 20000 && square > 1e-24 * first; ++round)
+    {
+      q = this->gradient(this->place(p));
+      const double step = square / dot(p, q);
+      for (std::size_t m = 0; m < n; ++m)
+      {
+        x[m] += step * p[m];
+        r[m] -= step * q[m];
+      }
+      const double next = dot(r, r);
+      for (std::size_t m = 0; m < n; ++m)
+      {
+        p[m] = r[m] + next / square * p[m];
+      }
+      square = next;
+    }
+    State state = this->place(x);
+    for (std::size_t v = 0; v < this->block_.count(); ++v)
+    {
+      state.u[v] = this->held_[v] ? given[v] : state.u[v];
+    }
+    return { state.u, state.spin, this->energy(state.u, state.spin) };
+  }
+
+  double energy(const std::vector<Vector3>& u, const std::vector<Vector3>& spin) const
+  {
+    double sum = 0.0;
+    this->each(u, spin,
+      [&](const Link&, double weight, const Vector3&, const Vector3& byFrom, const Vector3& byTo)
+      {
+        for (int a = 0; a < 3; ++a)
+        {
+          sum += 0.5 * weight * (byFrom[a] * byFrom[a] + byTo[a] * byTo[a]);
+        }
+      });
+    return sum;
+  }
+
+private:
+  struct State
+  {
+    std::vector<Vector3> u;
+    std::vector<Vector3> spin;
+  };
+
+  static double dot(const std::vector<double>& a, const std::vector<double>& b)
+  {
+    double sum = 0.0;
+    for (std::size_t m = 0; m < a.size(); ++m)
+    {
+      sum += a[m] * b[m];
+    }
+    return sum;
+  }
+
+  State zero() const
+  {
+    return { std::vector<Vector3>(this->block_.count(), Vector3{}), std::vector<Vector3>(this->block_.count(), Vector3{}) };
+  }
+
+  Vector3 arm(std::size_t v) const
+  {
+    Vector3 arm;
+    for (int a = 0; a < 3; ++a)
+    {
+      arm[a] = this->block_.index(v)[a] * this->block_.spacing[a] - this->middle_[this->body_[v]][a];
+    }
+    return arm;
+  }
+
+  /// Unknowns: 6 for each voxel, of which those of rigid and held ones do not count, then 6 for each body.
+  State place(const std::vector<double>& x) const
+  {
+    State state = this->zero();
+    for (std::size_t v = 0; v < this->block_.count(); ++v)
+    {
+      const int b = this->body_[v];
+      const double* at = x.data() + 6 * (b < 0 ? v : this->block_.count() + b);
+      const Vector3 spin{ at[3], at[4], at[5] };
+      const Vector3 turn = b < 0 ? Vector3{} : crossProduct(spin, this->arm(v));
+      for (int a = 0; a < 3; ++a)
+      {
+        state.u[v][a] = this->held_[v] ? 0.0 : at[a] + turn[a];
+        state.spin[v][a] = spin[a];
+      }
+    }
+    return state;
+  }
+
+  template <typename F> void each(const std::vector<Vector3>& u, const std::vector<Vector3>& spin, F&& f) const
+  {
+    const Vector3& h = this->block_.spacing;
+    const double size = std::cbrt(h[0] * h[1] * h[2]);
+    for (const Link& link : this->links_)
+    {
+      const double d = limit(this->block_, link, 0);
+      if (d == 0.0)
+      {
+        continue;
+      }
+      Vector3 way{};
+      way[link.direction] = h[link.direction];
+      const Vector3 from = crossProduct(spin[link.from], way), to = crossProduct(spin[link.to], way);
+      Vector3 byFrom, byTo;
+      for (int a = 0; a < 3; ++a)
+      {
+        const double apart = u[link.to][a] - u[link.from][a];
+        byFrom[a] = apart - from[a];
+        byTo[a] = apart - to[a];
+      }
+      f(link, size / (way[link.direction] * way[link.direction] * (d + 1e-6)), way, byFrom, byTo);
+    }
+  }
+
+  std::vector<double> gradient(const State& state) const
+  {
+    std::vector<Vector3> force(this->block_.count(), Vector3{}), torque(this->block_.count(), Vector3{});
+    this->each(state.u, state.spin,
+      [&](const Link& link, double weight, const Vector3& way, const Vector3& byFrom, const Vector3& byTo)
+      {
+        // The derivative of -s x way by s, times the residual, is way x residual with the sign turned.
+        const Vector3 from = crossProduct(way, byFrom), to = crossProduct(way, byTo);
+        for (int a = 0; a < 3; ++a)
+        {
+          force[link.to][a] += weight * (byFrom[a] + byTo[a]);
+          force[link.from][a] -= weight * (byFrom[a] + byTo[a]);
+          torque[link.from][a] -= weight * from[a];
+          torque[link.to][a] -= weight * to[a];
+        }
+      });
+    std::vector<double> result(6 * (this->block_.count() + this->middle_.size()), 0.0);
+    for (std::size_t v = 0; v < this->block_.count(); ++v)
+    {
+      if (!this->block_.tissue[v])
+      {
+        continue;
+      }
+      const int b = this->body_[v];
+      double* at = result.data() + 6 * (b < 0 ? v : this->block_.count() + b);
+      const Vector3 turn = b < 0 ? Vector3{} : crossProduct(this->arm(v), force[v]);
+      for (int a = 0; a < 3; ++a)
+      {
+        at[a] += this->held_[v] ? 0.0 : force[v][a];
+        at[3 + a] += torque[v][a] + turn[a];
+      }
+    }
+    return result;
+  }
+
+  const Block& block_;
+  std::vector<Link> links_;
+  std::vector<char> held_;
+  std::vector<int> body_;
+  std::vector<Vector3> middle_;
+};
+
+}

@@ -1,0 +1,414 @@
+// Tissue and bones that turn: against an optimum in double precision, against rotations of everything, and the
+// invariants of every sweep.
+
+#include "../Oracles/Turning.h"
+#include "Inclusion.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace
+{
+
+using namespace chainmail;
+
+Simulation simulateTurning(const Scene& scene, const Index3& brick = { 0, 0, 0 }, int reduction = 1)
+{
+  Settings settings;
+  settings.device = testDevice();
+  settings.brickSize = brick;
+  settings.rotations = true;
+  settings.modelReduction = reduction;
+  return Simulation(scene.model(), settings);
+}
+
+std::vector<oracle::Vector3> millimetres(const Simulation& simulation)
+{
+  const std::vector<float> u = displacements(simulation);
+  std::vector<oracle::Vector3> v(u.size() / 3);
+  for (std::size_t n = 0; n < u.size(); ++n)
+  {
+    v[n / 3][n % 3] = u[n];
+  }
+  return v;
+}
+
+/// Where a rotation by so many degrees about the y axis through a point takes another, less where that was [mm].
+Vector3 turnedAboutY(const Vector3& at, const Vector3& middle, double degrees)
+{
+  const double angle = degrees * 3.14159265358979323846 / 180.0;
+  const double x = at[0] - middle[0];
+  const double z = at[2] - middle[2];
+  return { x * std::cos(angle) + z * std::sin(angle) - x, 0.0, z * std::cos(angle) - x * std::sin(angle) - z };
+}
+
+/// By how much a distance between two members of a rigid cluster has changed, at most, as a fraction of the spacing.
+double bend(const Simulation& simulation)
+{
+  const Grid& grid = simulation.model().grid();
+  const std::vector<int> labels = clusters(simulation);
+  const std::vector<oracle::Vector3> u = millimetres(simulation);
+  std::vector<std::size_t> first;
+  double worst = 0.0;
+  for (std::size_t v = 0; v < labels.size(); ++v)
+  {
+    if (labels[v] < 0)
+    {
+      continue;
+    }
+    first.resize(std::max<std::size_t>(first.size(), static_cast<std::size_t>(labels[v]) + 1), v);
+    const std::size_t w = first[labels[v]];
+    const Index3 p = grid.indexOf(v), q = grid.indexOf(w);
+    double before = 0.0, after = 0.0;
+    for (int a = 0; a < 3; ++a)
+    {
+      const double rest = (p[a] - q[a]) * grid.spacing[a];
+      before += rest * rest;
+      after += (rest + u[v][a] - u[w][a]) * (rest + u[v][a] - u[w][a]);
+    }
+    worst = std::max(worst, std::fabs(std::sqrt(after) - std::sqrt(before)));
+  }
+  return worst;
+}
+
+void expectLinearOptimum(Scene& scene, const Vector3& displacement, const char* what)
+{
+  SCOPED_TRACE(what);
+  const Index3& n = scene.grid.size;
+  scene.scalar[scene.grid.at(n[0] - 2, n[1] - 3, n[2] / 2)] = 1.0f;
+  Simulation simulation = simulateTurning(scene);
+  const std::vector<Probe> probes{ corner(scene, displacement) };
+  simulation.pull(probes);
+  const double pulled = simulation.measure().energy;
+  simulation.relax(3000, 0.0);
+  const std::vector<oracle::Vector3> relaxed = millimetres(simulation);
+
+  const oracle::Block block = scene.block();
+  std::vector<char> held = block.anchored;
+  held[handles(block, probes)[0].elements[0]] = 1;
+  const oracle::Turned best = oracle::TurningProblem(block, held).minimise(relaxed);
+  ASSERT_GT(pulled, 1.05 * best.energy) << "nothing to relax: a poor test";
+  // The pull strains links by a hundredth at most, and what is left out of the linear energy is of that order.
+  EXPECT_NEAR(simulation.measure().energy, best.energy, 2e-3 * best.energy);
+  double worst = 0.0;
+  for (std::size_t v = 0; v < relaxed.size(); ++v)
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      worst = std::max(worst, std::fabs(relaxed[v][a] - best.u[v][a]));
+    }
+  }
+  double pull = 0.0;
+  for (const double part : displacement)
+  {
+    pull = std::max(pull, std::fabs(part));
+  }
+  EXPECT_LT(worst, 0.01 * pull);
+}
+
+TEST(Turning, ReachesTheOptimumOfSmallPulls)
+{
+  Scene scene = inclusionScene(14, 1, 11);
+  expectLinearOptimum(scene, { 0.006, -0.004, 0.008 }, "cubes");
+  scene.grid.spacing = { 0.6, 1.0, 2.5 };
+  expectLinearOptimum(scene, { 0.004, -0.004, 0.015 }, "elements that are no cubes");
+}
+
+// A rod without anchors whose ends are taken along by a rotation: all of it follows, and nothing is strained.
+TEST(Turning, TurningTissueAsAWholeCostsNothing)
+{
+  Scene scene({ 13, 4, 4 }, 0.2f);
+  scene.grid.spacing = { 1.0, 0.7, 1.2 };
+  scene.give(6, 1, 1, 0.0f); // bones, one of them of a single voxel
+  scene.give(8, 2, 2, 0.0f);
+  scene.give(9, 2, 2, 0.0f);
+  const Vector3 middle = { 6.0, 1.0, 1.8 };
+  Simulation simulation = simulateTurning(scene);
+  std::vector<Probe> probes;
+  for (const Index3& at : { Index3{ 0, 0, 0 }, Index3{ 0, 3, 3 }, Index3{ 12, 0, 3 }, Index3{ 12, 3, 0 } })
+  {
+    Probe probe;
+    probe.position = scene.place(at[0], at[1], at[2]);
+    probes.push_back(probe);
+  }
+  double energy = 0.0;
+  for (const double degrees : { 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0 })
+  {
+    for (Probe& probe : probes)
+    {
+      probe.displacement = turnedAboutY(probe.position, middle, degrees);
+    }
+    const std::vector<ProbeResult> reached = simulation.pull(probes);
+    for (std::size_t n = 0; n < probes.size(); ++n)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        ASSERT_NEAR(reached[n].reached[a], probes[n].displacement[a], 1e-4) << degrees << " degrees, probe " << n;
+      }
+    }
+    energy = simulation.measure().energy;
+    simulation.relax(2000, 0.0);
+  }
+  EXPECT_GT(energy, 1.0) << "the last step strained nothing: a poor test";
+  EXPECT_LT(simulation.measure().energy, 1e-6);
+  EXPECT_LT(simulation.measure().maxLinkExcess, 1e-5);
+  EXPECT_LT(bend(simulation), 1e-4);
+  const std::vector<oracle::Vector3> u = millimetres(simulation);
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      const Vector3 wanted = turnedAboutY(scene.place(i, j, k), middle, 90.0);
+      for (int a = 0; a < 3; ++a)
+      {
+        EXPECT_NEAR(u[scene.grid.at(i, j, k)][a], wanted[a], 2e-3);
+      }
+    });
+}
+
+// Energy falls from sweep to sweep, links keep within their limits and bones keep their shape, however far the pull.
+TEST(Turning, EverySweepKeepsTheInvariants)
+{
+  for (const bool coarse : { false, true })
+  {
+    for (const double pull : { 0.5, 3.0, 50.0 })
+    {
+      SCOPED_TRACE(testing::Message() << pull << (coarse ? " with" : " without") << " coarser grids");
+      Scene scene = cornerScene(15, 1, 21);
+      Simulation simulation = simulateTurning(scene);
+      simulation.setCoarseToFine(coarse);
+      simulation.pull({ corner(scene, { pull, -0.7 * pull, 0.9 * pull }) });
+      double last = simulation.measure().energy;
+      for (int n = 0; n < 12; ++n)
+      {
+        simulation.relax(n < 6 ? 5 : 40, 0.0); // at least sweepsToJudge at first
+        const Statistics now = simulation.measure();
+        EXPECT_LE(now.energy, last * (1.0 + 1e-5)) << n;
+        EXPECT_LE(now.maxLinkExcess, 2e-5) << n;
+        last = now.energy;
+      }
+      EXPECT_LT(bend(simulation), 1e-4);
+    }
+  }
+}
+
+TEST(Turning, BitsDoNotDependOnBricks)
+{
+  Scene scene = cornerScene(15, 1, 22);
+  std::vector<float> first;
+  for (const Index3& brick : brickSizes())
+  {
+    Simulation simulation = simulateTurning(scene, brick);
+    simulation.pull({ corner(scene, { 2.0, -1.0, 1.5 }) });
+    simulation.relax(60, 1e-4);
+    const std::vector<float> u = displacements(simulation);
+    first = first.empty() ? u : first;
+    EXPECT_TRUE(sameBits(u, first));
+  }
+}
+
+TEST(Turning, TheDefaultIsOff)
+{
+  Scene scene = cornerScene(12, 1, 23);
+  Simulation off = simulate(scene);
+  Simulation on = simulateTurning(scene);
+  for (Simulation* simulation : { &off, &on })
+  {
+    simulation->pull({ corner(scene, { 1.0, 0.0, 0.0 }) });
+  }
+  EXPECT_GT(on.measure().deviceBytes, off.measure().deviceBytes); // of spins
+  off.relax(50, 0.0);
+  on.relax(50, 0.0);
+  EXPECT_FALSE(sameBits(displacements(off), displacements(on)));
+}
+
+/// A bone in soft tissue that is anchored all around, and probes on it.
+Scene boneScene()
+{
+  Scene scene({ 25, 11, 11 }, 0.35f);
+  for (int i = 6; i < 19; ++i)
+  {
+    for (const int j : { 4, 5, 6 })
+    {
+      for (const int k : { 4, 5, 6 })
+      {
+        scene.give(i, j, k, 0.0f);
+      }
+    }
+  }
+  scene.anchors.faces.fill(true);
+  return scene;
+}
+
+Probe onBone(const Scene& scene, int i, int j, int k, const Vector3& displacement, double radius = 0.0)
+{
+  Probe probe;
+  probe.position = scene.place(i, j, k);
+  probe.displacement = displacement;
+  probe.radius = radius;
+  return probe;
+}
+
+/// The angles that the bone of boneScene() turns by about each axis [rad], where they are small.
+Vector3 anglesOf(const Simulation& simulation)
+{
+  const Grid& grid = simulation.model().grid();
+  const std::vector<oracle::Vector3> u = millimetres(simulation);
+  const auto at = [&](int i, int j, int k) { return u[grid.at(i, j, k)]; };
+  return { (at(6, 6, 4)[2] - at(6, 4, 4)[2]) / 2.0, (at(6, 4, 4)[2] - at(18, 4, 4)[2]) / 12.0,
+    (at(18, 4, 4)[1] - at(6, 4, 4)[1]) / 12.0 };
+}
+
+TEST(Turning, AProbeTurnsABoneAsFarAsItsGripAllows)
+{
+  const Scene scene = boneScene();
+  const auto angles = [&](const std::vector<Probe>& probes)
+  {
+    Simulation simulation = simulateTurning(scene);
+    simulation.pull(probes);
+    simulation.relax(400, 0.0);
+    EXPECT_LT(bend(simulation), 1e-4);
+    EXPECT_LE(simulation.measure().maxLinkExcess, 1e-5);
+    return anglesOf(simulation);
+  };
+  // One voxel at the end of the bone: it turns about it.
+  const Vector3 ball = angles({ onBone(scene, 18, 5, 5, { 0.0, 0.0, 0.8 }) });
+  EXPECT_LT(ball[1], -0.02);
+  EXPECT_NEAR(ball[0], 0.0, 1e-3);
+  EXPECT_NEAR(ball[2], 0.0, 1e-3);
+  // Two voxels beside each other: it turns about the axis through them alone.
+  const Vector3 hinge = angles(
+    { onBone(scene, 18, 4, 5, { 0.0, 0.6, 0.8 }), onBone(scene, 18, 6, 5, { 0.0, 0.6, 0.8 }) });
+  EXPECT_LT(hinge[1], -0.02);
+  EXPECT_NEAR(hinge[0], 0.0, 1e-5);
+  EXPECT_NEAR(hinge[2], 0.0, 1e-5);
+  // The whole end: it only moves.
+  for (const double angle : angles({ onBone(scene, 18, 5, 5, { 0.0, 0.0, 0.8 }, 1.1) }))
+  {
+    EXPECT_EQ(angle, 0.0);
+  }
+  // The tissue above it: it moves and turns.
+  const Vector3 free = angles({ onBone(scene, 18, 5, 8, { 0.0, 0.0, 0.4 }, 1.1) });
+  EXPECT_LT(free[1], -0.01);
+}
+
+TEST(Turning, ABoneThatIsAnchoredStays)
+{
+  Scene scene = boneScene();
+  scene.give(5, 5, 5, 0.0f);
+  for (int i = 0; i < 6; ++i)
+  {
+    scene.give(i, 5, 5, 0.0f); // up to the face
+  }
+  Simulation simulation = simulateTurning(scene);
+  simulation.setCoarseToFine(true);
+  simulation.pull({ onBone(scene, 18, 5, 8, { 0.0, 0.0, 0.4 }, 1.1) });
+  simulation.relax(40, 0.0);
+  const std::vector<oracle::Vector3> u = millimetres(simulation);
+  for (int i = 0; i < 19; ++i)
+  {
+    EXPECT_EQ(u[scene.grid.at(i, 5, 5)], (oracle::Vector3{}));
+  }
+}
+
+TEST(Turning, ReachGrowsWithTheRotationOfBones)
+{
+  const Scene scene = boneScene();
+  const std::vector<Probe> probes{ onBone(scene, 18, 5, 5, { 0.0, 0.0, 5.0 }) };
+  Simulation off = simulate(scene);
+  const double slides = off.pull(probes)[0].reached[2];
+  Simulation on = simulateTurning(scene);
+  const double turns = on.pull(probes)[0].reached[2];
+  EXPECT_GT(turns, 1.1 * slides);
+  EXPECT_LT(turns, 4.0 * slides);
+}
+
+// Coarser grids come to the same optimum, sooner.
+TEST(Turning, CoarseToFineComesToTheSameOptimumSooner)
+{
+  const Scene scene = boneScene();
+  const auto energies = [&](bool coarse)
+  {
+    Simulation simulation = simulateTurning(scene);
+    simulation.setCoarseToFine(coarse);
+    simulation.pull({ onBone(scene, 18, 5, 8, { 0.2, 0.1, 0.4 }, 1.1) });
+    const RelaxResult result = simulation.relax(10, 0.0);
+    EXPECT_EQ(result.coarseStep.has_value(), coarse);
+    const double soon = simulation.measure().energy;
+    simulation.relax(1500, 0.0);
+    return std::make_pair(soon, simulation.measure().energy);
+  };
+  const auto [fine, fineEnd] = energies(false);
+  const auto [coarse, coarseEnd] = energies(true);
+  EXPECT_NEAR(coarseEnd, fineEnd, 1e-3 * fineEnd);
+  EXPECT_LT(coarse - fineEnd, 0.25 * (fine - fineEnd));
+}
+
+TEST(Turning, ReducedModelsKeepBonesStraight)
+{
+  const Scene scene = boneScene();
+  Simulation simulation = simulateTurning(scene, { 0, 0, 0 }, 2);
+  simulation.pull({ onBone(scene, 18, 5, 8, { 0.0, 0.0, 0.5 }, 1.5) });
+  simulation.relax(200, 0.0);
+  EXPECT_LT(bend(simulation), 1e-4);
+  EXPECT_GT(std::fabs(anglesOf(simulation)[1]), 0.005);
+}
+
+// Constraints that differ by axis: tissue turns, bones move.
+TEST(Turning, ConstraintsByAxisKeepTheInvariants)
+{
+  for (const bool coarse : { false, true })
+  {
+    Scene scene = cornerScene(13, 3, 24);
+    Simulation simulation = simulateTurning(scene);
+    simulation.setCoarseToFine(coarse);
+    simulation.pull({ corner(scene, { 1.0, -0.7, 0.9 }) });
+    double last = simulation.measure().energy;
+    for (int n = 0; n < 8; ++n)
+    {
+      simulation.relax(10, 0.0);
+      const Statistics now = simulation.measure();
+      EXPECT_LE(now.energy, last * (1.0 + 1e-5)) << n;
+      EXPECT_LE(now.maxLinkExcess, 1e-5) << n;
+      last = now.energy;
+    }
+  }
+}
+
+// The force on a probe is the derivative of the energy: from pulls that differ a little.
+TEST(Turning, ForcesAreTheSlopeOfTheEnergy)
+{
+  const Scene scene = boneScene();
+  const auto settled = [&](double pull)
+  {
+    Simulation simulation = simulateTurning(scene);
+    simulation.pull({ onBone(scene, 12, 5, 8, { 0.0, 0.0, pull }, 1.1) });
+    simulation.relax(1500, 0.0);
+    return std::make_pair(simulation.measure().energy, simulation.probes()[0].force[2]);
+  };
+  const double step = 0.02;
+  const double slope = (settled(0.4 + step).first - settled(0.4 - step).first) / (2.0 * step);
+  EXPECT_NEAR(settled(0.4).second, slope, 0.01 * slope);
+}
+
+TEST(Turning, WhatHoldsAProbeIsFound)
+{
+  const Scene scene = boneScene();
+  Simulation simulation = simulateTurning(scene);
+  simulation.pull({ onBone(scene, 12, 5, 8, { 0.0, 0.0, 9.0 }, 1.1) });
+  simulation.relax(20, 0.0);
+  const HeldBy heldBy = simulation.heldBy(0);
+  EXPECT_EQ(heldBy.what, HeldBy::What::Face);
+  EXPECT_EQ(heldBy.face, 5);
+}
+
+TEST(Turning, MethodsThatDoNotTurnAreRefused)
+{
+  const Scene scene = boneScene();
+  Simulation simulation = simulateTurning(scene);
+  EXPECT_THROW(simulation.setPropagation(PropagationMethod::Timestamp, ConflictPolicy::Limit), InputError);
+  EXPECT_THROW(simulation.setRelaxation(RelaxationMethod::Paper, 1.0), InputError);
+  EXPECT_THROW(simulation.setRelaxation(RelaxationMethod::Projected, 0.8), InputError);
+  simulation.setRelaxation(RelaxationMethod::Projected, 1.0);
+}
+
+}
