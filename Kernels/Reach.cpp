@@ -87,8 +87,7 @@ HeldBy findHolder(
     }
   }
   heldBy.what = HeldBy::What::Rigid;
-  for (const std::size_t voxel :
-    reduction ? reduction->voxelsOf(grip->voxel) : std::vector<std::size_t>{ grip->voxel })
+  for (const std::size_t voxel : reduction ? reduction->voxelsOf(grip->voxel) : std::vector<std::size_t>{ grip->voxel })
   {
     const Index3 at = model.grid().indexOf(voxel);
     const int face = model.anchoringFace(at[0], at[1], at[2]);

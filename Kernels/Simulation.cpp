@@ -24,9 +24,10 @@ public:
   Impl(std::shared_ptr<const Model> model, const Settings& settings)
     : model_(std::move(model))
     , context_(Context::of(settings.device))
-    , voxels_(this->context_, this->model_, settings.brickSize,
-        settings.rotations && settings.modelReduction == 1)
-    , reduction_(settings.modelReduction == 1 ? nullptr : new ModelReduction(this->voxels_, settings.modelReduction, settings.rotations))
+    , voxels_(this->context_, this->model_, settings.brickSize, settings.rotations && settings.modelReduction == 1)
+    , reduction_(settings.modelReduction == 1
+                   ? nullptr
+                   : new ModelReduction(this->voxels_, settings.modelReduction, settings.rotations))
     , bricks_(this->reduction_ ? this->reduction_->bricks() : this->voxels_)
     , readout_(this->voxels_, this->bricks_, this->reduction_.get())
     , handles_(this->bricks_, [this](const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)

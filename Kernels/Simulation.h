@@ -29,6 +29,16 @@ namespace chainmail
 /// that they compare with those of the whole model. Bodies closer than n voxels may stick together, and bone is up to
 /// n - 1 voxels thicker.
 ///
+/// With Settings::rotations every element has a rotation R, too, and a rigid cluster moves and turns as a body. A link
+/// from i to j, of the vector x at rest, obeys |u(j) - u(i) - w| <= D(i,j) with w the mean of (R - I) x of its two ends,
+/// and its energy is W / 2 times the squares of what u(j) - u(i) is away from either, with W = v / (|x|^2 D) and v the
+/// length of a cube as large as an element. So it costs nothing to turn tissue as a whole; where nothing turns and
+/// elements are cubes the energy is as without. A cluster of which a probe holds one element turns about that, one of
+/// which elements in a line are held about this line; with more, or an anchor, it does not turn, nor where constraints
+/// differ by axis. A wave moves and does not turn, so a probe that comes less far than it asks tries again after tissue
+/// has settled a little. Angles are below 180 degrees. Calls for Timestamp, Paper or an elastic recovery other than 1
+/// throw InputError.
+///
 /// Errors are exceptions of Error.h. Every call that needs the device may throw DeviceError or MemoryError; after that
 /// only the destructor may be called. After InputError the state is as before the call. Every call that reports
 /// progress may throw Aborted; the tissue is then at rest with all probes released, except after resample(), which

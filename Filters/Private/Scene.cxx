@@ -58,9 +58,9 @@ Method ReadMethod(vtkChainMailDeformation* filter)
   Choice("RelaxationPreset", filter->GetRelaxationPreset(), { "Custom", "Fast", "Balanced", "Accurate" });
   method.Settles = GetSettling(filter);
   method.ElasticRecovery = filter->GetElasticRecovery();
-  if (filter->GetRotations() && (method.Propagation != chainmail::PropagationMethod::Envelope ||
-                                  method.Relaxation != chainmail::RelaxationMethod::Projected ||
-                                  method.ElasticRecovery != 1.0))
+  if (filter->GetRotations() &&
+      (method.Propagation != chainmail::PropagationMethod::Envelope ||
+        method.Relaxation != chainmail::RelaxationMethod::Projected || method.ElasticRecovery != 1.0))
   {
     throw chainmail::InputError("Rotations need the PropagationMethod Envelope, the RelaxationMethod Projected and an "
                                 "ElasticRecovery of 1. Choose these, or turn Rotations off.");

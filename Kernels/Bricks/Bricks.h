@@ -35,7 +35,10 @@ struct Spins
   /// spacing, where element j lies beside element i in this direction.
   float wantedApart(const float* spinI, const float* spinJ, int direction, int axis) const;
   /// The factor for the weight of links along an axis.
-  double weight(int along) const { return 1.0 / (static_cast<double>(this->proportions.s[along]) * this->proportions.s[along]); }
+  double weight(int along) const
+  {
+    return 1.0 / (static_cast<double>(this->proportions.s[along]) * this->proportions.s[along]);
+  }
 
   /// SPIN_ARGUMENTS of turning.clh.
   auto arguments() const { return std::tuple<const cl::Buffer&, cl_float4>(this->spin.buffer, this->proportions); }

@@ -89,8 +89,8 @@ void Bricks::readSlot(const cl::Buffer& field, int slot, std::vector<float>& out
   out.resize(3 * count);
   for (std::size_t a = 0; a < 3; ++a)
   {
-    this->context_->queue().enqueueReadBuffer(field, CL_TRUE,
-      sizeof(float) * (a * this->pitch() + slot * count), sizeof(float) * count, out.data() + a * count);
+    this->context_->queue().enqueueReadBuffer(field, CL_TRUE, sizeof(float) * (a * this->pitch() + slot * count),
+      sizeof(float) * count, out.data() + a * count);
   }
 }
 

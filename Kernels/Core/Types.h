@@ -19,7 +19,7 @@ struct Settings
   std::string device; ///< see chooseDevice()
   Index3 brickSize{ 0, 0,
     0 }; ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
-  bool rotations = false; ///< whether elements and bones turn, see Simulation
+  bool rotations = false; ///< whether tissue and rigid clusters turn, see Simulation
   int modelReduction = 1; ///< 1, 2, 4 or 8: voxels per element along each axis, see Simulation
 };
 

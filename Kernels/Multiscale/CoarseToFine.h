@@ -33,7 +33,8 @@ public:
   static constexpr int sweepsToJudge = 4;
 
   /// Where the energy is higher than before run(), goes back to the lowest energy on the straight way between the two
-  /// states, on which all states are feasible; where elements turn, to the state before. Returns the share of the way that is kept.
+  /// states, on which all states are feasible; where elements turn, to the state before. Returns the share of the way
+  /// that is kept.
   double judge(const Elasticity& elasticity);
 
   /// To be called after a cut or a carve: the coarser grids are built anew.

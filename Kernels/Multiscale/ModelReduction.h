@@ -40,7 +40,8 @@ public:
   void moved() { this->current_ = false; }
 
   /// Displaces the voxels as the larger elements are: linear between the elements that links join to the voxel's own
-  /// one, and exactly as that one, with its rotation, where the voxel is rigid. Does nothing if no element has moved since.
+  /// one, and exactly as that one, with its rotation, where the voxel is rigid. Does nothing if no element has moved
+  /// since.
   void expand();
 
   /// Takes over cuts and carves of the voxels. Returns the larger elements that are gone, ascending.

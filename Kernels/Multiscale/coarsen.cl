@@ -225,8 +225,8 @@ RULE void refineAt(local const float* layers, int middle, int x, int y, const ui
 
 // Takes the elements of the finer grid that are not held to where the coarser grid is: interpolated between the up to
 // eight coarser elements around, without those that a cut divides from the element it belongs to (shareOut). For rigid
-// elements only rigid ones among these count, axis by axis, so that bone comes out where the coarser bone is. `scale` is
-// 2 for displacements, and 1 for spins.
+// elements only rigid ones among these count, axis by axis, so that bone comes out where the coarser bone is. `scale`
+// is 2 for displacements, and 1 for spins.
 kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitch, global const int* finerTable,
   global const int* finerPlace, int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global const float* finerConstraint, float scale,

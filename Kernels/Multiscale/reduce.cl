@@ -53,7 +53,8 @@ inline Corners cornersAt(int3 base, uint atRest, global const int* table, int st
 kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitch, global const int* wholeTable,
   global const int* wholePlace, int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY,
   int strideZ, int4 size, global const float* displacement, global const float* constraint,
-  global const uchar* cut SPIN_ARGUMENTS, global const int* owner, global const float* wholeConstraint, global float* wholeDisplacement)
+  global const uchar* cut SPIN_ARGUMENTS, global const int* owner, global const float* wholeConstraint,
+  global float* wholeDisplacement)
 {
   const uint slot = list[get_group_id(0)];
   const int3 origin = brickAt(wholePlace[slot], wholeStrideY, wholeStrideZ) * (int3)(BX, BY, BZ);
@@ -134,7 +135,8 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
     {
       const bool rigid = wholeConstraint[min(a, AXES - 1) * wholeTissuePitch + at] == 0.0f;
       const float u = displacement[a * pitch + ownAddress];
-      wholeDisplacement[a * wholePitch + at] = factors[a] * (rigid || weight == 0.0f ? u + more[a] : u + sums[a] / weight);
+      wholeDisplacement[a * wholePitch + at] =
+        factors[a] * (rigid || weight == 0.0f ? u + more[a] : u + sums[a] / weight);
     }
   }
 }

@@ -99,7 +99,8 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     this->bricks_.touch(slot);
     bricks.push_back(this->bricks_.brick(slot));
   }
-  context.launch(context.kernel("feasibility.cl", this->bricks_.defines(true), "settle"), slots.size(),
+  context.launch(
+    context.kernel("feasibility.cl", this->bricks_.defines(true), "settle"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
     this->bricks_.tissuePitch(), this->bricks_.constraint, this->upper_.buffer,
     [&](ArgumentList& own)

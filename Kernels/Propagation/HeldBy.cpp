@@ -25,7 +25,7 @@ public:
     std::vector<float> constraint; ///< signed, in the order of `local`
     std::vector<float> displacement;
     std::vector<float> spins; ///< 3 values an element, where elements turn
-    std::vector<double> key; ///< the lowest known so far, see search()
+    std::vector<double> key;  ///< the lowest known so far, see search()
   };
 
   Tissue(Bricks& bricks, int axis)
@@ -99,8 +99,9 @@ private:
 std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>& others, const Handle& handle,
   const std::vector<float>& u, int axis, double sign, double room)
 {
-  // Dijkstra's algorithm, in which an element may have its turn again where spins make links shorter than nothing. The key of element i is d(s, i) - sign * u(s), the lowest over all s of the handle. Adding
-  // sign * u(i) gives the room that the path to i leaves.
+  // Dijkstra's algorithm, in which an element may have its turn again where spins make links shorter than nothing. The
+  // key of element i is d(s, i) - sign * u(s), the lowest over all s of the handle. Adding sign * u(i) gives the room
+  // that the path to i leaves.
   struct Entry
   {
     double key;

@@ -142,8 +142,8 @@ kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* dis
 
 #ifdef TURNING
 // Sets the shifts in the bricks of a list to what handles have been moved by.
-kernel void beginShifts(global const int* list, uint pitch, global const float* displacement,
-  global const float* before, global float* shift)
+kernel void beginShifts(
+  global const int* list, uint pitch, global const float* displacement, global const float* before, global float* shift)
 {
   const uint first = list[get_group_id(0)] * ELEMENTS;
   for (int axis = 0; axis < 3; ++axis)

@@ -58,8 +58,8 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
     {
 #ifdef TURNING
       // What rounding has between two elements of a bone that has turned is no violation.
-      const real other = select(neighbour(displacement + axis * pitch, s, d, odd) - wanted[d][axis], u,
-        limits[d] == 0.0f);
+      const real other =
+        select(neighbour(displacement + axis * pitch, s, d, odd) - wanted[d][axis], u, limits[d] == 0.0f);
 #else
       const real other = neighbour(displacement + axis * pitch, s, d, odd);
 #endif

@@ -126,7 +126,8 @@ RigidClusters::RigidClusters(Bricks& bricks)
     for (std::size_t id = 0; id < count; ++id)
     {
       ends[id + 1] += ends[id];
-      this->clusters_.push_back({ axes == 1 ? -1 : axis, ends[id], ends[id + 1] - ends[id], false, false, false, {}, {} });
+      this->clusters_.push_back(
+        { axes == 1 ? -1 : axis, ends[id], ends[id + 1] - ends[id], false, false, false, {}, {} });
     }
     this->voxels_.resize(ends[count]);
     for (const Run& run : found)

@@ -25,7 +25,7 @@ typedef struct
 } TurningLink;
 
 // What a spin adds to each of the three axes.
-RULE void axesTurned(const real *spin, real out[3][3])
+RULE void axesTurned(const real* spin, real out[3][3])
 {
   UNROLL
   for (int a = 0; a < 3; ++a)
@@ -37,7 +37,7 @@ RULE void axesTurned(const real *spin, real out[3][3])
 // The rotation, about the element's own turned axes, that brings it nearer to that of its links: a step of Jacobi and
 // Newton. Rotations about two axes are coupled by shear only, and adding the most that this can come to makes sure that
 // the energy falls. `mine` is what its spin adds to the three axes.
-RULE void torqueOf(const TurningLink *links, real mine[3][3], float4 proportions, real *rotation)
+RULE void torqueOf(const TurningLink* links, real mine[3][3], float4 proportions, real* rotation)
 {
   real torque[3], stiffness[3][3], strain[3];
   torque[0] = torque[1] = torque[2] = (real)(0.0f);
@@ -75,14 +75,14 @@ RULE void torqueOf(const TurningLink *links, real mine[3][3], float4 proportions
 }
 
 // How far a link's strain lies beyond its limit where the element's own spin has it as `mine` says.
-RULE real beyondLimit(const TurningLink *link, int d, int axis, real mine, float ratio)
+RULE real beyondLimit(const TurningLink* link, int d, int axis, real mine, float ratio)
 {
   const real strain = link->apart[axis] - 0.5f * (link->theirs[axis] + (d & 1 ? mine : -mine) * ratio);
   return fabs(strain) - link->limit[min(axis, AXES - 1)];
 }
 
 // Whether a spin, which adds `next` to the axes in place of `mine`, takes a link beyond its limit.
-RULE mask goesBeyond(const TurningLink *links, real mine[3][3], real next[3][3], float4 proportions)
+RULE mask goesBeyond(const TurningLink* links, real mine[3][3], real next[3][3], float4 proportions)
 {
   mask beyond = (mask)(0);
   UNROLL
@@ -102,7 +102,7 @@ RULE mask goesBeyond(const TurningLink *links, real mine[3][3], real next[3][3],
 
 // The share of the way from one spin to the next that all links allow, by linear estimate. It stops a little short of
 // what they allow, for what the estimate leaves out.
-RULE real shareWithin(const TurningLink *links, real mine[3][3], real next[3][3], float4 proportions)
+RULE real shareWithin(const TurningLink* links, real mine[3][3], real next[3][3], float4 proportions)
 {
   real share = (real)(1.0f);
   UNROLL
@@ -122,8 +122,8 @@ RULE real shareWithin(const TurningLink *links, real mine[3][3], real next[3][3]
 }
 
 // Relaxes one piece of work and returns the largest move. `odd`: see BY_PARITY.
-RULE float turnPiece(const int odd, const Site *s, float omega, float still, uint pitch, uint tissuePitch,
-  global float *displacement, global const float *constraint, global const uchar *cut, int *faces SPIN_ARGUMENTS)
+RULE float turnPiece(const int odd, const Site* s, float omega, float still, uint pitch, uint tissuePitch,
+  global float* displacement, global const float* constraint, global const uchar* cut, int* faces SPIN_ARGUMENTS)
 {
   real c[AXES], u[3], own[3], mine[3][3];
   mask relaxes[AXES];
@@ -149,8 +149,7 @@ RULE float turnPiece(const int odd, const Site *s, float omega, float still, uin
     UNROLL
     for (int axis = 0; axis < AXES; ++axis)
     {
-      links[d].limit[axis] =
-        linkLimit(c[axis], neighbourConstraint(constraint + axis * tissuePitch, cut, s, d, odd));
+      links[d].limit[axis] = linkLimit(c[axis], neighbourConstraint(constraint + axis * tissuePitch, cut, s, d, odd));
     }
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
@@ -210,8 +209,7 @@ RULE float turnPiece(const int odd, const Site *s, float omega, float still, uin
       const float length = proportion(proportions, d / 2);
       const real limit = links[d].limit[min(axis, AXES - 1)];
       const real wanted = turnedTo[d / 2][axis] * (length / proportion(proportions, axis));
-      const real place =
-        u[axis] + (links[d].apart[axis] - 0.5f * (links[d].theirs[axis] + (d & 1 ? wanted : -wanted)));
+      const real place = u[axis] + (links[d].apart[axis] - 0.5f * (links[d].theirs[axis] + (d & 1 ? wanted : -wanted)));
       neighboursAdd(&sums[axis], u[axis], place, limit, linkWeight(limit) / (length * length), 0.0f);
     }
   }
@@ -237,8 +235,8 @@ RULE float turnPiece(const int odd, const Site *s, float omega, float still, uin
   return largest;
 }
 
-kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, float omega, float still, LAYOUT_ARGUMENTS, global float *displacement,
-  global const float *constraint, global const uchar *cut SPIN_ARGUMENTS)
+kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, float omega, float still, LAYOUT_ARGUMENTS,
+  global float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
 {
   local Turn mine;
   const uint slot = get_group_id(0) + 1;
@@ -250,8 +248,8 @@ kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, float omega, float still, 
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
-      move = max(move, turnPiece(s.odd, &s, omega, still, pitch, tissuePitch, displacement, constraint, cut,
-                         &touched SPIN_PASSED_ON));
+      move = max(move,
+        turnPiece(s.odd, &s, omega, still, pitch, tissuePitch, displacement, constraint, cut, &touched SPIN_PASSED_ON));
     }
   }
   endSweepTurn(&mine, touched, move, slot, colour, activity, log, turn, enough);

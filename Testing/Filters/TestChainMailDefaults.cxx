@@ -111,6 +111,7 @@ int TestChainMailDefaults(int, char*[])
   word("vtkGetMacro(RelaxationPreset,", relaxationPresets[filter->GetRelaxationPreset()]);
   word("vtkGetMacro(CoarseToFine,", filter->GetCoarseToFine() ? "on" : "off");
   number("ElasticRecovery", filter->GetElasticRecovery());
+  word("vtkGetMacro(Rotations,", filter->GetRotations() ? "on" : "off");
   number("RelaxationIterations", filter->GetRelaxationIterations());
   number("RelaxationTolerance", filter->GetRelaxationTolerance());
   word("vtkGetMacro(Interpolation,", interpolations[filter->GetInterpolation()]);
@@ -169,6 +170,7 @@ int TestChainMailDefaults(int, char*[])
     { "ModelArrays", [&] { filter->GetModelArraySelection()->EnableArray("Cluster"); } },
     { "RelaxationMethod", [&] { filter->SetRelaxationMethodToPaper(); } },
     { "ElasticRecovery", [&] { filter->SetElasticRecovery(0.8); } },
+    { "Rotations", [&] { filter->SetRotations(true); } },
     { "RelaxationIterations", [&] { filter->SetRelaxationIterations(7); } },
     { "RelaxationTolerance", [&] { filter->SetRelaxationTolerance(0.5); } },
     { "Interpolation", [&] { filter->SetInterpolationToNearest(); } },

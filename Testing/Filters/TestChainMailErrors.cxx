@@ -181,6 +181,12 @@ int TestChainMailErrors(int, char*[])
       true },
     { "model reduction by 3", { "model reduction", "1, 2, 4 or 8" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetModelReduction(3); }, true },
+    { "rotations of plastic tissue", { "Rotations need", "turn Rotations off" },
+      [](Scene&, vtkChainMailDeformation* f)
+      {
+        f->SetRotations(true);
+        f->SetElasticRecovery(0.5);
+      } },
     { "material preset of no name", { "MaterialPreset is 3", "0 (Function), 1 (CT) or 2 (MR)" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetMaterialPreset(3); } },
     { "mode of no name", { "Mode is -1", "0 (FromRest) or 1 (Interactive)" },

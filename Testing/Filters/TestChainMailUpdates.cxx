@@ -85,6 +85,7 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
   to->SetRelaxationPreset(from->GetRelaxationPreset());
   to->SetCoarseToFine(from->GetCoarseToFine());
   to->SetElasticRecovery(from->GetElasticRecovery());
+  to->SetRotations(from->GetRotations());
   to->SetRelaxationIterations(from->GetRelaxationIterations());
   to->SetRelaxationTolerance(from->GetRelaxationTolerance());
   to->SetInterpolation(from->GetInterpolation());
@@ -232,6 +233,10 @@ int TestChainMailUpdates(int, char*[])
   update("RelaxationMethod back", relaxed);
   filter->SetElasticRecovery(1.0);
   update("ElasticRecovery back", relaxed);
+  filter->SetRotations(true);
+  update("Rotations", rebuilt);
+  filter->SetRotations(false);
+  update("Rotations off", rebuilt);
   filter->CoarseToFineOn();
   update("CoarseToFine", relaxed);
   filter->CoarseToFineOff();

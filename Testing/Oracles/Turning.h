@@ -139,7 +139,8 @@ private:
 
   State zero() const
   {
-    return { std::vector<Vector3>(this->block_.count(), Vector3{}), std::vector<Vector3>(this->block_.count(), Vector3{}) };
+    return { std::vector<Vector3>(this->block_.count(), Vector3{}),
+      std::vector<Vector3>(this->block_.count(), Vector3{}) };
   }
 
   Vector3 arm(std::size_t v) const

@@ -276,8 +276,8 @@ TEST(Turning, AProbeTurnsABoneAsFarAsItsGripAllows)
   EXPECT_NEAR(ball[0], 0.0, 1e-3);
   EXPECT_NEAR(ball[2], 0.0, 1e-3);
   // Two voxels beside each other: it turns about the axis through them alone.
-  const Vector3 hinge = angles(
-    { onBone(scene, 18, 4, 8, { 0.0, 0.6, 0.8 }), onBone(scene, 18, 6, 8, { 0.0, 0.6, 0.8 }) });
+  const Vector3 hinge =
+    angles({ onBone(scene, 18, 4, 8, { 0.0, 0.6, 0.8 }), onBone(scene, 18, 6, 8, { 0.0, 0.6, 0.8 }) });
   EXPECT_LT(hinge[1], -0.02);
   EXPECT_NEAR(hinge[0], 0.0, 1e-5);
   EXPECT_NEAR(hinge[2], 0.0, 1e-5);
