@@ -58,6 +58,8 @@ void Apply(Scene& scene, vtkChainMailDeformation* filter)
   filter->SetDevice("");
   filter->SetBrickSize(0, 0, 0);
   filter->SetModelReduction(1);
+  filter->SetRotations(false);
+  filter->SetElasticRecovery(1.0);
   filter->ClearLabelArrays();
   filter->SetMaterialPresetToFunction();
   filter->SetModeToFromRest();
