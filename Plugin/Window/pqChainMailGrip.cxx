@@ -41,7 +41,10 @@ pqChainMailGrip::pqChainMailGrip(pqInteractivePropertyWidget* widget)
   this->Actor->SetMapper(mapper);
   this->Actor->PickableOff();
   this->Actor->GetProperty()->SetColor(PositionColour[0], PositionColour[1], PositionColour[2]);
-  this->Actor->GetProperty()->SetOpacity(0.35);
+  this->Actor->GetProperty()->SetOpacity(0.3);
+  this->Actor->GetProperty()->SetAmbient(0.6);
+  this->Actor->GetProperty()->SetDiffuse(0.4);
+  this->Actor->GetProperty()->BackfaceCullingOn();
 
   if (vtkLineRepresentation* line = this->line())
   {
