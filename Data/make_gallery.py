@@ -519,7 +519,7 @@ def film(volumes):
     panels = []
     for time in (0.0, 0.25, 0.5, 0.75, 1.0):
         animation.AnimationTime = time
-        panel = Panel(210, 250, (0.86, 0.89, 0.93)).look(focus + np.array([60.0, 330.0, 60.0]), focus, (0, 0, 1), 14.0)
+        panel = Panel(210, 250, (0.86, 0.89, 0.93)).look(focus + np.array([60.0, 330.0, 60.0]), focus, (0, 0, 1), 19.0)
         panel.volume(pv.OutputPort(deformation, 0), "CT", SKIN_COLOURS, SKIN_OPACITIES, 1.0)
         panels.append(panel.title("%.2f" % time, place=(0.05, 0.03), size=13).pixels())
     return [panels]
