@@ -14,6 +14,7 @@
 #include "vtkSMPropertyHelper.h"
 #include "vtkSMProxy.h"
 #include "vtkSMSourceProxy.h"
+#include "vtkSMViewProxy.h"
 
 #include <QElapsedTimer>
 
@@ -63,7 +64,8 @@ void pqChainMailDrag::follow()
   QElapsedTimer clock;
   clock.start();
   this->Widget->apply();
-  view->forceRender();
+  // As ParaView draws while the camera is dragged: a volume is sampled as finely as time allows.
+  view->getViewProxy()->InteractiveRender();
   this->adapt(static_cast<double>(clock.elapsed()));
   this->IsDrawing = false;
 }
