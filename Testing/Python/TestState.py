@@ -1,5 +1,5 @@
 """A saved state brings the scene back in a ParaView of its own: the same properties, the same bits. So does one that is a
-script, and one that was saved before the filter had all its properties: they have their defaults then. Properties that are
+script, a trace, and one that was saved before the filter had all its properties: they have their defaults then. Properties that are
 copied and pasted give the same bits, too, and share nothing; a name changes nothing."""
 
 import os
@@ -8,12 +8,13 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 from harness import OUTPUT, Reports, points_of, require, run_pvpython, same_bits, update
-from paraview import smstate
+from paraview import smstate, smtrace
 from paraview.modules.vtkRemotingMisc import vtkSMProxyClipboard
 from paraview.simple import *
 
 STATE = os.path.join(OUTPUT, "TestState.pvsm")
 SCRIPT = os.path.join(OUTPUT, "TestState-script.py")
+TRACE = os.path.join(OUTPUT, "TestState-trace.py")
 RESULT = os.path.join(OUTPUT, "TestState.npz")
 
 CHANGED = {"MaterialPreset": "Function", "TissueThreshold": 60.0, "AnchorRigid": 1, "AnchoredFaces": [1, 0, 1, 0, 1, 1],
@@ -56,13 +57,19 @@ def paste(source, target):
 
 
 if len(sys.argv) == 1:
+    smtrace.start_trace()
     wavelet = Wavelet(WholeExtent=[0, 20, 0, 22, 0, 24])
     probes = [ChainMailProbe(Position=[8, 9, 10], Target=[8.5, 9.25, 9], Radius=1.5),
               ChainMailProbe(Position=[12, 13, 14], Anchor=1, Radius=2)]
     blade = Plane(Origin=[5, -1, 15.5], Point1=[25, -1, 15.5], Point2=[5, 30, 15.5])
     ball = Sphere(Center=[5, 16, 6], Radius=3.3)
     deformation = ChainMailDeformation(Input=wavelet, Probes=probes, Cuts=[blade], Carves=[ball], **CHANGED)
-    deformation.MaterialFunction.Points = POINTS
+    with open(TRACE, "w") as file:
+        file.write(smtrace.stop_trace())
+    traced = results(deformation)
+    np.savez(TRACE + ".npz", scalars=traced[0], displacement=traced[1])
+
+    deformation.MaterialFunction.Points = POINTS  # which a script's trace does not hold
     compare(deformation, CHANGED)
     volume, model = update(deformation, Reports(deformation))
     require(points_of(model, "Displacement").any(), "nothing moves")
@@ -111,7 +118,7 @@ if len(sys.argv) == 1:
     for one, name in zip(results(deformation), ("scalars", "displacement")):
         require(same_bits(one, np.load(OLD_STATE + ".npz")[name]), "another name gives other %s", name)
 
-    for path, result in ((STATE, RESULT), (SCRIPT, RESULT), (OLD_STATE, OLD_STATE + ".npz")):
+    for path, result in ((STATE, RESULT), (SCRIPT, RESULT), (TRACE, TRACE + ".npz"), (OLD_STATE, OLD_STATE + ".npz")):
         status, text = run_pvpython(os.path.abspath(__file__), path, result)
         require(status == 0, "%s:\n%s", path, text)
         print(text.strip().splitlines()[-1])
@@ -122,7 +129,8 @@ else:
     else:
         LoadState(sys.argv[1])
     deformation = next(proxy for proxy in GetSources().values() if proxy.GetXMLName() == "ChainMailDeformation")
-    compare(deformation, {**CHANGED, **LATER} if sys.argv[1] == OLD_STATE else CHANGED)
+    if sys.argv[1] != TRACE:
+        compare(deformation, {**CHANGED, **LATER} if sys.argv[1] == OLD_STATE else CHANGED)
     volume, model = update(deformation, Reports(deformation))
     expected = np.load(sys.argv[2])
     require(same_bits(points_of(volume, "RTData"), expected["scalars"]), "the volume is another")
