@@ -48,6 +48,7 @@ void pqChainMailDrag::start()
     this->Trace.reset(new vtkSMTrace::TraceItem("PropertiesModified"));
     *this->Trace = vtkSMTrace::TraceItemArgs().arg("proxy", this->Widget->proxy());
     this->TooSlow = false;
+    this->IsFirst = true;
     this->borrow("RelaxationPreset", this->KeptPreset, 1);
   }
 }
@@ -121,7 +122,8 @@ void pqChainMailDrag::giveBack(const char* property, int& kept)
 //------------------------------------------------------------------------------
 void pqChainMailDrag::adapt(double milliseconds)
 {
-  this->TooSlow = milliseconds > 1000.0;
+  this->TooSlow = milliseconds > 1000.0 && !this->IsFirst;
+  this->IsFirst = false;
   auto* source = vtkSMSourceProxy::SafeDownCast(this->Deformation);
   vtkPVDataInformation* data = source ? source->GetDataInformation(0) : nullptr;
   vtkPVArrayInformation* times = data ? data->GetArrayInformation("Milliseconds", vtkDataObject::FIELD) : nullptr;
@@ -137,5 +139,6 @@ void pqChainMailDrag::adapt(double milliseconds)
   {
     this->borrow("ModelReduction", this->KeptReduction, 2);
     this->TooSlow = false;
+    this->IsFirst = true;
   }
 }

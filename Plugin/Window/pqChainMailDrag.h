@@ -44,6 +44,7 @@ private:
   vtkSMProxy* Deformation = nullptr; // of the drag that is under way
   QTimer Next;
   bool IsDrawing = false;
+  bool IsFirst = true; // frame of a drag, or of another model: it takes longer than those to come
   bool TooSlow = false;
   int KeptPreset = -1;
   int KeptReduction = -1;
