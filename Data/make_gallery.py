@@ -503,8 +503,34 @@ def figure11head(volumes):
     return opened(scene, "MetaImage", eight(SKIN_COLOURS), eight(SKIN_OPACITIES), camera, flat, eight(GREYS), (10, 0, 0))
 
 
-pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head]
+def film(volumes):
+    """The hooks of figure 11, as an animation: key frames of their targets, and a frame of the result at each time."""
+    scene = scenes.opened_limb()
+    source, deformation = scenes.open_scene(scene)
+    for probe in deformation.Probes:
+        for axis in range(3):
+            ends = probe.Position[axis], probe.Target[axis]
+            track = pv.GetAnimationTrack("Target", index=axis, proxy=probe)
+            track.KeyFrames = [pv.CompositeKeyFrame(KeyTime=time, KeyValues=[end], Interpolation="Ramp")
+                               for time, end in enumerate(ends)]
+    animation = pv.GetAnimationScene()
+    animation.PlayMode, animation.StartTime, animation.EndTime = "Sequence", 0.0, 1.0
+    focus = np.array(scene.cuts[0][0]) + [0, 14, 34]
+    panels = []
+    for time in (0.0, 0.25, 0.5, 0.75, 1.0):
+        animation.AnimationTime = time
+        panel = Panel(210, 250, (0.86, 0.89, 0.93)).look(focus + np.array([60.0, 330.0, 60.0]), focus, (0, 0, 1), 19.0)
+        panel.volume(pv.OutputPort(deformation, 0), "CT", SKIN_COLOURS, SKIN_OPACITIES, 1.0)
+        panels.append(panel.title("%.2f" % time, place=(0.05, 0.03), size=13).pixels())
+    return [panels]
+
+
+pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, film]
 needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct"}
+
+
+def file_of(name):
+    return ("paper-%s.png" if name.startswith("figure") else "%s.png") % name
 
 
 def main(arguments):
@@ -522,7 +548,7 @@ def main(arguments):
         if name in needs and not os.path.isfile(os.path.join(options.volumes, needs[name] + ".mhd")):
             print("%s: there is no %s.mhd in '%s'" % (name, needs[name], options.volumes))
             continue
-        path = os.path.join(options.output, "paper-%s.png" % name)
+        path = os.path.join(options.output, file_of(name))
         write(arrange(picture(options.volumes)), path)
         print("%s: %d kB" % (path, os.path.getsize(path) // 1000), flush=True)
         for proxy in reversed(list(pv.GetSources().values())):

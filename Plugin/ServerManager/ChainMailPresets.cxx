@@ -57,6 +57,17 @@ void addPresets()
 }
 
 //------------------------------------------------------------------------------
+std::vector<std::string> ChainMailPresetNames()
+{
+  std::vector<std::string> names;
+  for (const Json::Value& preset : presetsOfThePlugin())
+  {
+    names.push_back(preset["Name"].asString());
+  }
+  return names;
+}
+
+//------------------------------------------------------------------------------
 void ChainMailAddPresets()
 {
   switch (vtkProcessModule::GetProcessType())

@@ -2,6 +2,9 @@
 #ifndef ChainMailPresets_h
 #define ChainMailPresets_h
 
+#include <string>
+#include <vector>
+
 /**
  * Puts the colour and opacity presets of Plugin/Presets.json on ParaView's list, as soon as there is a session to use
  * them in. On a server this does nothing: the list belongs to the client. ParaView calls it when it loads the plugin.
@@ -10,5 +13,10 @@
  * name of its own.
  */
 void ChainMailAddPresets();
+
+/**
+ * The names of these presets.
+ */
+std::vector<std::string> ChainMailPresetNames();
 
 #endif

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pqChainMailActions.h"
 
+#include "ChainMailPresets.h"
 #include "Sight.h"
 #include "pqChainMailDrag.h"
 
 #include "pqActiveObjects.h"
 #include "pqApplicationCore.h"
 #include "pqCoreUtilities.h"
+#include "pqDeleteReaction.h"
 #include "pqOutputPort.h"
+#include "pqPipelineBrowserWidget.h"
 #include "pqPipelineSource.h"
+#include "pqPresetGroupsManager.h"
+#include "pqProxySelection.h"
 #include "pqRenderView.h"
 #include "pqServer.h"
 #include "pqServerManagerModel.h"
@@ -17,23 +22,30 @@
 #include "vtkNew.h"
 #include "vtkPVArrayInformation.h"
 #include "vtkPVDataInformation.h"
+#include "vtkSMInputProperty.h"
 #include "vtkSMParaViewPipelineControllerWithRendering.h"
 #include "vtkSMPropertyHelper.h"
 #include "vtkSMProxyClipboard.h"
+#include "vtkSMProxySelectionModel.h"
 #include "vtkSMRenderViewProxy.h"
 #include "vtkSMRepresentationProxy.h"
 #include "vtkSMSessionProxyManager.h"
+#include "vtkSMSettings.h"
 #include "vtkSMSourceProxy.h"
 #include "vtkSMTrace.h"
 #include "vtkSMTransferFunctionPresets.h"
 #include "vtkSMTransferFunctionProxy.h"
 #include "vtkSmartPointer.h"
 
+#include <QKeyEvent>
 #include <QMainWindow>
 #include <QMenu>
 #include <QMenuBar>
+#include <QSet>
 
 #include <cstring>
+#include <string>
+#include <vector>
 
 namespace
 {
@@ -91,6 +103,64 @@ void LookLikeCT(pqOutputPort* scan, vtkSMProxy* shown)
   shown->UpdateVTKObjects();
 }
 
+/// The inputs of deformations that a source is a probe, blade or drill for.
+std::vector<vtkSMProperty*> UsesOf(vtkSMProxy* source)
+{
+  std::vector<vtkSMProperty*> uses;
+  for (unsigned int n = 0; n < source->GetNumberOfConsumers(); ++n)
+  {
+    vtkSMProxy* consumer = source->GetConsumerProxy(n);
+    vtkSMProperty* input = source->GetConsumerProperty(n);
+    if (vtkChainMail::DeformationOf(consumer) == consumer && input && std::strcmp(input->GetXMLName(), "Input") != 0)
+    {
+      uses.push_back(input);
+    }
+  }
+  return uses;
+}
+
+/// What is selected, where all of it is in use as probe, blade or drill; else nothing.
+QSet<pqProxy*> SelectedTools()
+{
+  QSet<pqProxy*> tools;
+  // Of the server manager: pqActiveObjects goes on naming for a while what was deleted.
+  vtkSMProxySelectionModel* selected = pqActiveObjects::instance().activeSourcesSelectionModel();
+  pqProxySelection selection;
+  if (selected)
+  {
+    pqProxySelectionUtilities::copy(selected, selection);
+  }
+  for (pqServerManagerModelItem* item : selection)
+  {
+    auto* port = qobject_cast<pqOutputPort*>(item);
+    pqPipelineSource* source = port ? port->getSource() : qobject_cast<pqPipelineSource*>(item);
+    if (source == nullptr || UsesOf(source->getProxy()).empty())
+    {
+      return {};
+    }
+    tools.insert(source);
+  }
+  return tools;
+}
+
+/// ParaView's chooser shows the presets of the group Default at first. It would save with the user's settings who is in
+/// it.
+void AddPresetsToDefaultGroup()
+{
+  auto* groups = qobject_cast<pqPresetGroupsManager*>(pqApplicationCore::instance()->manager("PRESET_GROUP_MANAGER"));
+  auto* settings = vtkSMSettings::GetInstance();
+  const char* const key = "TransferFunctionPresets.Groups";
+  const std::string ofTheUser = settings->GetSettingAsString(key, "");
+  for (const std::string& name : ChainMailPresetNames())
+  {
+    if (groups)
+    {
+      groups->addToGroup("Default", QString::fromStdString(name));
+    }
+  }
+  settings->SetSetting(key, ofTheUser);
+}
+
 /// How the scan is shown, where that says something of a volume or a slice; else null.
 vtkSMProxy* LookOf(vtkSMProxy* representation)
 {
@@ -117,6 +187,10 @@ pqChainMailActions::pqChainMailActions(QObject* parent)
   QAction* drill = this->addAction("AddDrill", tr("Add Drill"), tr("Carve a ball out of the tissue."));
   QObject::connect(drill, &QAction::triggered, this, [this] { this->addTo("Carves", "ChainMailDrill", 0.3); });
   this->Additions = { probe, blade, drill };
+  this->Remove = this->addAction("RemoveFromTissue", tr("Remove"),
+    tr("Take the selected probe, blade or drill out of the tissue, and delete it. Also the key Delete, in the Pipeline "
+       "Browser."));
+  QObject::connect(this->Remove, &QAction::triggered, this, &pqChainMailActions::remove);
   QAction* follow = this->addAction("Follow", tr("Follow"),
     tr("Let the tissue follow while a probe, blade or drill is dragged; else it waits for Apply."));
   follow->setCheckable(true);
@@ -128,9 +202,17 @@ pqChainMailActions::pqChainMailActions(QObject* parent)
   QObject::connect(&this->Later, &QTimer::timeout, this, &pqChainMailActions::updateEnableState);
   QObject::connect(&pqActiveObjects::instance(), SIGNAL(portChanged(pqOutputPort*)), &this->Later, SLOT(start()));
   QObject::connect(&pqActiveObjects::instance(), SIGNAL(dataUpdated()), &this->Later, SLOT(start()));
+  QObject::connect(
+    &pqActiveObjects::instance(), SIGNAL(selectionChanged(const pqProxySelection&)), &this->Later, SLOT(start()));
   QObject::connect(pqApplicationCore::instance(), SIGNAL(forceFilterMenuRefresh()), &this->Later, SLOT(start()));
   this->updateEnableState();
-  QTimer::singleShot(0, this, [this] { this->addMenu(); }); // the window may not be there yet
+  QTimer::singleShot(0, this,
+    [this]
+    {
+      this->addMenu(); // the window may not be there yet
+      this->addToPipelineBrowser();
+      AddPresetsToDefaultGroup();
+    });
 }
 
 //------------------------------------------------------------------------------
@@ -154,8 +236,42 @@ void pqChainMailActions::addMenu()
   auto* menu = new QMenu(tr("T&issue"), window->menuBar());
   menu->setObjectName("menuTissue");
   menu->addActions(this->actions());
+  menu->addSeparator();
+  QAction* example = menu->addAction(tr("Open Example"), this, &pqChainMailActions::openExample);
+  example->setObjectName("actionOpenExample");
+  example->setStatusTip(tr("Make a forearm, as a CT scanner would see it, and grab its tissue."));
   const QList<QAction*> menus = window->menuBar()->actions();
   window->menuBar()->insertMenu(menus.isEmpty() ? nullptr : menus.last(), menu); // before Help
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailActions::addToPipelineBrowser()
+{
+  QWidget* window = pqCoreUtilities::mainWidget();
+  auto* browser = window ? window->findChild<pqPipelineBrowserWidget*>() : nullptr;
+  if (browser == nullptr)
+  {
+    return;
+  }
+  auto* remove = new QAction(tr("Remove from Tissue"), browser);
+  remove->setObjectName("actionPBRemoveFromTissue");
+  QObject::connect(remove, &QAction::triggered, this, &pqChainMailActions::remove);
+  QObject::connect(
+    browser->contextMenu(), &QMenu::aboutToShow, remove, [remove] { remove->setVisible(!SelectedTools().isEmpty()); });
+  browser->contextMenu()->insertAction(browser->findChild<QAction*>("actionPBDelete"), remove);
+  browser->installEventFilter(this);
+}
+
+//------------------------------------------------------------------------------
+bool pqChainMailActions::eventFilter(QObject* browser, QEvent* event)
+{
+  const int key = event->type() == QEvent::KeyPress ? static_cast<QKeyEvent*>(event)->key() : 0;
+  if ((key == Qt::Key_Delete || key == Qt::Key_Backspace) && !SelectedTools().isEmpty())
+  {
+    this->remove();
+    return true;
+  }
+  return this->Superclass::eventFilter(browser, event);
 }
 
 //------------------------------------------------------------------------------
@@ -166,6 +282,7 @@ void pqChainMailActions::updateEnableState()
   const bool unapplied = source && source->modifiedState() == pqProxy::UNINITIALIZED;
   const bool deformed = source && !unapplied && vtkChainMail::DeformationOf(source->getProxy()) != nullptr;
   this->Grab->setEnabled(source && (unapplied || IsImage(port)));
+  this->Remove->setEnabled(!SelectedTools().isEmpty());
   for (QAction* addition : this->Additions)
   {
     addition->setEnabled(deformed);
@@ -281,4 +398,47 @@ void pqChainMailActions::addTo(const char* input, const char* name, double opaci
   active.setActiveSource(Applied(source));
   END_UNDO_SET();
   pqApplicationCore::instance()->render();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailActions::remove()
+{
+  const QSet<pqProxy*> tools = SelectedTools();
+  vtkSMProxy* deformation = nullptr;
+  BEGIN_UNDO_SET(tr("Remove from Tissue"));
+  for (pqProxy* tool : tools)
+  {
+    for (vtkSMProperty* input : UsesOf(tool->getProxy()))
+    {
+      deformation = input->GetParent();
+      SM_SCOPED_TRACE(PropertiesModified).arg("proxy", deformation);
+      vtkSMPropertyHelper(input).Remove(tool->getProxy());
+      deformation->UpdateVTKObjects();
+    }
+  }
+  if (deformation)
+  {
+    auto* model = pqApplicationCore::instance()->getServerManagerModel();
+    pqActiveObjects::instance().setActiveSource(model->findItem<pqPipelineSource*>(deformation));
+  }
+  pqDeleteReaction::deleteSources(tools); // but not what is in use elsewhere
+  END_UNDO_SET();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailActions::openExample()
+{
+  pqServer* server = pqActiveObjects::instance().activeServer();
+  if (server == nullptr)
+  {
+    return;
+  }
+  vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
+  BEGIN_UNDO_SET(tr("Open Example"));
+  const auto forearm = Create(server->proxyManager(), "sources", "ChainMailForearm");
+  controller->InitializeProxy(forearm);
+  controller->RegisterPipelineProxy(forearm);
+  pqActiveObjects::instance().setActiveSource(Applied(forearm));
+  this->grab();
+  END_UNDO_SET();
 }

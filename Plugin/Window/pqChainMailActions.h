@@ -22,17 +22,28 @@ private Q_SLOTS:
   /// Makes a probe on the tissue that is seen and a deformation of the selected scan, shows it instead of the scan with
   /// the scan's look, and selects the probe.
   void grab();
+  /// Makes a forearm, and grabs it.
+  void openExample();
+  /// Takes the selected probes, blades and drills out of their deformations, and deletes them; ParaView's Delete leaves
+  /// what something depends on.
+  void remove();
+
+protected:
+  /// The key Delete in the pipeline browser.
+  bool eventFilter(QObject* browser, QEvent* event) override;
 
 private:
   Q_DISABLE_COPY(pqChainMailActions)
 
   QAction* addAction(const QString& name, const QString& text, const QString& help);
   void addMenu();
+  void addToPipelineBrowser();
   /// Makes a source for an input of the deformation that is selected, or that the selected source belongs to.
   void addTo(const char* input, const char* source, double opacity);
 
   QTimer Later;
   QAction* Grab;
+  QAction* Remove;
   QList<QAction*> Additions;
 };
 

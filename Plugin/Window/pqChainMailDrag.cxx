@@ -14,6 +14,7 @@
 #include "vtkSMPropertyHelper.h"
 #include "vtkSMProxy.h"
 #include "vtkSMSourceProxy.h"
+#include "vtkSMViewProxy.h"
 
 #include <QElapsedTimer>
 
@@ -47,6 +48,7 @@ void pqChainMailDrag::start()
     this->Trace.reset(new vtkSMTrace::TraceItem("PropertiesModified"));
     *this->Trace = vtkSMTrace::TraceItemArgs().arg("proxy", this->Widget->proxy());
     this->TooSlow = false;
+    this->IsFirst = true;
     this->borrow("RelaxationPreset", this->KeptPreset, 1);
   }
 }
@@ -63,7 +65,8 @@ void pqChainMailDrag::follow()
   QElapsedTimer clock;
   clock.start();
   this->Widget->apply();
-  view->forceRender();
+  // As ParaView draws while the camera is dragged: a volume is sampled as finely as time allows.
+  view->getViewProxy()->InteractiveRender();
   this->adapt(static_cast<double>(clock.elapsed()));
   this->IsDrawing = false;
 }
@@ -119,7 +122,8 @@ void pqChainMailDrag::giveBack(const char* property, int& kept)
 //------------------------------------------------------------------------------
 void pqChainMailDrag::adapt(double milliseconds)
 {
-  this->TooSlow = milliseconds > 1000.0;
+  this->TooSlow = milliseconds > 1000.0 && !this->IsFirst;
+  this->IsFirst = false;
   auto* source = vtkSMSourceProxy::SafeDownCast(this->Deformation);
   vtkPVDataInformation* data = source ? source->GetDataInformation(0) : nullptr;
   vtkPVArrayInformation* times = data ? data->GetArrayInformation("Milliseconds", vtkDataObject::FIELD) : nullptr;
@@ -135,5 +139,6 @@ void pqChainMailDrag::adapt(double milliseconds)
   {
     this->borrow("ModelReduction", this->KeptReduction, 2);
     this->TooSlow = false;
+    this->IsFirst = true;
   }
 }

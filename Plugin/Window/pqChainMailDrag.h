@@ -13,9 +13,9 @@ class pqInteractivePropertyWidget;
 class vtkSMProxy;
 
 /// Lets the tissue follow while a probe, blade or drill is dragged, without Apply. Frames that the hand waits for relax
-/// with the preset for dragging, and with fewer elements where that makes them faster. When the hand lets go,
-/// everything is as it was set, the tissue settles, and the drag is one step of Undo. Where a frame takes longer than a
-/// second, the tissue waits for the end of the drag.
+/// with the preset for dragging, with fewer elements where that makes them faster, and are drawn coarsely. When the
+/// hand lets go, everything is as it was set, the tissue settles, and the drag is one step of Undo. Where a frame takes
+/// longer than a second, the tissue waits for the end of the drag.
 class pqChainMailDrag : public QObject
 {
   Q_OBJECT
@@ -44,6 +44,7 @@ private:
   vtkSMProxy* Deformation = nullptr; // of the drag that is under way
   QTimer Next;
   bool IsDrawing = false;
+  bool IsFirst = true; // frame of a drag, or of another model: it takes longer than those to come
   bool TooSlow = false;
   int KeptPreset = -1;
   int KeptReduction = -1;

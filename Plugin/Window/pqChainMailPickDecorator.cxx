@@ -3,6 +3,7 @@
 
 #include "Sight.h"
 #include "pqChainMailDrag.h"
+#include "pqChainMailGrip.h"
 
 #include "pqInteractivePropertyWidget.h"
 #include "pqKeySequences.h"
@@ -45,6 +46,10 @@ pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPrope
   if (auto* interactive = qobject_cast<pqInteractivePropertyWidget*>(parent))
   {
     new pqChainMailDrag(interactive);
+    if (qobject_cast<pqLinePropertyWidget*>(parent) && interactive->proxy()->GetProperty("Radius"))
+    {
+      new pqChainMailGrip(interactive);
+    }
   }
   // These would put an end to the origin where the mouse is over a volume.
   qDeleteAll(parent->findChildren<pqPointPickingHelper*>());

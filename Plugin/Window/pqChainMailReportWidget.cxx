@@ -8,7 +8,9 @@
 #include "vtkSMPropertyHelper.h"
 #include "vtkSMProxy.h"
 
+#include <QEvent>
 #include <QLabel>
+#include <QScrollArea>
 #include <QVBoxLayout>
 
 //------------------------------------------------------------------------------
@@ -35,6 +37,31 @@ pqChainMailReportWidget::pqChainMailReportWidget(vtkSMProxy* proxy, vtkSMPropert
     QObject::connect(source, SIGNAL(dataUpdated(pqPipelineSource*)), &this->Rest, SLOT(start()));
   }
   this->read();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailReportWidget::showEvent(QShowEvent* event)
+{
+  for (QWidget* outer = this->parentWidget(); outer; outer = outer->parentWidget())
+  {
+    if (auto* panel = qobject_cast<QScrollArea*>(outer))
+    {
+      panel->viewport()->installEventFilter(this); // once, however often that is asked for
+      this->Label->setMaximumWidth(panel->viewport()->width());
+      break;
+    }
+  }
+  this->Superclass::showEvent(event);
+}
+
+//------------------------------------------------------------------------------
+bool pqChainMailReportWidget::eventFilter(QObject* panel, QEvent* event)
+{
+  if (event->type() == QEvent::Resize)
+  {
+    this->Label->setMaximumWidth(static_cast<QWidget*>(panel)->width());
+  }
+  return this->Superclass::eventFilter(panel, event);
 }
 
 //------------------------------------------------------------------------------

@@ -18,6 +18,11 @@ class pqChainMailReportWidget : public pqPropertyWidget
 public:
   pqChainMailReportWidget(vtkSMProxy* proxy, vtkSMProperty* property, QWidget* parent = nullptr);
 
+protected:
+  /// Follows the width of the panel that is seen, as other properties may be wider than that.
+  void showEvent(QShowEvent* event) override;
+  bool eventFilter(QObject* panel, QEvent* event) override;
+
 private:
   Q_DISABLE_COPY(pqChainMailReportWidget)
 

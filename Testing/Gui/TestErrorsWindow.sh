@@ -17,19 +17,11 @@ wait=$(for ((n = 0; n < 30; ++n)); do printf '<pqevent object="pqClientMainWindo
 (unset PV_PLUGIN_PATH && play "$output") & # no plugin but the one that the events load
 player=$!
 
-# The processor time of all of the window's threads, in hundredths of a second.
-processor_time() {
-  local window
-  window=$(for child in $(cat /proc/"$player"/task/*/children); do cat "/proc/$child/task/$child/children"; done)
-  [ -n "${window// /}" ] || return 1
-  sed 's/.*) //' "/proc/${window// /}/stat" | { read -ra stat && echo $((stat[11] + stat[12])); }
-}
-
 # What it takes to wait and to save a picture: with tissue that has settled, and with an error.
 declare -A at
 for picture in settled settled-later error error-later; do
   until [ -s "$output/$picture.png" ] || ! kill -0 $player 2>/dev/null; do sleep 0.1; done
-  at[$picture]=$(processor_time) || break
+  at[$picture]=$(processor_time $player) || break
 done
 wait $player
 status=$?

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 from paraview import servermanager
@@ -19,6 +20,31 @@ def values(source):
 before = values(OpenDataFile(os.path.join(folder, "scan.vti")))
 saved = values(OpenDataFile(os.path.join(folder, "deformed.vtk")))
 dragged = values(OpenDataFile(os.path.join(folder, "dragged.vtk")))
+
+
+def state(name):
+    """The properties of the proxies of a saved state, by type and registered name."""
+    tree = ElementTree.parse(os.path.join(folder, name))
+    names = {item.get("id"): item.get("name") for items in tree.iter("ProxyCollection") if items.get("name") == "sources"
+             for item in items.findall("Item")}
+    return {(proxy.get("type"), names[proxy.get("id")]): {
+        p.get("name"): [e.get("value") for e in p.findall("Element") + p.findall("Proxy")] for p in proxy.findall("Property")}
+        for proxy in tree.iter("Proxy") if proxy.get("id") in names}
+
+
+# What was pasted, deleted, brought back and deleted again.
+pasted, undone, last, example = (state(name + ".pvsm") for name in ("pasted", "undone", "state", "example"))
+first, second = ("ChainMailProbe", "ChainMailProbe1"), ("ChainMailProbe", "ChainMailProbe2")
+for name in ("Position", "Target", "Radius"):
+    if pasted[second][name] != pasted[first][name] or undone[second][name] != pasted[first][name]:
+        sys.exit("FAILED: pasted, %s is %s, not %s" % (name, pasted[second][name], pasted[first][name]))
+filter_ = "ChainMailDeformation", "ChainMailDeformation1"
+if len(undone[filter_]["Probes"]) != 2 or second in last or len(last[filter_]["Probes"]) != 1:
+    sys.exit("FAILED: the filter has the probes %s after Undo, and %s after Redo" % (
+        undone[filter_]["Probes"], last[filter_]["Probes"]))
+if ("ChainMailForearm", "ChainMailForearm1") not in example or len(example["ChainMailDeformation", "ChainMailDeformation2"]["Probes"]) != 1:
+    sys.exit("FAILED: the example has %s" % sorted(example))
+
 ResetSession()
 LoadState(os.path.join(folder, "state.pvsm"))
 deformation = FindSource("ChainMailDeformation1")

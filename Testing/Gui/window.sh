@@ -19,3 +19,11 @@ play() {
 
 # The errors that ParaView reported in a FOLDER; fails where there are none.
 errors() { grep -E 'ERR\||ERROR:|error:' "$1/log.txt"; }
+
+# The processor time of all threads of the window that the background job PLAYER plays in, in hundredths of a second.
+processor_time() {
+  local window
+  window=$(for child in $(cat /proc/"$1"/task/*/children); do cat "/proc/$child/task/$child/children"; done)
+  [ -n "${window// /}" ] || return 1
+  sed 's/.*) //' "/proc/${window// /}/stat" | { read -ra stat && echo $((stat[11] + stat[12])); }
+}

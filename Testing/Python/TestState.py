@@ -1,5 +1,6 @@
-"""A saved state brings the scene back in a ParaView of its own: the same properties, the same bits. So does one that was
-saved before the filter had all its properties: they have their defaults then."""
+"""A saved state brings the scene back in a ParaView of its own: the same properties, the same bits. So does one that is a
+script, a trace, and one that was saved before the filter had all its properties: they have their defaults then. Properties that are
+copied and pasted give the same bits, too, and share nothing; a name changes nothing."""
 
 import os
 import sys
@@ -7,10 +8,13 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 from harness import OUTPUT, Reports, points_of, require, run_pvpython, same_bits, update
-from paraview import servermanager
+from paraview import smstate, smtrace
+from paraview.modules.vtkRemotingMisc import vtkSMProxyClipboard
 from paraview.simple import *
 
 STATE = os.path.join(OUTPUT, "TestState.pvsm")
+SCRIPT = os.path.join(OUTPUT, "TestState-script.py")
+TRACE = os.path.join(OUTPUT, "TestState-trace.py")
 RESULT = os.path.join(OUTPUT, "TestState.npz")
 
 CHANGED = {"MaterialPreset": "Function", "TissueThreshold": 60.0, "AnchorRigid": 1, "AnchoredFaces": [1, 0, 1, 0, 1, 1],
@@ -39,19 +43,63 @@ def compare(deformation, values):
     require(counts == [2, 1, carves], "probes, cuts and carves: %s", counts)
 
 
+def results(deformation):
+    """The scalars of the volume and the displacements of the model."""
+    volume, model = update(deformation, Reports(deformation))
+    return points_of(volume, "RTData"), points_of(model, "Displacement")
+
+
+def paste(source, target):
+    """What Copy and Paste in the menu Edit do."""
+    clipboard = vtkSMProxyClipboard()
+    clipboard.Copy(source.SMProxy)
+    require(clipboard.Paste(target.SMProxy), "%s cannot be pasted", source.GetXMLName())
+
+
 if len(sys.argv) == 1:
+    smtrace.start_trace()
     wavelet = Wavelet(WholeExtent=[0, 20, 0, 22, 0, 24])
     probes = [ChainMailProbe(Position=[8, 9, 10], Target=[8.5, 9.25, 9], Radius=1.5),
               ChainMailProbe(Position=[12, 13, 14], Anchor=1, Radius=2)]
     blade = Plane(Origin=[5, -1, 15.5], Point1=[25, -1, 15.5], Point2=[5, 30, 15.5])
     ball = Sphere(Center=[5, 16, 6], Radius=3.3)
     deformation = ChainMailDeformation(Input=wavelet, Probes=probes, Cuts=[blade], Carves=[ball], **CHANGED)
-    deformation.MaterialFunction.Points = POINTS
+    with open(TRACE, "w") as file:
+        file.write(smtrace.stop_trace())
+    traced = results(deformation)
+    np.savez(TRACE + ".npz", scalars=traced[0], displacement=traced[1])
+
+    deformation.MaterialFunction.Points = POINTS  # which a script's trace does not hold
     compare(deformation, CHANGED)
     volume, model = update(deformation, Reports(deformation))
     require(points_of(model, "Displacement").any(), "nothing moves")
-    np.savez(RESULT, scalars=points_of(volume, "RTData"), displacement=points_of(model, "Displacement"))
+    expected = points_of(volume, "RTData"), points_of(model, "Displacement")
+    np.savez(RESULT, scalars=expected[0], displacement=expected[1])
     SaveState(STATE)
+    with open(SCRIPT, "w") as file:
+        file.write(smstate.get_state())
+
+    # Another filter on the same inputs, with other probes, takes the properties of these, and keeps its inputs.
+    others = [ChainMailProbe(Position=[8, 9, 10], Target=[8, 9, 10]), ChainMailProbe(Position=[3, 4, 5], Target=[3, 4, 5])]
+    another = ChainMailDeformation(Input=wavelet, Probes=others, Cuts=[blade], Carves=[ball])
+    require(not same_bits(results(another)[1], expected[1]), "the other filter does the same before anything is pasted")
+    another.Carves = []
+    paste(deformation, another)
+    for one, other in zip(probes, others):
+        paste(one, other)
+        for name in ("Position", "Target", "Radius", "Anchor"):
+            found = other.GetPropertyValue(name), one.GetPropertyValue(name)
+            require(found[0] == found[1], "pasted, %s is %s, not %s", name, *found)
+    require([probe.SMProxy for probe in another.Probes] == [probe.SMProxy for probe in others], "other probes were pasted")
+    another.Carves = [ball]
+    compare(another, CHANGED)
+    another.Mode = "FromRest"
+    deformation.Mode = "FromRest"
+    for one, other in zip(results(another), results(deformation)):
+        require(same_bits(one, other), "pasted, the same properties give something else")
+    another.MaterialFunction.Points = [0, 0.1, 0.5, 0, 300, 0.1, 0.5, 0]
+    require(list(deformation.MaterialFunction.Points) == POINTS, "what was pasted shares its material function")
+    deformation.Mode = "Interactive"
 
     tree = ElementTree.parse(STATE)
     for proxy in tree.iter("Proxy"):
@@ -65,14 +113,24 @@ if len(sys.argv) == 1:
     volume, model = update(deformation, Reports(deformation))
     np.savez(OLD_STATE + ".npz", scalars=points_of(volume, "RTData"), displacement=points_of(model, "Displacement"))
 
-    for path, result in ((STATE, RESULT), (OLD_STATE, OLD_STATE + ".npz")):
+    RenameSource("lip", probes[0])
+    RenameSource("limb", deformation)
+    for one, name in zip(results(deformation), ("scalars", "displacement")):
+        require(same_bits(one, np.load(OLD_STATE + ".npz")[name]), "another name gives other %s", name)
+
+    for path, result in ((STATE, RESULT), (SCRIPT, RESULT), (TRACE, TRACE + ".npz"), (OLD_STATE, OLD_STATE + ".npz")):
         status, text = run_pvpython(os.path.abspath(__file__), path, result)
         require(status == 0, "%s:\n%s", path, text)
         print(text.strip().splitlines()[-1])
 else:
-    LoadState(sys.argv[1])
+    if sys.argv[1].endswith(".py"):
+        with open(sys.argv[1]) as file:
+            exec(compile(file.read(), sys.argv[1], "exec"))
+    else:
+        LoadState(sys.argv[1])
     deformation = next(proxy for proxy in GetSources().values() if proxy.GetXMLName() == "ChainMailDeformation")
-    compare(deformation, {**CHANGED, **LATER} if sys.argv[1] == OLD_STATE else CHANGED)
+    if sys.argv[1] != TRACE:
+        compare(deformation, {**CHANGED, **LATER} if sys.argv[1] == OLD_STATE else CHANGED)
     volume, model = update(deformation, Reports(deformation))
     expected = np.load(sys.argv[2])
     require(same_bits(points_of(volume, "RTData"), expected["scalars"]), "the volume is another")

@@ -44,6 +44,6 @@ for name, rows in shown.items():
             if number and panel.shape == row[number - 1].shape:
                 differs = (np.abs(panel - row[number - 1]).max(axis=2) > 20).mean()
                 require(differs > 0.01, "%s: panels %d and %d show the same", name, number - 1, number)
-    size = os.path.getsize(os.path.join(gallery, "paper-%s.png" % name))
+    size = os.path.getsize(os.path.join(gallery, make_gallery.file_of(name)))
     require(2000 < size < 200000, "%s has %d bytes", name, size)
 print("%d pictures, %d panels" % (len(shown), sum(len(row) for rows in shown.values() for row in rows)))

@@ -39,6 +39,7 @@ function (copy_repository destination)
     "${SOURCE}/Kernels" "${SOURCE}/Filters" "${SOURCE}/Plugin" "${SOURCE}/Testing"
     DESTINATION "${destination}"
     PATTERN "__pycache__" EXCLUDE)
+  file(COPY "${SOURCE}/Data/make_forearm.py" DESTINATION "${destination}/Data") # a source of the plugin
 endfunction ()
 
 file(REMOVE_RECURSE "${WORK}")
