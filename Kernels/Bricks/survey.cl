@@ -1,0 +1,106 @@
+// Looks at the displacements of bricks, which have a state, and writes a row of numbers for each.
+//
+// result[group * 12], floats as their bits: two hashes of all displacements; smallest displacement per axis; first row
+// (y, z) with a displaced element; largest displacement per axis; last row (y, z) with one. Smallest and largest
+// displacement take 0 as one of the displacements.
+
+#include "brick.clh"
+
+#define FIGURES 12
+
+#if WIDTH == 1
+typedef uint word;
+#define AS_WORD(v) as_uint(v)
+#else
+typedef PASTE(uint, WIDTH) word;
+#define AS_WORD(v) PASTE(as_uint, WIDTH)(v)
+#endif
+
+// Lets every bit of a word change all others. Words that differ still do afterwards.
+#define STIR(h)                                                                                                        \
+  h ^= h >> 16;                                                                                                        \
+  h *= 0x7feb352du;                                                                                                    \
+  h ^= h >> 15;                                                                                                        \
+  h *= 0x846ca68bu;                                                                                                    \
+  h ^= h >> 16;
+
+// The hash of a row of hashes that begins with `before`.
+inline uint hashOf(uint before, uint next)
+{
+  uint h = before * 0x9e3779b9u + next;
+  STIR(h)
+  return h;
+}
+
+inline uint hashOfLanes(word lanes)
+{
+  uint each[WIDTH], whole = 0;
+  STORE(lanes, each);
+  for (int lane = 0; lane < WIDTH; ++lane)
+  {
+    whole = hashOf(whole, each[lane]);
+  }
+  return whole;
+}
+
+kernel void survey(global const int* list, uint pitch, global const float* displacement, local uint* partial,
+  global uint* result)
+{
+  const int lid = get_local_id(0);
+  const uint first = list[get_group_id(0)] * ELEMENTS;
+  real low[3], high[3];
+  word sums[2];
+  float firstRow[2] = { INFINITY, INFINITY }, lastRow[2] = { -INFINITY, -INFINITY };
+  sums[0] = sums[1] = (word)(0);
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    low[axis] = high[axis] = (real)(0.0f);
+  }
+  for (int n = lid * WIDTH; n < ELEMENTS; n += (int)get_local_size(0) * WIDTH)
+  {
+    mask displaced = (mask)(0);
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      const real u = LOAD(displacement + axis * pitch + first + n);
+      low[axis] = min(low[axis], u);
+      high[axis] = max(high[axis], u);
+      displaced |= u != 0.0f;
+      word h = AS_WORD(u) + (uint)(3 * n + axis) * 0x9e3779b9u;
+      STIR(h)
+      sums[0] += h;
+      h *= 0x2c1b3c6du;
+      h ^= h >> 12;
+      sums[1] += h * 0x297a2d39u;
+    }
+    if (SOME(displaced))
+    {
+      const int row = n % COLOUR / HALF;
+      firstRow[0] = min(firstRow[0], (float)(row % BY));
+      firstRow[1] = min(firstRow[1], (float)(row / BY));
+      lastRow[0] = max(lastRow[0], (float)(row % BY));
+      lastRow[1] = max(lastRow[1], (float)(row / BY));
+    }
+  }
+  const float figures[FIGURES - 2] = { smallestOf(low[0]), smallestOf(low[1]), smallestOf(low[2]), firstRow[0],
+    firstRow[1], largestOf(high[0]), largestOf(high[1]), largestOf(high[2]), lastRow[0], lastRow[1] };
+  partial[lid * FIGURES] = hashOfLanes(sums[0]);
+  partial[lid * FIGURES + 1] = hashOfLanes(sums[1]);
+  for (int f = 2; f < FIGURES; ++f)
+  {
+    partial[lid * FIGURES + f] = as_uint(figures[f - 2]);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int f = lid; f < FIGURES; f += get_local_size(0))
+  {
+    uint whole = partial[f];
+    for (int n = 1; n < (int)get_local_size(0); ++n)
+    {
+      const uint part = partial[n * FIGURES + f];
+      whole = f < 2   ? hashOf(whole, part)
+              : f < 7 ? as_uint(min(as_float(whole), as_float(part)))
+                      : as_uint(max(as_float(whole), as_float(part)));
+    }
+    result[get_group_id(0) * FIGURES + f] = whole;
+  }
+}
