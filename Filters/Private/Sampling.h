@@ -68,19 +68,19 @@ public:
 
   std::uint64_t Begin() override
   {
-    this->Current = nullptr;
-    this->Since = 0;
-    for (const auto& buffer : this->Buffers)
+    this->Out = nullptr;
+    for (std::size_t n : { 0, 1 })
     {
+      const auto& buffer = this->Buffers[n];
       if (buffer && buffer->IsFree())
       {
-        const std::uint64_t number = buffer->GetNumber();
-        this->Current = !this->Current || number > this->Since ? buffer.get() : this->Current;
-        this->Since = std::max(this->Since, number);
+        this->Current = buffer.get();
+        return this->Since = buffer->GetNumber();
       }
     }
-    this->Out = nullptr;
-    return this->Since;
+    // Readers have all that there is, so there will be a new one, which begins as a copy of the last.
+    this->Current = nullptr;
+    return this->Since = this->Buffers[1] ? this->Buffers[1]->GetNumber() : 0;
   }
 
   void Sample(const Box& box) override
@@ -106,6 +106,11 @@ public:
               if (std::isnan(offset[0]) || (rests && !this->G.IsInput(voxel)))
               {
                 std::copy(this->Background.begin(), this->Background.end(), out);
+              }
+              else if (rests)
+              {
+                std::copy_n(
+                  this->In + this->Components * this->G.InputId(voxel[0], voxel[1], voxel[2]), this->Components, out);
               }
               else
               {
@@ -299,9 +304,13 @@ private:
     this->MakeBackground();
     if (!this->Current)
     {
-      // Readers have both. The older one is left to them.
       this->Buffers[0] = std::make_unique<OutputBuffer>(this->Bytes(this->G.OutputVoxels()));
       this->Current = this->Buffers[0].get();
+      this->Current->TouchAll();
+      if (this->Since != 0)
+      {
+        std::memcpy(this->Current->GetData(), this->Buffers[1]->GetData(), this->Bytes(this->G.OutputVoxels()));
+      }
     }
     if (this->Current == this->Buffers[0].get())
     {

@@ -49,7 +49,7 @@ Survey::Survey(Bricks& bricks)
 
 std::vector<BrickExtent> Survey::measure(const std::vector<int>& slots)
 {
-  static_assert(sizeof(BrickExtent) == 12 * sizeof(cl_uint), "survey.cl writes 12 numbers a brick");
+  static_assert(sizeof(BrickExtent) == 14 * sizeof(cl_uint), "survey.cl writes 14 numbers a brick");
   std::vector<BrickExtent> extents(slots.size());
   if (!slots.empty())
   {
@@ -74,7 +74,7 @@ Survey::Look Survey::look()
   for (std::size_t n = 0; n < slots.size(); ++n)
   {
     const BrickExtent& extent = extents[n];
-    if (extent.firstRow[0] <= extent.lastRow[0])
+    if (extent.displaced())
     {
       const int brick = this->bricks_.brick(slots[n]);
       contents[brick] = hashOf(0, extent);

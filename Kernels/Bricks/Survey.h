@@ -13,9 +13,12 @@ struct BrickExtent
 {
   cl_uint hashes[2]; ///< of its displacements
   float low[3];      ///< the smallest displacement, or 0
-  float firstRow[2]; ///< y and z of the rows that hold displaced elements; infinity to minus infinity without any
+  float first[3];    ///< the box of its displaced elements, from its first corner on; infinity to minus infinity without
+                     ///< any. One more may be counted in along x.
   float high[3];
-  float lastRow[2];
+  float last[3];
+
+  bool displaced() const { return this->first[0] <= this->last[0]; }
 };
 
 /// Tells which bricks are other than at an earlier look. It goes by what they hold, whoever changed it: 64 bits stand

@@ -1,12 +1,12 @@
 // Looks at the displacements of bricks, which have a state, and writes a row of numbers for each.
 //
-// result[group * 12], floats as their bits: two hashes of all displacements; smallest displacement per axis; first row
-// (y, z) with a displaced element; largest displacement per axis; last row (y, z) with one. Smallest and largest
-// displacement take 0 as one of the displacements.
+// result[group * 14], floats as their bits: two hashes of all displacements; per axis the smallest displacement and the
+// first place with a displaced element, counted from the brick's first corner; the same for the largest and last. Along
+// x a place may be one off. Smallest and largest displacement take 0 as one of the displacements.
 
 #include "brick.clh"
 
-#define FIGURES 12
+#define FIGURES 14
 
 #if WIDTH == 1
 typedef uint word;
@@ -48,9 +48,15 @@ kernel void survey(global const int* list, uint pitch, global const float* displ
 {
   const int lid = get_local_id(0);
   const uint first = list[get_group_id(0)] * ELEMENTS;
-  real low[3], high[3];
+  real low[3], high[3], lanes, firstX = (real)(INFINITY), lastX = (real)(-INFINITY);
   word sums[2];
-  float firstRow[2] = { INFINITY, INFINITY }, lastRow[2] = { -INFINITY, -INFINITY };
+  float begin[3] = { INFINITY, INFINITY, INFINITY }, end[3] = { -INFINITY, -INFINITY, -INFINITY };
+  float numbers[WIDTH];
+  for (int lane = 0; lane < WIDTH; ++lane)
+  {
+    numbers[lane] = 2 * lane;
+  }
+  lanes = LOAD(numbers);
   sums[0] = sums[1] = (word)(0);
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -76,14 +82,19 @@ kernel void survey(global const int* list, uint pitch, global const float* displ
     if (SOME(displaced))
     {
       const int row = n % COLOUR / HALF;
-      firstRow[0] = min(firstRow[0], (float)(row % BY));
-      firstRow[1] = min(firstRow[1], (float)(row / BY));
-      lastRow[0] = max(lastRow[0], (float)(row % BY));
-      lastRow[1] = max(lastRow[1], (float)(row / BY));
+      const real x = lanes + (float)(2 * (n % HALF));
+      firstX = min(firstX, select((real)(INFINITY), x, displaced));
+      lastX = max(lastX, select((real)(-INFINITY), x + 1.0f, displaced));
+      begin[1] = min(begin[1], (float)(row % BY));
+      begin[2] = min(begin[2], (float)(row / BY));
+      end[1] = max(end[1], (float)(row % BY));
+      end[2] = max(end[2], (float)(row / BY));
     }
   }
-  const float figures[FIGURES - 2] = { smallestOf(low[0]), smallestOf(low[1]), smallestOf(low[2]), firstRow[0],
-    firstRow[1], largestOf(high[0]), largestOf(high[1]), largestOf(high[2]), lastRow[0], lastRow[1] };
+  begin[0] = smallestOf(firstX);
+  end[0] = largestOf(lastX);
+  const float figures[FIGURES - 2] = { smallestOf(low[0]), smallestOf(low[1]), smallestOf(low[2]), begin[0], begin[1],
+    begin[2], largestOf(high[0]), largestOf(high[1]), largestOf(high[2]), end[0], end[1], end[2] };
   partial[lid * FIGURES] = hashOfLanes(sums[0]);
   partial[lid * FIGURES + 1] = hashOfLanes(sums[1]);
   for (int f = 2; f < FIGURES; ++f)
@@ -98,7 +109,7 @@ kernel void survey(global const int* list, uint pitch, global const float* displ
     {
       const uint part = partial[n * FIGURES + f];
       whole = f < 2   ? hashOf(whole, part)
-              : f < 7 ? as_uint(min(as_float(whole), as_float(part)))
+              : f < 8 ? as_uint(min(as_float(whole), as_float(part)))
                       : as_uint(max(as_float(whole), as_float(part)));
     }
     result[get_group_id(0) * FIGURES + f] = whole;

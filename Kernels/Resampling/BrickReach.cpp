@@ -81,28 +81,51 @@ Ranges::Ranges(const Bricks& bricks, const Survey& survey)
   for (std::size_t n = 0; n < survey.displaced().size(); ++n)
   {
     const BrickExtent& extent = survey.extents()[n];
-    Range range;
+    Range& range = this->of(survey.displaced()[n]);
     std::copy_n(extent.low, 3, range.low.begin());
     std::copy_n(extent.high, 3, range.high.begin());
-    this->numbers_[survey.displaced()[n]] = static_cast<int>(this->ranges_.size());
-    this->ranges_.push_back(range);
+    std::copy_n(extent.first, 3, range.first.begin());
+    std::copy_n(extent.last, 3, range.last.begin());
+  }
+  for (const auto& [brick, bits] : bricks.links().all())
+  {
+    this->of(brick).cut = true;
   }
 }
 
-void Ranges::widen(int brick, Vector3& first, Vector3& last) const
+Ranges::Range& Ranges::of(int brick)
+{
+  if (this->numbers_[brick] == 0)
+  {
+    this->numbers_[brick] = static_cast<int>(this->ranges_.size());
+    this->ranges_.emplace_back();
+  }
+  return this->ranges_[this->numbers_[brick]];
+}
+
+BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole) const
 {
   // The air of a cell follows the elements around it, so all that moves the cell lies one voxel further at most. A cell
   // lies between the places of its corners.
   constexpr int around = margin + 1;
-  const Index3& whole = this->bricks_->model().grid().size;
+  const Index3& grid = this->bricks_->model().grid().size;
   const Index3 size = this->bricks_->size();
   const Index3 origin = this->bricks_->origin(brick);
+  const Range& own = this->ranges_[this->numbers_[brick]];
+  Vector3 first;
+  Vector3 last;
   Index3 low;
   Index3 high;
   for (int a = 0; a < 3; ++a)
   {
-    low[a] = std::max(origin[a] - around, 0) / size[a] * size[a];
-    high[a] = std::min(origin[a] + size[a] - 1 + around, whole[a] - 1);
+    first[a] = origin[a] + (whole ? 0.0 : own.first[a]);
+    last[a] = origin[a] + (whole ? size[a] - 1.0 : own.last[a]);
+    if (last[a] < first[a])
+    {
+      return {};
+    }
+    low[a] = std::max(static_cast<int>(first[a]) - around, 0) / size[a] * size[a];
+    high[a] = std::min(static_cast<int>(last[a]) + around, grid[a] - 1);
   }
   Range all;
   for (int k = low[2]; k <= high[2]; k += size[2])
@@ -125,43 +148,38 @@ void Ranges::widen(int brick, Vector3& first, Vector3& last) const
     first[a] += std::floor(all.low[a]) - margin;
     last[a] += std::ceil(all.high[a]) + margin;
   }
+  return frame.between(first, last, frame.low, frame.high);
+}
+
+BrickBox Ranges::cells(int brick, const OutputFrame& frame) const
+{
+  const Index3& grid = this->bricks_->model().grid().size;
+  const Index3 origin = this->bricks_->origin(brick);
+  const Range& own = this->ranges_[this->numbers_[brick]];
+  Vector3 first;
+  Vector3 last;
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] = origin[a] + own.first[a] - margin;
+    last[a] = origin[a] + own.last[a] + margin;
+  }
+  return frame.between(first, last, { 0, 0, 0 }, { grid[0] - 1, grid[1] - 1, grid[2] - 1 });
 }
 
 std::vector<BrickReach> findReaches(
   const Bricks& bricks, const OutputFrame& frame, const Survey& survey, const Ranges& ranges)
 {
-  const Index3& whole = bricks.model().grid().size;
-  const Index3 size = bricks.size();
   std::vector<BrickReach> reaches;
-  for (std::size_t n = 0; n < survey.displaced().size(); ++n)
+  for (const int brick : survey.displaced())
   {
-    const BrickExtent& extent = survey.extents()[n];
-    const int brick = survey.displaced()[n];
-    const Index3 origin = bricks.origin(brick);
-    Vector3 first;
-    Vector3 last;
-    Vector3 firstCell;
-    Vector3 lastCell;
-    for (int a = 0; a < 3; ++a)
-    {
-      first[a] = origin[a] + (a == 0 ? 0.0 : extent.firstRow[a - 1]);
-      last[a] = origin[a] + (a == 0 ? size[0] - 1.0 : extent.lastRow[a - 1]);
-      firstCell[a] = first[a] - margin;
-      lastCell[a] = last[a] + margin;
-    }
-    BrickReach reach;
-    reach.cells = frame.between(firstCell, lastCell, { 0, 0, 0 }, { whole[0] - 1, whole[1] - 1, whole[2] - 1 });
-    ranges.widen(brick, first, last);
-    reach.voxels = frame.between(first, last, frame.low, frame.high);
-    reaches.push_back(reach);
+    reaches.push_back({ ranges.cells(brick, frame), ranges.shown(brick, frame, false) });
   }
   for (const int brick : bricks.links().carvedBricks())
   {
     // A carved element leaves its voxel.
-    BrickReach reach;
-    reach.cells.include(frame.bricks.indexOf(frame.at(bricks.origin(brick))));
-    reach.voxels = reach.cells;
-    reaches.push_back(reach);
+    BrickBox own;
+    own.include(frame.bricks.indexOf(frame.at(bricks.origin(brick))));
+    reaches.push_back({ own, own });
   }
   return reaches;
 }

@@ -85,7 +85,7 @@ struct OutputFrame
   BrickBox between(const Vector3& from, const Vector3& to, const Index3& least, const Index3& most) const;
 };
 
-/// The smallest and largest displacements of the tissue in bricks, or 0.
+/// Where displaced tissue is in each brick, and how far it is displaced.
 class Ranges
 {
 public:
@@ -94,18 +94,28 @@ public:
   /// Of what a look found.
   Ranges(const Bricks& bricks, const Survey& survey);
 
-  /// Adds to a box of voxels of one brick all places where the cells may be or may come from that its tissue moves.
-  void widen(int brick, Vector3& first, Vector3& last) const;
+  /// The output bricks where what is shown depends on the tissue of one brick: where cells may be, or come from, that
+  /// its displaced elements move; in `whole` bricks as if they all were displaced.
+  BrickBox shown(int brick, const OutputFrame& frame, bool whole) const;
+  /// The bricks whose cells the displaced elements of one brick move.
+  BrickBox cells(int brick, const OutputFrame& frame) const;
+  /// Whether links or elements of a brick were missing.
+  bool isCut(int brick) const { return this->ranges_[this->numbers_[brick]].cut; }
 
 private:
   struct Range
   {
     std::array<float, 3> low{};
     std::array<float, 3> high{};
+    std::array<float, 3> first{};
+    std::array<float, 3> last{ { -1.0f, -1.0f, -1.0f } };
+    bool cut = false;
   };
 
+  Range& of(int brick);
+
   const Bricks* bricks_;
-  std::vector<int> numbers_; ///< for each brick the number of its range; 0 where it is at rest
+  std::vector<int> numbers_; ///< for each brick the number of its range; 0 where it is whole and at rest
   std::vector<Range> ranges_;
 };
 

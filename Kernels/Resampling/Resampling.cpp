@@ -143,8 +143,8 @@ Resampling::Resampling(Bricks& bricks)
 {
 }
 
-/// Notes which bricks of the output may show something else than at the last run: those that cells with an element in a
-/// brick that changed covered then, or cover now.
+/// Notes which bricks of the output may show something else than at the last run: those where what is shown depended
+/// then, or depends now, on a brick that changed.
 void Resampling::noteChanges(const OutputFrame& frame)
 {
   const Survey::Look now = this->survey_.look();
@@ -155,19 +155,10 @@ void Resampling::noteChanges(const OutputFrame& frame)
     {
       continue;
     }
+    const bool whole = this->ranges_.isCut(brick) || present.isCut(brick);
     for (const Ranges* ranges : { &this->ranges_, &present })
     {
-      const Index3 size = this->bricks_.size();
-      const Index3 origin = this->bricks_.origin(brick);
-      Vector3 first;
-      Vector3 last;
-      for (int a = 0; a < 3; ++a)
-      {
-        first[a] = origin[a];
-        last[a] = origin[a] + size[a] - 1.0;
-      }
-      ranges->widen(brick, first, last);
-      const BrickBox box = frame.between(first, last, frame.low, frame.high);
+      const BrickBox box = ranges->shown(brick, frame, whole);
       box.each(frame.bricks, [&](std::size_t n) { this->changedAt_[n] = now; });
     }
   }
