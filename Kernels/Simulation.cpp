@@ -51,8 +51,7 @@ public:
   std::vector<ProbeResult> probes();
   HeldBy heldBy(std::size_t probe);
   Statistics measure();
-  Resampled resample(
-    const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since);
+  Resampled resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since);
   Bricks& voxels();
 
   /// Runs a public call.

@@ -87,11 +87,10 @@ std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(const Scene& scene)
 
 bool Outputs::Sampled::operator==(const Sampled& other) const
 {
-  const auto all = [](const Sampled& s) {
-    return std::tie(s.Array, s.Time, s.Size, s.Padding, s.Nearest, s.Still, s.Builds);
-  };
-  const bool sameBackground = this->Background == other.Background ||
-                              (std::isnan(this->Background) && std::isnan(other.Background));
+  const auto all = [](const Sampled& s)
+  { return std::tie(s.Array, s.Time, s.Size, s.Padding, s.Nearest, s.Still, s.Builds); };
+  const bool sameBackground =
+    this->Background == other.Background || (std::isnan(this->Background) && std::isnan(other.Background));
   return all(*this) == all(other) && sameBackground;
 }
 

@@ -13,8 +13,8 @@ struct BrickExtent
 {
   cl_uint hashes[2]; ///< of its displacements
   float low[3];      ///< the smallest displacement, or 0
-  float first[3];    ///< the box of its displaced elements, from its first corner on; infinity to minus infinity without
-                     ///< any. One more may be counted in along x.
+  float first[3]; ///< the box of its displaced elements, from its first corner on; infinity to minus infinity without
+                  ///< any. One more may be counted in along x.
   float high[3];
   float last[3];
 

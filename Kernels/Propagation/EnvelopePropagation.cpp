@@ -1,5 +1,7 @@
 #include "EnvelopePropagation.h"
 
+#include "fixedpointaccount.clh"
+
 #include <algorithm>
 
 namespace chainmail
@@ -25,6 +27,11 @@ EnvelopePropagation::Conflict EnvelopePropagation::conflict() const
 void EnvelopePropagation::start(const std::vector<int>& bricks)
 {
   this->fixedPoint_.start(bricks);
+}
+
+void EnvelopePropagation::heldChanged()
+{
+  this->fixedPoint_.forget(VISIT_FREE | VISIT_HELD);
 }
 
 int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& checkpoint)

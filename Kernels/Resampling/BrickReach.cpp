@@ -49,8 +49,7 @@ std::size_t OutputFrame::at(const Index3& origin) const
     floorDiv(origin[2], this->brickSize[2]) - this->firstBrick[2]);
 }
 
-BrickBox OutputFrame::between(
-  const Vector3& from, const Vector3& to, const Index3& least, const Index3& most) const
+BrickBox OutputFrame::between(const Vector3& from, const Vector3& to, const Index3& least, const Index3& most) const
 {
   BrickBox box;
   for (int a = 0; a < 3; ++a)

@@ -35,8 +35,9 @@ public:
 
 private:
   void noteChanges(const OutputFrame& frame);
-  void locateAll(const OutputFrame& frame, const std::vector<BrickReach>& reaches, const std::vector<std::size_t>& wanted,
-    const std::function<void(double)>& checkpoint, const std::function<void(const ResampledBox&)>& visit);
+  void locateAll(const OutputFrame& frame, const std::vector<BrickReach>& reaches,
+    const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint,
+    const std::function<void(const ResampledBox&)>& visit);
   /// Finds the offsets of all voxels of a batch, brick by brick, 3 floats each.
   const cl::Buffer& locate(const Batch& batch);
 
