@@ -14,6 +14,9 @@ namespace
 /// gone over for both its sides.
 constexpr std::size_t voxelsPerBatch = std::size_t(1) << 21;
 
+/// What a buffer may keep between two runs. What needs more takes long enough for the buffer to be made again.
+constexpr std::size_t keptBytes = std::size_t(1) << 22;
+
 /// Claims can tell fewer cells than this apart (resample.clh).
 constexpr std::size_t mostCells = std::size_t(1) << 28;
 
@@ -216,6 +219,10 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, const std:
   // The kernels also have to read the tissue at rest where displaced tissue arrives.
   this->bricks_.know(tissue);
   this->locateAll(frame, reaches, wanted, checkpoint, visit);
+  for (Scratch* scratch : { &this->claims_, &this->contested_, &this->again_, &this->offsets_ })
+  {
+    scratch->trim(keptBytes);
+  }
   return { this->last_, reaches.empty() };
 }
 
