@@ -81,8 +81,8 @@ RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint
 
 #if WIDTH > 1
 
-// Whether any element of a brick, or of the bricks beyond its faces, is held on any axis: VISIT_HELD or VISIT_FREE. This
-// is looked up but once in a wave, since most bricks have nothing to do with held tissue.
+// Whether any element of a brick, or of the bricks beyond its faces, is held on any axis: VISIT_HELD or VISIT_FREE. It
+// is found out once in a wave, since most bricks have nothing to do with held tissue.
 inline int heldNear(uint slot, global int* visits, uint tissuePitch, global const int* table, global const int* place,
   int strideY, int strideZ, global const float* constraint)
 {
