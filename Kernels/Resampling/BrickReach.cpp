@@ -142,10 +142,12 @@ BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole) const
       }
     }
   }
+  // Where nothing is displaced no cell moves. Carved elements leave their own voxels.
+  const bool moves = all.low != Range().low || all.high != Range().high;
   for (int a = 0; a < 3; ++a)
   {
-    first[a] += std::floor(all.low[a]) - margin;
-    last[a] += std::ceil(all.high[a]) + margin;
+    first[a] += std::floor(all.low[a]) - (moves ? margin : 0);
+    last[a] += std::ceil(all.high[a]) + (moves ? margin : 0);
   }
   return frame.between(first, last, frame.low, frame.high);
 }
