@@ -2,13 +2,13 @@
 #include "vtkChainMailDeformation.h"
 
 #include "Private/Exchange.h"
+#include "Private/Grids.h"
 #include "Private/Inputs.h"
 #include "Private/Outputs.h"
 #include "Private/Pipeline.h"
 #include "Private/Presets.h"
 #include "Private/Progress.h"
 #include "Private/Report.h"
-#include "Private/Sampling.h"
 #include "Private/Scene.h"
 #include "Private/Session.h"
 #include "Private/Shown.h"
@@ -471,6 +471,11 @@ int vtkChainMailDeformation::RequestData(
 {
   using Pipeline = vtkStreamingDemandDrivenPipeline;
   vtkInternals& internals = *this->Internals;
+  for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
+  {
+    // Images keep their last scalars for filters that write into them. Here they would only keep memory from being used.
+    vtkImageData::GetData(outputVector, port)->GetPointData()->Initialize();
+  }
   vtkInformation* asked = outputVector->GetInformationObject(0);
   const int pieces = asked->Get(Pipeline::UPDATE_NUMBER_OF_PIECES());
 

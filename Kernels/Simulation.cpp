@@ -51,7 +51,7 @@ public:
   std::vector<ProbeResult> probes();
   HeldBy heldBy(std::size_t probe);
   Statistics measure();
-  void resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit);
+  Resampled resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since);
   Bricks& voxels();
 
   /// Runs a public call.
@@ -396,7 +396,8 @@ Statistics Simulation::Impl::measure()
   return statistics;
 }
 
-void Simulation::Impl::resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit)
+Resampled Simulation::Impl::resample(
+  const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since)
 {
   for (const int p : padding)
   {
@@ -407,8 +408,8 @@ void Simulation::Impl::resample(const Index3& padding, const std::function<void(
   }
   this->voxels();
   const WhileCompiling report([this] { this->reportCompiling(true); });
-  this->resampling_.run(
-    padding, [this](double share) { this->checkpoint(share); }, visit);
+  return this->resampling_.run(
+    padding, since, [this](double share) { this->checkpoint(share); }, visit);
 }
 
 Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& settings)
@@ -566,9 +567,10 @@ void Simulation::links(std::uint8_t* out) const
   this->impl_->readout_.links(out);
 }
 
-void Simulation::resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit) const
+Resampled Simulation::resample(
+  const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since) const
 {
-  this->impl_->called([&] { this->impl_->resample(padding, visit); });
+  return this->impl_->called([&] { return this->impl_->resample(padding, visit, since); });
 }
 
 }

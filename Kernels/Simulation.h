@@ -163,9 +163,11 @@ public:
   void links(std::uint8_t* out) const;
 
   /// Finds where the material of each output voxel comes from. Output voxels are those of the grid and `padding` more
-  /// on every side. `visit` gets boxes that do not overlap and that together cover every voxel that changed. Throws
-  /// InputError where a padding is negative.
-  void resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit) const;
+  /// on every side. `visit` gets boxes that do not overlap and that together cover every voxel that may show something
+  /// else than at an earlier resampling with this padding, named by its number; with `since` 0, every voxel that
+  /// changed. Throws InputError where a padding is negative or there was no such resampling.
+  Resampled resample(
+    const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since = 0) const;
 
 private:
   class Impl;

@@ -31,9 +31,11 @@ Fingerprint Word(const char* at)
   return word;
 }
 
-/// Uses four lanes, so that a processor can multiply for one while it waits for another.
-Fingerprint OfPart(const char* data, std::size_t bytes)
+}
+
+Fingerprint FingerprintOfPart(const char* data, std::size_t bytes)
 {
+  // Four lanes, so that a processor can multiply for one while it waits for another.
   constexpr Fingerprint odd = 0x9e3779b97f4a7c15u;
   Fingerprint lanes[4] = { 1, 2, 3, 4 };
   std::size_t n = 0;
@@ -55,8 +57,6 @@ Fingerprint OfPart(const char* data, std::size_t bytes)
   return h;
 }
 
-}
-
 Fingerprint FingerprintOf(const void* data, std::size_t bytes, Fingerprint before)
 {
   // The parts do not depend on the number of threads, so neither does the result.
@@ -68,7 +68,7 @@ Fingerprint FingerprintOf(const void* data, std::size_t bytes, Fingerprint befor
       for (vtkIdType n = first; n < last; ++n)
       {
         const std::size_t from = static_cast<std::size_t>(n) * part;
-        parts[n] = OfPart(static_cast<const char*>(data) + from, std::min(part, bytes - from));
+        parts[n] = FingerprintOfPart(static_cast<const char*>(data) + from, std::min(part, bytes - from));
       }
     });
   Fingerprint h = Mix(before ^ bytes);

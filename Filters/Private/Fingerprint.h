@@ -21,6 +21,9 @@ using Fingerprint = vtkTypeUInt64;
 /// depend on the order of bytes in a word, and so are for this process alone.
 Fingerprint FingerprintOf(const void* data, std::size_t bytes, Fingerprint before = 0);
 
+/// Another such number, made in this thread alone: for parts of something large.
+Fingerprint FingerprintOfPart(const char* data, std::size_t bytes);
+
 /// The fingerprint of an array's values, type and number of components; 0 for null.
 Fingerprint FingerprintOf(vtkDataArray* array);
 

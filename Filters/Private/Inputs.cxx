@@ -86,13 +86,9 @@ Fingerprint Leaf::GetFingerprint() const
   return OfCells(this->Data->GetStrips(), OfCells(this->Data->GetPolys(), h));
 }
 
-Fingerprint Inputs::GetFingerprint() const
+Fingerprint Inputs::GetImageFingerprint() const
 {
-  Fingerprint h = FingerprintOf(this->Problem.data(), this->Problem.size());
-  if (!this->Problem.empty())
-  {
-    return h; // nothing else is read
-  }
+  Fingerprint h = 0;
   if (this->Image)
   {
     vtkImageData* image = this->Image;
@@ -121,6 +117,12 @@ Fingerprint Inputs::GetFingerprint() const
       h = FingerprintOf(active, sizeof(active), h);
     }
   }
+  return h;
+}
+
+Fingerprint Inputs::GetLeavesFingerprint() const
+{
+  Fingerprint h = 0;
   for (const Leaf& leaf : this->Leaves)
   {
     const int place[] = { leaf.Port, leaf.Input, leaf.Block };
@@ -205,25 +207,42 @@ Inputs CollectInputs(vtkInformationVector** inputs)
 bool InputWatch::IsUnchanged(vtkInformationVector** connected, const Inputs& inputs, vtkMTimeType filterTime)
 {
   // Times tell quickly that nothing changed, but not that something did, since a reader runs again for every piece.
-  decltype(this->Times) times;
-  for (int port = 0; port < NUMBER_OF_PORTS; ++port)
+  const auto isUnchanged = [connected](Watched& watched, int firstPort, int endPort, const auto& fingerprint)
   {
-    for (int input = 0; input < connected[port]->GetNumberOfInformationObjects(); ++input)
+    decltype(watched.Times) times;
+    for (int port = firstPort; port < endPort; ++port)
     {
-      vtkDataObject* data = vtkDataObject::GetData(connected[port], input);
-      times.emplace_back(data, data ? data->GetMTime() : 0, data ? data->GetUpdateTime() : 0);
+      for (int input = 0; input < connected[port]->GetNumberOfInformationObjects(); ++input)
+      {
+        vtkDataObject* data = vtkDataObject::GetData(connected[port], input);
+        times.emplace_back(data, data ? data->GetMTime() : 0, data ? data->GetUpdateTime() : 0);
+      }
+      times.emplace_back(); // the end of a port
     }
-    times.emplace_back(); // the end of a port
-  }
-  const vtkMTimeType filterBefore = this->FilterTime;
-  const Fingerprint contentsBefore = this->Contents;
+    if (times == watched.Times)
+    {
+      return true;
+    }
+    const Fingerprint before = watched.Contents;
+    watched.Times = std::move(times);
+    watched.Contents = fingerprint();
+    return watched.Contents == before;
+  };
+  const bool sameProblem = this->Problem == inputs.Problem;
+  const bool sameFilter = this->FilterTime == filterTime;
+  this->Problem = inputs.Problem;
   this->FilterTime = filterTime;
-  if (times != this->Times)
+  if (!inputs.Problem.empty())
   {
-    this->Times = std::move(times);
-    this->Contents = inputs.GetFingerprint();
+    // Nothing else is read, and so nothing is known of it.
+    this->Image = Watched();
+    this->Leaves = Watched();
+    return sameProblem && sameFilter;
   }
-  return this->FilterTime == filterBefore && this->Contents == contentsBefore;
+  const bool sameImage = isUnchanged(this->Image, IMAGE, IMAGE + 1, [&] { return inputs.GetImageFingerprint(); });
+  const bool sameLeaves =
+    isUnchanged(this->Leaves, PROBES, NUMBER_OF_PORTS, [&] { return inputs.GetLeavesFingerprint(); });
+  return sameProblem && sameFilter && sameImage && sameLeaves;
 }
 
 }

@@ -58,8 +58,9 @@ struct Inputs
   /// In the order of port, input, block and process.
   std::vector<Leaf> Leaves;
 
-  /// The fingerprint of everything that can change an output.
-  Fingerprint GetFingerprint() const;
+  /// The fingerprints of all of the image, and of all of the leaves, that can change an output.
+  Fingerprint GetImageFingerprint() const;
+  Fingerprint GetLeavesFingerprint() const;
 };
 
 /// The inputs of this process. Empty datasets are left out.
@@ -74,9 +75,17 @@ public:
   bool IsUnchanged(vtkInformationVector** connected, const Inputs& inputs, vtkMTimeType filterTime);
 
 private:
+  /// The data of some ports with their times of change and update, and what these hold.
+  struct Watched
+  {
+    std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> Times;
+    Fingerprint Contents = 0;
+  };
+
   vtkMTimeType FilterTime = 0;
-  std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> Times; // with times of change and update
-  Fingerprint Contents = 0;
+  std::string Problem;
+  Watched Image; // apart from the leaves, since it is large and mostly stays as it is
+  Watched Leaves;
 };
 
 }

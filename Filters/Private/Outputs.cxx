@@ -2,7 +2,6 @@
 #include "Outputs.h"
 
 #include "Arrays.h"
-#include "Sampling.h"
 
 #include "vtkCellData.h"
 #include "vtkDataArraySelection.h"
@@ -18,7 +17,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -27,39 +28,6 @@ namespace vtkChainMail
 
 namespace
 {
-
-/// One sampler for each point array of the image.
-std::vector<std::unique_ptr<ArraySampler>> MakeSamplers(
-  const Scene& scene, const Grids& grids, vtkDataArray* engineScalars)
-{
-  // The same test as the model's, which only one thread at a time may use.
-  const double threshold = scene.Tissue.Threshold;
-  const auto isTissue = [engineScalars, threshold](vtkIdType voxel)
-  {
-    const double scalar = engineScalars->GetComponent(voxel, 0);
-    return std::isfinite(scalar) && scalar >= threshold;
-  };
-  vtkPointData* arrays = scene.Image->GetPointData();
-  std::vector<std::unique_ptr<ArraySampler>> samplers;
-  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
-  {
-    vtkAbstractArray* array = arrays->GetAbstractArray(a);
-    const std::string name = array->GetName() ? array->GetName() : "";
-    const bool isLabel = std::find(scene.LabelArrays.begin(), scene.LabelArrays.end(), name) != scene.LabelArrays.end();
-    const bool nearest =
-      scene.Nearest || isLabel || array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds();
-    const double background = array == scene.Scalars ? scene.BackgroundValue : vtkMath::Nan();
-    if (name == vtkDataSetAttributes::GhostArrayName())
-    {
-      samplers.push_back(std::make_unique<StillArray>(array, grids));
-    }
-    else
-    {
-      samplers.push_back(MakeSampler(array, grids, nearest, background, isTissue));
-    }
-  }
-  return samplers;
-}
 
 /// Makes the copies of the image's active arrays the active ones of `out`. Global ids are left out: they would have to
 /// be unique, but tissue that stretches shows one twice.
@@ -117,28 +85,91 @@ std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(const Scene& scene)
   return { { deformed, model } };
 }
 
+bool Outputs::Sampled::operator==(const Sampled& other) const
+{
+  const auto all = [](const Sampled& s)
+  { return std::tie(s.Array, s.Time, s.Size, s.Padding, s.Nearest, s.Still, s.Builds); };
+  const bool sameBackground =
+    this->Background == other.Background || (std::isnan(this->Background) && std::isnan(other.Background));
+  return all(*this) == all(other) && sameBackground;
+}
+
+/// Goes on with samplers of the last update where all is as it was, apart from the deformation.
+void Outputs::ChooseSamplers(const Scene& scene)
+{
+  // The same test as the model's, which only one thread at a time may use.
+  const double threshold = scene.Tissue.Threshold;
+  vtkDataArray* engineScalars = this->Source.GetEngineScalars();
+  const auto isTissue = [engineScalars, threshold](vtkIdType voxel)
+  {
+    const double scalar = engineScalars->GetComponent(voxel, 0);
+    return std::isfinite(scalar) && scalar >= threshold;
+  };
+  const std::vector<Sampled> before = std::move(this->Samplers);
+  this->Samplers.clear();
+  vtkPointData* arrays = scene.Image->GetPointData();
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    vtkAbstractArray* array = arrays->GetAbstractArray(a);
+    const std::string name = array->GetName() ? array->GetName() : "";
+    const bool isLabel = std::find(scene.LabelArrays.begin(), scene.LabelArrays.end(), name) != scene.LabelArrays.end();
+    Sampled one;
+    one.Array = array;
+    one.Time = std::max(array->GetMTime(), scene.Image->GetMTime());
+    one.Size = scene.Tissue.Size;
+    one.Padding = scene.Padding;
+    one.Nearest = scene.Nearest || isLabel || array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds();
+    one.Still = name == vtkDataSetAttributes::GhostArrayName();
+    one.Background = array == scene.Scalars ? scene.BackgroundValue : vtkMath::Nan();
+    one.Builds = this->Source.GetBuilds();
+    const auto same = std::find(before.begin(), before.end(), one);
+    const Grids grids{ one.Size, one.Padding };
+    if (same != before.end())
+    {
+      one.Sampler = same->Sampler;
+    }
+    else if (one.Still)
+    {
+      one.Sampler = std::make_shared<StillArray>(array, grids);
+    }
+    else
+    {
+      one.Sampler = MakeSampler(array, grids, one.Nearest, one.Background, isTissue);
+    }
+    this->Samplers.push_back(one);
+  }
+}
+
 void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
 {
   CopyGrid(scene, scene.Padding, output);
-  const Grids grids{ scene.Tissue.Size, scene.Padding };
-  const auto samplers = MakeSamplers(scene, grids, this->Source.GetEngineScalars());
-  this->Source.GetSimulation().resample(scene.Padding,
+  this->ChooseSamplers(scene);
+  std::uint64_t since = std::numeric_limits<std::uint64_t>::max();
+  for (const Sampled& one : this->Samplers)
+  {
+    since = std::min(since, one.Sampler->Begin());
+  }
+  const chainmail::Resampled resampled = this->Source.GetSimulation().resample(
+    scene.Padding,
     [&](const chainmail::ResampledBox& box)
     {
-      for (const auto& sampler : samplers)
+      for (const Sampled& one : this->Samplers)
       {
-        sampler->Sample({ box.first, box.size, box.offset });
+        one.Sampler->Sample({ box.first, box.size, box.offset });
       }
-    });
+    },
+    since);
 
   this->WarnAboutLostArrays(scene.Image);
   if (vtkAbstractArray* ghosts = scene.Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
   {
-    output->GetCellData()->AddArray(StillArray(ghosts, grids.Cells()).GetOutput());
+    StillArray still(ghosts, Grids{ scene.Tissue.Size, scene.Padding }.Cells());
+    still.Begin();
+    output->GetCellData()->AddArray(still.End(resampled.number, resampled.atRest));
   }
-  for (const auto& sampler : samplers)
+  for (const Sampled& one : this->Samplers)
   {
-    output->GetPointData()->AddArray(sampler->GetOutput());
+    output->GetPointData()->AddArray(one.Sampler->End(resampled.number, resampled.atRest));
   }
   CopyActiveAttributes(scene.Image->GetPointData(), output->GetPointData());
 }

@@ -6,6 +6,7 @@
 
 #include "Fingerprint.h"
 #include "Progress.h"
+#include "Sampling.h"
 #include "Scene.h"
 #include "Session.h"
 
@@ -16,9 +17,11 @@
 #include "vtkUnsignedCharArray.h"
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 class vtkDataArraySelection;
 class vtkPointData;
@@ -47,6 +50,23 @@ public:
   void ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* model);
 
 private:
+  /// A sampler and all that its output depends on, apart from the deformation.
+  struct Sampled
+  {
+    vtkAbstractArray* Array; ///< of the input
+    vtkMTimeType Time;
+    std::array<int, 3> Size;
+    std::array<int, 3> Padding;
+    bool Nearest;
+    bool Still;
+    double Background;
+    int Builds;
+    std::shared_ptr<ArraySampler> Sampler;
+
+    bool operator==(const Sampled& other) const;
+  };
+
+  void ChooseSamplers(const Scene& scene);
   void WriteDeformed(const Scene& scene, vtkImageData* output);
   void WriteModel(const Scene& scene, vtkImageData* output);
   void WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageData* output);
@@ -59,6 +79,8 @@ private:
 
   const Session& Source;
   Progress& Reports;
+
+  std::vector<Sampled> Samplers; // one for each point array of the image
 
   // Arrays that the outputs share as long as updates find nothing new.
   SharedArray<vtkFloatArray> Constraint;

@@ -5,8 +5,8 @@
 #define Sampling_h
 
 #include "Arrays.h"
-
-#include "Model.h"
+#include "Grids.h"
+#include "OutputBuffer.h"
 
 #include "vtkBitArray.h"
 #include "vtkSMPTools.h"
@@ -25,100 +25,24 @@
 namespace vtkChainMail
 {
 
-/// The size of an image with `padding` more voxels on every side. Axes with a single voxel are not padded.
-inline chainmail::Grid Padded(const std::array<int, 3>& size, int padding)
-{
-  chainmail::Grid grid;
-  for (int a = 0; a < 3; ++a)
-  {
-    grid.size[a] = size[a] + (size[a] > 1 ? 2 * padding : 0);
-  }
-  return grid;
-}
-
-/// The most padding, up to `wanted`, with which the image has no more voxels than can be handled.
-inline int FittingPadding(const std::array<int, 3>& size, int wanted)
-{
-  while (wanted > 0 && !Padded(size, wanted).fits())
-  {
-    --wanted;
-  }
-  return wanted;
-}
-
-/// The input's grid and the padded grid of the output. Indices are those of the input, from 0, so output voxels in the
-/// padding have a negative index or one beyond the size.
-struct Grids
-{
-  std::array<int, 3> Size;
-  std::array<int, 3> Padding;
-
-  bool IsPadded() const { return this->Padding != std::array<int, 3>{ { 0, 0, 0 } }; }
-  vtkIdType InputVoxels() const { return static_cast<vtkIdType>(this->Size[0]) * this->Size[1] * this->Size[2]; }
-  vtkIdType OutputWidth(int axis) const { return this->Size[axis] + 2 * static_cast<vtkIdType>(this->Padding[axis]); }
-  vtkIdType OutputVoxels() const { return this->OutputWidth(0) * this->OutputWidth(1) * this->OutputWidth(2); }
-  /// The same for the cells between the voxels.
-  Grids Cells() const
-  {
-    Grids cells = *this;
-    for (int& width : cells.Size)
-    {
-      width = std::max(width - 1, 1);
-    }
-    return cells;
-  }
-  vtkIdType InputId(int i, int j, int k) const
-  {
-    return i + this->Size[0] * (j + this->Size[1] * static_cast<vtkIdType>(k));
-  }
-  vtkIdType OutputId(int i, int j, int k) const
-  {
-    return (i + this->Padding[0]) +
-           this->OutputWidth(0) * ((j + this->Padding[1]) + this->OutputWidth(1) * (k + this->Padding[2]));
-  }
-};
-
-/// A box of output voxels with the offset from each to the place its material came from, 3 numbers a voxel [voxels]. 0:
-/// the voxel did not change. NaN: no material is left.
-struct Box
-{
-  std::array<int, 3> First;
-  std::array<int, 3> Size;
-  const float* Offset;
-
-  int Rows() const { return this->Size[1] * this->Size[2]; }
-
-  /// Calls f(voxel, offset) for the voxels of a row that change.
-  template <typename F> void ForChanged(int row, F&& f) const
-  {
-    std::array<int, 3> voxel = { { this->First[0], this->First[1] + row % this->Size[1],
-      this->First[2] + row / this->Size[1] } };
-    const float* offset = this->Offset + 3 * static_cast<std::size_t>(row) * this->Size[0];
-    for (int n = 0; n < this->Size[0]; ++n, ++voxel[0], offset += 3)
-    {
-      // This is true for NaN, too.
-      if (offset[0] != 0.0f || offset[1] != 0.0f || offset[2] != 0.0f)
-      {
-        f(voxel, offset);
-      }
-    }
-  }
-};
-
 /// Tells whether a voxel of the input is tissue at rest. May be called from several threads.
 using TissueTest = std::function<bool(vtkIdType)>;
 
-/// Makes one array of the output from one of the input.
+/// Makes one array of the output from one of the input, which stays as it is, update after update.
 class ArraySampler
 {
 public:
   virtual ~ArraySampler() = default;
 
-  /// Writes the values that change in the box.
+  /// Begins an update. Returns the number of the resampling since which it needs the changes; 0 for all.
+  virtual std::uint64_t Begin() = 0;
+
+  /// Writes the values of the box.
   virtual void Sample(const Box& box) = 0;
 
-  /// The output's array. It is the input's own one where nothing has changed and there is no padding.
-  virtual vtkAbstractArray* GetOutput() = 0;
+  /// Ends the update, which is a resampling of this number. Returns the output's array: the input's own one where all
+  /// is at rest and there is no padding.
+  virtual vtkSmartPointer<vtkAbstractArray> End(std::uint64_t number, bool atRest) = 0;
 };
 
 /// Samples arrays of numbers, stored interleaved: trilinear or nearest.
@@ -142,21 +66,51 @@ public:
     this->Step[2] = this->Step[1] * grids.Size[1];
   }
 
+  std::uint64_t Begin() override
+  {
+    this->Out = nullptr;
+    for (std::size_t n : { 0, 1 })
+    {
+      const auto& buffer = this->Buffers[n];
+      if (buffer && buffer->IsFree())
+      {
+        this->Current = buffer.get();
+        return this->Since = buffer->GetNumber();
+      }
+    }
+    // Readers have all that there is, so there will be a new one, which begins as a copy of the last.
+    this->Current = nullptr;
+    return this->Since = this->Buffers[1] ? this->Buffers[1]->GetNumber() : 0;
+  }
+
   void Sample(const Box& box) override
   {
     this->MakeOutput();
-    vtkSMPTools::For(0, box.Rows(),
+    const auto rows = static_cast<vtkIdType>(box.Rows());
+    for (int k = box.First[2]; k < box.First[2] + box.Size[2]; ++k)
+    {
+      const vtkIdType first = this->G.OutputId(box.First[0], box.First[1], k);
+      const vtkIdType last = this->G.OutputId(box.First[0] + box.Size[0], box.First[1] + box.Size[1] - 1, k);
+      this->Current->Touch(this->Bytes(first), this->Bytes(last - first));
+    }
+    vtkSMPTools::For(0, rows,
       [&](vtkIdType first, vtkIdType last)
       {
         for (vtkIdType row = first; row < last; ++row)
         {
-          box.ForChanged(static_cast<int>(row),
+          box.ForVoxels(static_cast<int>(row), this->Since != 0,
             [&](const std::array<int, 3>& voxel, const float* offset)
             {
               T* out = this->Out + this->Components * this->G.OutputId(voxel[0], voxel[1], voxel[2]);
-              if (std::isnan(offset[0]))
+              const bool rests = offset[0] == 0.0f && offset[1] == 0.0f && offset[2] == 0.0f;
+              if (std::isnan(offset[0]) || (rests && !this->G.IsInput(voxel)))
               {
                 std::copy(this->Background.begin(), this->Background.end(), out);
+              }
+              else if (rests)
+              {
+                std::copy_n(
+                  this->In + this->Components * this->G.InputId(voxel[0], voxel[1], voxel[2]), this->Components, out);
               }
               else
               {
@@ -167,13 +121,26 @@ public:
       });
   }
 
-  vtkAbstractArray* GetOutput() override
+  vtkSmartPointer<vtkAbstractArray> End(std::uint64_t number, bool atRest) override
   {
-    if (this->G.IsPadded())
+    const bool isInput = atRest && !this->G.IsPadded();
+    if (!isInput)
     {
       this->MakeOutput();
     }
-    return this->Output ? this->Output.Get() : this->Original.Get();
+    if (this->Out)
+    {
+      this->Current->Finish(number);
+    }
+    if (isInput)
+    {
+      return this->Original;
+    }
+    auto output = vtkSmartPointer<vtkDataArray>::Take(this->Input->NewInstance());
+    Describe(output, this->Original);
+    output->SetLookupTable(this->Original->GetLookupTable());
+    this->Current->Lend(output);
+    return output;
   }
 
 private:
@@ -325,18 +292,40 @@ private:
     }
   }
 
+  std::size_t Bytes(vtkIdType voxels) const { return static_cast<std::size_t>(voxels) * this->Components * sizeof(T); }
+
+  /// Sees to it that there is a buffer to write to, and that it holds the result of the resampling `Since`.
   void MakeOutput()
   {
-    if (this->Output)
+    if (this->Out)
     {
       return;
     }
     this->MakeBackground();
-    this->Output.TakeReference(this->Input->NewInstance());
-    Describe(this->Output, this->Original);
-    Allocate(this->Output, this->G.OutputVoxels());
-    this->Output->SetLookupTable(this->Original->GetLookupTable());
-    this->Out = static_cast<T*>(this->Output->GetVoidPointer(0));
+    if (!this->Current)
+    {
+      this->Buffers[0] = std::make_unique<OutputBuffer>(this->Bytes(this->G.OutputVoxels()));
+      this->Current = this->Buffers[0].get();
+      this->Current->TouchAll();
+      if (this->Since != 0)
+      {
+        std::memcpy(this->Current->GetData(), this->Buffers[1]->GetData(), this->Bytes(this->G.OutputVoxels()));
+      }
+    }
+    if (this->Current == this->Buffers[0].get())
+    {
+      std::swap(this->Buffers[0], this->Buffers[1]); // the newer one comes last
+    }
+    this->Out = reinterpret_cast<T*>(this->Current->GetData());
+    if (this->Since == 0)
+    {
+      this->Current->TouchAll();
+      this->CopyInput();
+    }
+  }
+
+  void CopyInput()
+  {
     if (this->G.IsPadded())
     {
       for (vtkIdType v = 0; v < this->G.OutputVoxels(); ++v)
@@ -344,19 +333,22 @@ private:
         std::copy(this->Background.begin(), this->Background.end(), this->Out + v * this->Components);
       }
     }
-    const std::size_t row = static_cast<std::size_t>(this->G.Size[0]) * this->Components * sizeof(T);
     for (int k = 0; k < this->G.Size[2]; ++k)
     {
       for (int j = 0; j < this->G.Size[1]; ++j)
       {
         std::memcpy(this->Out + this->Components * this->G.OutputId(0, j, k),
-          this->In + this->Components * this->G.InputId(0, j, k), row);
+          this->In + this->Components * this->G.InputId(0, j, k), this->Bytes(this->G.Size[0]));
       }
     }
   }
 
   void MakeBackground()
   {
+    if (!this->Background.empty())
+    {
+      return;
+    }
     if (!std::isnan(this->BackgroundValue))
     {
       this->Background.assign(this->Components, ToType(this->BackgroundValue));
@@ -390,7 +382,11 @@ private:
   TissueTest IsTissue;
   vtkIdType Step[3];
   std::vector<T> Background;
-  vtkSmartPointer<vtkDataArray> Output;
+
+  // One is on show and stays as it is until an update has succeeded; the next update writes to the other one.
+  std::array<std::unique_ptr<OutputBuffer>, 2> Buffers;
+  OutputBuffer* Current = nullptr; // of the update that is under way
+  std::uint64_t Since = 0;         // the resampling whose result it held when the update began
   T* Out = nullptr;
 };
 
@@ -405,12 +401,18 @@ public:
   {
   }
 
+  std::uint64_t Begin() override
+  {
+    this->Output = nullptr;
+    return 0;
+  }
+
   void Sample(const Box& box) override
   {
     this->MakeOutput();
     for (int row = 0; row < box.Rows(); ++row)
     {
-      box.ForChanged(row,
+      box.ForVoxels(row, false,
         [&](const std::array<int, 3>& voxel, const float* offset)
         {
           const vtkIdType id = this->G.OutputId(voxel[0], voxel[1], voxel[2]);
@@ -430,13 +432,14 @@ public:
     }
   }
 
-  vtkAbstractArray* GetOutput() override
+  vtkSmartPointer<vtkAbstractArray> End(std::uint64_t, bool atRest) override
   {
-    if (this->G.IsPadded())
+    if (atRest && !this->G.IsPadded())
     {
-      this->MakeOutput();
+      return this->Input;
     }
-    return this->Output ? this->Output.Get() : this->Input.Get();
+    this->MakeOutput();
+    return this->Output;
   }
 
 private:
@@ -512,9 +515,9 @@ public:
   {
   }
 
+  std::uint64_t Begin() override { return this->Padded->Begin(); }
   void Sample(const Box&) override {}
-
-  vtkAbstractArray* GetOutput() override { return this->Padded->GetOutput(); }
+  vtkSmartPointer<vtkAbstractArray> End(std::uint64_t number, bool) override { return this->Padded->End(number, true); }
 
 private:
   std::unique_ptr<ArraySampler> Padded;

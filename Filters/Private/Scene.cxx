@@ -2,7 +2,7 @@
 #include "Scene.h"
 
 #include "../vtkChainMailDeformation.h"
-#include "Sampling.h"
+#include "Grids.h"
 #include "Text.h"
 
 #include "vtkAbstractArray.h"

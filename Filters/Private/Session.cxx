@@ -159,6 +159,7 @@ void Session::Build(const Scene& scene)
   this->EngineConstraints = constraints;
   this->Model = model;
   this->Simulation = std::move(simulation);
+  ++this->Builds;
   this->AboutProbes.Clear();
   this->MethodUsed = Method(); // as in a new simulation
   this->Tissue = tissue;

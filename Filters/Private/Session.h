@@ -64,6 +64,8 @@ public:
   const chainmail::Model& GetModel() const { return *this->Model; }
   chainmail::Simulation& GetSimulation() const { return *this->Simulation; }
   const Findings& GetFindings() const { return this->Found; }
+  /// How often the model and the simulation were made.
+  int GetBuilds() const { return this->Builds; }
   /// How often elements came or went, and how often links did. With either, rigid clusters may change.
   int GetTissueChanges() const { return this->TissueChanges; }
   int GetLinkChanges() const { return this->LinkChanges; }
@@ -118,6 +120,7 @@ private:
   SurfaceHistory CarveHistory;
 
   Findings Found;
+  int Builds = 0;
   int TissueChanges = 0;
   int LinkChanges = 0;
 };

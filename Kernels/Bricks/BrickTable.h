@@ -28,6 +28,8 @@ public:
     return (i / this->size_[0] + 1) + this->strideY_ * (j / this->size_[1] + 1) +
            this->strideZ_ * (k / this->size_[2] + 1);
   }
+  /// All numbers of bricks are less than this.
+  int numbers() const { return static_cast<int>(this->table_.size()); }
   Index3 origin(int brick) const;
   int beside(int brick, int x, int y, int z) const { return brick + x + y * this->strideY_ + z * this->strideZ_; }
   int neighbour(int brick, int direction) const

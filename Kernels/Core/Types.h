@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -123,6 +124,13 @@ struct ResampledBox
   Index3 first{}; ///< lowest voxel, in the grid's indices; may be negative when the output is padded
   Index3 size{};
   const float* offset = nullptr;
+};
+
+/// What a resampling found.
+struct Resampled
+{
+  std::uint64_t number = 0; ///< of the resampling, by which later ones can go on from it
+  bool atRest = true;       ///< every voxel shows what it showed before all deformation
 };
 
 }

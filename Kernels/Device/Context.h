@@ -171,6 +171,15 @@ public:
   }
   const cl::Buffer& get() const { return this->buffer_; }
   std::size_t bytes() const { return this->bytes_; }
+  /// Gives the memory back where it is more than that.
+  void trim(std::size_t most)
+  {
+    if (this->bytes_ > most)
+    {
+      this->buffer_ = cl::Buffer();
+      this->bytes_ = 0;
+    }
+  }
 
 private:
   const char* purpose_;

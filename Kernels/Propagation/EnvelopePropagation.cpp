@@ -1,5 +1,7 @@
 #include "EnvelopePropagation.h"
 
+#include "fixedpointaccount.clh"
+
 #include <algorithm>
 
 namespace chainmail
@@ -40,6 +42,11 @@ void EnvelopePropagation::start(const std::vector<int>& bricks)
   context.launch(context.kernel("envelope.cl", this->bricks_.defines(true), "beginShifts"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
     this->bricks_.displacement, this->bricks_.before(), this->shift_.buffer);
+}
+
+void EnvelopePropagation::heldChanged()
+{
+  this->fixedPoint_.forget(VISIT_FREE | VISIT_HELD);
 }
 
 int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& checkpoint)

@@ -30,6 +30,9 @@ public:
   /// Begins a wave in the bricks of the moved handles.
   void start(const std::vector<int>& bricks);
 
+  /// To be called where other tissue is held than before while the wave is under way.
+  void heldChanged();
+
   /// Lets the wave travel for at most `iterations` (0: to its end). In each one every brick that the wave has reached
   /// has its turn once. A conflict of more than `enough` ends the wave where it is; conflict() is then at most the
   /// whole conflict. Returns the number of iterations.

@@ -184,6 +184,16 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
   return done;
 }
 
+void FixedPoint::forget(int flags)
+{
+  this->visits_.fromDevice(this->bricks_.context());
+  for (int slot = 0; slot < this->visits_.rows(); ++slot)
+  {
+    this->visits_[slot][VISIT_STATE] &= ~flags;
+  }
+  this->visits_.toDevice(this->bricks_.context());
+}
+
 std::vector<int> FixedPoint::slotsWith(int flags)
 {
   this->visits_.fromDevice(this->bricks_.context());

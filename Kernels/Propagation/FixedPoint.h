@@ -34,6 +34,9 @@ public:
   /// has its turn once. An extreme of more than `enough` ends it where it is. Returns the number of iterations.
   int run(int iterations, float enough, const Checkpoint& checkpoint, const OwnArguments& own);
 
+  /// Takes away what the kernel noted in the rows of all bricks by these flags.
+  void forget(int flags);
+
   /// The largest value of each extreme so far.
   const std::vector<float>& extremes() const { return this->extremes_; }
 

@@ -151,6 +151,7 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
   if (this->wave_)
   {
     this->markHeld();
+    this->propagation_.heldChanged();
   }
   int done = 0;
   while (this->underWay() && (iterations == 0 || done < iterations))

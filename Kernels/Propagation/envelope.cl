@@ -115,16 +115,51 @@ RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint
   return SOME(held);
 }
 
+#if WIDTH > 1
+
+// Whether any element of a brick, or of the bricks beyond its faces, is held on any axis: VISIT_HELD or VISIT_FREE. It
+// is found out once in a wave, since most bricks have nothing to do with held tissue.
+inline int heldNear(uint slot, global int* visits, uint tissuePitch, global const int* table, global const int* place,
+  int strideY, int strideZ, global const float* constraint)
+{
+  const int known = visits[VISIT_ROW * slot + VISIT_STATE] & (VISIT_FREE | VISIT_HELD);
+  if (known)
+  {
+    return known;
+  }
+  const int at = place[slot];
+  const int bricks[7] = { at, at - 1, at + 1, at - strideY, at + strideY, at - strideZ, at + strideZ };
+  mask held = (mask)(0);
+  for (int n = 0; n < 7 * AXES; ++n)
+  {
+    global const float* c = constraint + n % AXES * tissuePitch + table[bricks[n / AXES]] * ELEMENTS;
+    for (int m = 0; m < ELEMENTS; m += WIDTH)
+    {
+      held |= isHeld(LOAD(c + m));
+    }
+  }
+  const int found = SOME(held) ? VISIT_HELD : VISIT_FREE;
+  visits[VISIT_ROW * slot + VISIT_STATE] |= found;
+  return found;
+}
+#define MAY_BE_HELD                                                                                                    \
+  (heldNear(slot, visits, tissuePitch, table, place, strideY, strideZ, constraint) == VISIT_HELD)
+
+#else
+#define MAY_BE_HELD true
+#endif
+
 kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement, global const float* before,
   global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
 {
   FIXED_POINT_BEGIN
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
+  const bool mayBeHeld = MAY_BE_HELD;
 #define WAVE(odd, beside)                                                                                              \
   wave(odd, beside, &s, pitch, tissuePitch, displacement, before, constraint, cut,                                     \
     conflict SPIN_PASSED_ON SHIFT_PASSED_ON)
 #define FREE_WAVE(odd) WAVE(odd, 0)
-  FIXED_POINT(anyHeld(&s, tissuePitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
+  FIXED_POINT(mayBeHeld && anyHeld(&s, tissuePitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
 #undef FREE_WAVE
 #undef WAVE
   for (int n = 0; n < 6; ++n)

@@ -1,8 +1,9 @@
 #pragma once
 
-#include "Bricks.h"
+#include "BrickReach.h"
 #include "Types.h"
 
+#include <cstdint>
 #include <functional>
 
 namespace chainmail
@@ -13,12 +14,10 @@ namespace chainmail
 class Resampling
 {
 public:
-  explicit Resampling(Bricks& bricks)
-    : bricks_(bricks)
-  {
-  }
+  explicit Resampling(Bricks& bricks);
 
-  void run(const Index3& padding, const std::function<void(double)>& checkpoint,
+  /// See Simulation::resample().
+  Resampled run(const Index3& padding, std::uint64_t since, const std::function<void(double)>& checkpoint,
     const std::function<void(const ResampledBox&)>& visit);
 
   /// Some bricks of the output that are handled at once.
@@ -35,10 +34,21 @@ public:
   };
 
 private:
+  void noteChanges(const OutputFrame& frame);
+  void locateAll(const OutputFrame& frame, const std::vector<BrickReach>& reaches,
+    const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint,
+    const std::function<void(const ResampledBox&)>& visit);
   /// Finds the offsets of all voxels of a batch, brick by brick, 3 floats each.
   const cl::Buffer& locate(const Batch& batch);
 
   Bricks& bricks_;
+  Survey survey_;
+  Survey::Look first_ = 1; ///< of the looks with the present padding,
+  Survey::Look last_ = 0;  ///< and the last
+  Index3 padding_{};
+  Ranges ranges_; ///< as of the last run
+  /// For each brick of the output the last look that found that it may show something else than at the look before.
+  std::vector<Survey::Look> changedAt_;
   Scratch list_{ "the list of bricks" };
   Scratch places_{ "the list of bricks" };
   Scratch firsts_{ "the list of bricks" };

@@ -1,5 +1,9 @@
 #include "Settling.h"
 
+#include "Baselines/DenseSweep.h"
+
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -86,13 +90,18 @@ int sweepsToSettle(
 
 std::vector<double> denseSweep(Session& session, const Block& block)
 {
+  return denseSweeps(session, block)[0];
+}
+
+std::array<std::vector<double>, 2> denseSweeps(Session& session, const Block& block)
+{
   constexpr int sweeps = 20;
   const int n = block.grid.size[0];
   Block loose = block; // what is anchored does not move
   loose.anchors.faces.fill(false);
   Simulation simulation = session.simulate(loose.model());
-  Task task;
-  task.prepare = [&]
+  Task engine;
+  engine.prepare = [&]
   {
     simulation.reset();
     simulation.pull(lattice(n, 0.99));
@@ -100,8 +109,8 @@ std::vector<double> denseSweep(Session& session, const Block& block)
     simulation.pull(lattice(n, 1.0)); // sweeps count from here: blocked groups have no turn among so few
   };
   double largestMove = 0.0;
-  task.run = [&] { largestMove = simulation.relax(sweeps, 0.0).largestMove; };
-  task.check = [&]
+  engine.run = [&] { largestMove = simulation.relax(sweeps, 0.0).largestMove; };
+  engine.check = [&]
   {
     requireSound(simulation);
     const double share = shareInMotion(simulation);
@@ -111,10 +120,49 @@ std::vector<double> denseSweep(Session& session, const Block& block)
                                std::to_string(largestMove) + " at most");
     }
   };
-  std::vector<double> milliseconds = session.time(task);
-  for (double& value : milliseconds)
+  std::vector<Task> tasks{ engine };
+
+  // Its time does not depend on what moves.
+  baseline::DenseSweep plain(block.grid.size, block.constraints());
+  Task yardstick;
+  yardstick.prepare = [&]
   {
-    value /= sweeps;
+    Random random(3);
+    std::array<std::vector<float>, 3> state;
+    for (std::vector<float>& axis : state)
+    {
+      axis.resize(block.grid.voxels());
+      std::generate(axis.begin(), axis.end(), [&] { return static_cast<float>(random(-0.02, 0.02)); });
+    }
+    plain.start(state, std::vector<char>(block.grid.voxels(), 0));
+  };
+  yardstick.run = [&]
+  {
+    for (int sweep = 0; sweep < sweeps; ++sweep)
+    {
+      plain.sweep(1.5f);
+    }
+  };
+  yardstick.check = [&]
+  {
+    const auto state = plain.state();
+    if (!std::all_of(state[0].begin(), state[0].end(), [](float u) { return std::fabs(u) <= 1.0f; }))
+    {
+      throw std::runtime_error("the plain sweep left its limits");
+    }
+  };
+  if (baseline::DenseSweep::runsHere())
+  {
+    tasks.push_back(yardstick);
+  }
+  const std::vector<std::vector<double>> times = session.time(tasks);
+  std::array<std::vector<double>, 2> milliseconds;
+  for (std::size_t task = 0; task < times.size(); ++task)
+  {
+    for (const double value : times[task])
+    {
+      milliseconds[task].push_back(value / sweeps);
+    }
   }
   return milliseconds;
 }

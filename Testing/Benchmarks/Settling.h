@@ -3,6 +3,7 @@
 #include "Blocks.h"
 #include "Session.h"
 
+#include <array>
 #include <functional>
 
 namespace bench
@@ -21,5 +22,9 @@ int sweepsToSettle(
 
 /// Milliseconds of one sweep in which all tissue of the block is in motion. Checks that it is.
 std::vector<double> denseSweep(Session& session, const Block& block);
+
+/// The same, taking turns with plain C++ (baseline::DenseSweep): the engine's milliseconds, then the other's. These are
+/// none where this processor cannot run it.
+std::array<std::vector<double>, 2> denseSweeps(Session& session, const Block& block);
 
 }

@@ -4,6 +4,7 @@
 #include "../Oracles/Optimiser.h"
 #include "../Oracles/Propagation.h"
 #include "../Oracles/Timestamps.h"
+#include "Baselines/DenseSweep.h"
 #include "Baselines/MassSpring.h"
 #include "Baselines/OverRelaxation.h"
 #include "Baselines/PublishedChainMail.h"
@@ -275,6 +276,47 @@ TEST(Baselines, OverRelaxationReachesTheOptimum)
     }
     EXPECT_NEAR(relaxation.energy(), optimum, 1e-4 * optimum);
   }
+}
+
+// Both go over the colours in the same order, so that they agree sweep by sweep, but for single precision.
+TEST(Baselines, DenseSweepsAreThoseOfOverRelaxation)
+{
+  if (!baseline::DenseSweep::runsHere())
+  {
+    GTEST_SKIP() << "compiled for another processor";
+  }
+  const Index3 size{ 19, 8, 7 };
+  const bench::Block block = bench::heterogeneousBlock(size, 6);
+  std::vector<char> held(block.grid.voxels(), 0);
+  baseline::State state;
+  Random random(4);
+  for (int a = 0; a < 3; ++a)
+  {
+    for (std::size_t v = 0; v < held.size(); ++v)
+    {
+      held[v] = v % 31 == 0;
+      state[a].push_back(static_cast<float>(random(-0.02, 0.02)));
+    }
+  }
+  baseline::OverRelaxation reference(size, block.constraints());
+  baseline::DenseSweep dense(size, block.constraints());
+  reference.start(state, held);
+  dense.start(state, held);
+  for (int sweep = 0; sweep < 10; ++sweep)
+  {
+    reference.sweep(1.5);
+    dense.sweep(1.5f);
+    const baseline::State expected = reference.state();
+    const auto found = dense.state();
+    for (int a = 0; a < 3; ++a)
+    {
+      for (std::size_t v = 0; v < held.size(); ++v)
+      {
+        ASSERT_NEAR(found[a][v], expected[a][v], 2e-6) << "sweep " << sweep << ", voxel " << v;
+      }
+    }
+  }
+  EXPECT_NE(dense.state()[0], state[0]);
 }
 
 TEST(Baselines, TetrahedraOfThePaper)

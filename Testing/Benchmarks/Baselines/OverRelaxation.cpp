@@ -71,6 +71,16 @@ void OverRelaxation::start(const State& state, const std::vector<char>& held)
   }
 }
 
+State OverRelaxation::state() const
+{
+  State state;
+  for (int a = 0; a < 3; ++a)
+  {
+    state[a].assign(this->u_[a].begin(), this->u_[a].end());
+  }
+  return state;
+}
+
 void OverRelaxation::add(Box& box, int axis, std::size_t i, std::size_t j) const
 {
   const double limit = 0.5 * (this->constraint_[i] + this->constraint_[j]);

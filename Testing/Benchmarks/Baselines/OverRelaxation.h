@@ -21,6 +21,7 @@ public:
   void sweep(double omega);
 
   double energy() const;
+  State state() const;
 
 private:
   struct Box

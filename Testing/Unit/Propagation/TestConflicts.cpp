@@ -36,6 +36,35 @@ Probe anchorAt(const Scene& scene, const Simulation& simulation, const Index3& p
   return anchor;
 }
 
+// The wave passes through a brick twice, on two sides of a wall of air. In between, an anchor comes on the second side.
+TEST(Conflicts, AnAnchorThatComesWhileAWaveIsUnderWayHolds)
+{
+  Scene scene({ 64, 8, 8 }, 0.2f);
+  for (int k = 0; k < 8; ++k)
+  {
+    for (int i = 0; i < 60; ++i)
+    {
+      scene.air(i, 4, k);
+    }
+  }
+  Simulation simulation = simulate(scene, { 16, 8, 8 });
+  const Probe probe = probeAt(scene, { 4, 2, 4 }, { 20.0, 0.0, 0.0 });
+  simulation.hold({ probe });
+  simulation.propagate(2);
+  const Index3 place{ 40, 6, 4 };
+  ASSERT_GT(state(simulation)[scene.grid.at(40, 2, 4)][0], 0.0) << "the wave has not come to the brick";
+  ASSERT_EQ(state(simulation)[scene.grid.at(place[0], place[1], place[2])][0], 0.0) << "the wave has come too far";
+  Probe anchor = probeAt(scene, place, {});
+  anchor.anchor = true;
+  simulation.hold({ probe, anchor });
+  while (!simulation.propagate(1).finished)
+  {
+  }
+  EXPECT_EQ(state(simulation)[scene.grid.at(place[0], place[1], place[2])][0], 0.0);
+  EXPECT_GT(state(simulation)[scene.grid.at(4, 2, 4)][0], 15.0);
+  EXPECT_LE(simulation.measure().maxLinkExcess, rounding(20.0));
+}
+
 // Probes that do not get what they ask for leave links that exceed their limits by rounding. An anchor beside such a
 // link must not look as if it pushed tissue, or its own probe would seem stuck between two others.
 TEST(Conflicts, AProbeComesBackAsFarAsAnchorsLetIt)

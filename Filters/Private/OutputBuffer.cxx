@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "OutputBuffer.h"
+
+#include "vtkAbstractArray.h"
+#include "vtkSMPTools.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <new>
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+constexpr std::size_t partSize = std::size_t(1) << 18;
+
+/// The memory that arrays have.
+struct Lent
+{
+  std::mutex Mutex;
+  std::map<void*, std::shared_ptr<char>> Memory;
+
+  // Never deleted: an array may outlive everything that is static.
+  static Lent& Get()
+  {
+    static Lent* const lent = new Lent;
+    return *lent;
+  }
+};
+
+template <typename F> void ForParts(std::size_t count, const F& f)
+{
+  vtkSMPTools::For(0, static_cast<vtkIdType>(count),
+    [&](vtkIdType first, vtkIdType last)
+    {
+      for (vtkIdType n = first; n < last; ++n)
+      {
+        f(static_cast<std::size_t>(n));
+      }
+    });
+}
+
+}
+
+OutputBuffer::OutputBuffer(std::size_t bytes)
+  : Bytes(bytes)
+  , Memory(static_cast<char*>(std::malloc(std::max<std::size_t>(bytes, 1))), std::free)
+  , Parts((bytes + partSize - 1) / partSize)
+  , Touched(this->Parts.size(), 1)
+{
+  if (!this->Memory)
+  {
+    throw std::bad_alloc();
+  }
+}
+
+bool OutputBuffer::IsFree() const
+{
+  Lent& lent = Lent::Get();
+  const std::lock_guard<std::mutex> lock(lent.Mutex);
+  return lent.Memory.count(this->GetData()) == 0;
+}
+
+std::uint64_t OutputBuffer::GetNumber()
+{
+  std::atomic<bool> intact{ true };
+  if (this->Number != 0)
+  {
+    ForParts(this->Parts.size(),
+      [&](std::size_t n)
+      {
+        const std::size_t first = n * partSize;
+        if (FingerprintOfPart(this->GetData() + first, std::min(partSize, this->Bytes - first)) != this->Parts[n])
+        {
+          intact = false;
+        }
+      });
+  }
+  this->Number = intact ? this->Number : 0;
+  return this->Number;
+}
+
+void OutputBuffer::Touch(std::size_t first, std::size_t bytes)
+{
+  this->Number = 0;
+  for (std::size_t n = first / partSize; n * partSize < first + bytes; ++n)
+  {
+    this->Touched[n] = 1;
+  }
+}
+
+void OutputBuffer::Finish(std::uint64_t number)
+{
+  ForParts(this->Parts.size(),
+    [&](std::size_t n)
+    {
+      if (this->Touched[n])
+      {
+        const std::size_t first = n * partSize;
+        this->Parts[n] = FingerprintOfPart(this->GetData() + first, std::min(partSize, this->Bytes - first));
+        this->Touched[n] = 0;
+      }
+    });
+  this->Number = number;
+}
+
+void OutputBuffer::Lend(vtkDataArray* array) const
+{
+  Lent& lent = Lent::Get();
+  {
+    const std::lock_guard<std::mutex> lock(lent.Mutex);
+    lent.Memory[this->GetData()] = this->Memory;
+  }
+  const auto values = static_cast<vtkIdType>(this->Bytes / static_cast<std::size_t>(array->GetDataTypeSize()));
+  array->SetVoidArray(this->GetData(), values, 0, vtkAbstractArray::VTK_DATA_ARRAY_USER_DEFINED);
+  array->SetArrayFreeFunction(&OutputBuffer::GiveBack);
+}
+
+void OutputBuffer::GiveBack(void* memory)
+{
+  Lent& lent = Lent::Get();
+  std::shared_ptr<char> last; // freed after the lock
+  const std::lock_guard<std::mutex> lock(lent.Mutex);
+  const auto found = lent.Memory.find(memory);
+  if (found != lent.Memory.end())
+  {
+    last = std::move(found->second);
+    lent.Memory.erase(found);
+  }
+}
+
+}

@@ -1,0 +1,188 @@
+#include "BrickReach.h"
+
+#include <cmath>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// How far [voxels] an element moves the tissue around it: the cells that it is a corner of and, since the border
+/// follows tissue, those next to them.
+constexpr int margin = 2;
+
+/// Rounds down, also below zero.
+int floorDiv(int n, int divisor)
+{
+  return n >= 0 ? n / divisor : -((divisor - 1 - n) / divisor);
+}
+
+}
+
+OutputFrame::OutputFrame(const Grid& grid, const Index3& padding, const Index3& brickSize)
+  : brickSize(brickSize)
+{
+  for (int a = 0; a < 3; ++a)
+  {
+    this->low[a] = -padding[a];
+    this->high[a] = grid.size[a] - 1 + padding[a];
+    this->firstBrick[a] = floorDiv(this->low[a], brickSize[a]);
+    this->bricks.size[a] = floorDiv(this->high[a], brickSize[a]) - this->firstBrick[a] + 1;
+  }
+}
+
+Index3 OutputFrame::origin(std::size_t n) const
+{
+  Index3 origin = this->bricks.indexOf(n);
+  for (int a = 0; a < 3; ++a)
+  {
+    origin[a] = (origin[a] + this->firstBrick[a]) * this->brickSize[a];
+  }
+  return origin;
+}
+
+std::size_t OutputFrame::at(const Index3& origin) const
+{
+  return this->bricks.at(floorDiv(origin[0], this->brickSize[0]) - this->firstBrick[0],
+    floorDiv(origin[1], this->brickSize[1]) - this->firstBrick[1],
+    floorDiv(origin[2], this->brickSize[2]) - this->firstBrick[2]);
+}
+
+BrickBox OutputFrame::between(const Vector3& from, const Vector3& to, const Index3& least, const Index3& most) const
+{
+  BrickBox box;
+  for (int a = 0; a < 3; ++a)
+  {
+    if (from[a] > most[a] || to[a] < least[a])
+    {
+      return {};
+    }
+    // Clamps before the conversion to integers, since a displacement may be far larger than any image.
+    const int first = static_cast<int>(std::max<double>(from[a], least[a]));
+    const int last = static_cast<int>(std::min<double>(to[a], most[a]));
+    box.first[a] = floorDiv(first, this->brickSize[a]) - this->firstBrick[a];
+    box.last[a] = floorDiv(last, this->brickSize[a]) - this->firstBrick[a];
+  }
+  return box;
+}
+
+Ranges::Ranges(const Bricks& bricks)
+  : bricks_(&bricks)
+  , numbers_(bricks.numbers(), 0)
+  , ranges_(1)
+{
+}
+
+Ranges::Ranges(const Bricks& bricks, const Survey& survey)
+  : Ranges(bricks)
+{
+  for (std::size_t n = 0; n < survey.displaced().size(); ++n)
+  {
+    const BrickExtent& extent = survey.extents()[n];
+    Range& range = this->of(survey.displaced()[n]);
+    std::copy_n(extent.low, 3, range.low.begin());
+    std::copy_n(extent.high, 3, range.high.begin());
+    std::copy_n(extent.first, 3, range.first.begin());
+    std::copy_n(extent.last, 3, range.last.begin());
+  }
+  for (const auto& [brick, bits] : bricks.links().all())
+  {
+    this->of(brick).cut = true;
+  }
+}
+
+Ranges::Range& Ranges::of(int brick)
+{
+  if (this->numbers_[brick] == 0)
+  {
+    this->numbers_[brick] = static_cast<int>(this->ranges_.size());
+    this->ranges_.emplace_back();
+  }
+  return this->ranges_[this->numbers_[brick]];
+}
+
+BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole) const
+{
+  // The air of a cell follows the elements around it, so all that moves the cell lies one voxel further at most. A cell
+  // lies between the places of its corners.
+  constexpr int around = margin + 1;
+  const Index3& grid = this->bricks_->model().grid().size;
+  const Index3 size = this->bricks_->size();
+  const Index3 origin = this->bricks_->origin(brick);
+  const Range& own = this->ranges_[this->numbers_[brick]];
+  Vector3 first;
+  Vector3 last;
+  Index3 low;
+  Index3 high;
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] = origin[a] + (whole ? 0.0 : own.first[a]);
+    last[a] = origin[a] + (whole ? size[a] - 1.0 : own.last[a]);
+    if (last[a] < first[a])
+    {
+      return {};
+    }
+    low[a] = std::max(static_cast<int>(first[a]) - around, 0) / size[a] * size[a];
+    high[a] = std::min(static_cast<int>(last[a]) + around, grid[a] - 1);
+  }
+  Range all;
+  for (int k = low[2]; k <= high[2]; k += size[2])
+  {
+    for (int j = low[1]; j <= high[1]; j += size[1])
+    {
+      for (int i = low[0]; i <= high[0]; i += size[0])
+      {
+        const Range& range = this->ranges_[this->numbers_[this->bricks_->brickAt(i, j, k)]];
+        for (int a = 0; a < 3; ++a)
+        {
+          all.low[a] = std::min(all.low[a], range.low[a]);
+          all.high[a] = std::max(all.high[a], range.high[a]);
+        }
+      }
+    }
+  }
+  // Where nothing is displaced no cell moves. Carved elements leave their own voxels.
+  const bool moves = all.low != Range().low || all.high != Range().high;
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] += std::floor(all.low[a]) - (moves ? margin : 0);
+    last[a] += std::ceil(all.high[a]) + (moves ? margin : 0);
+  }
+  return frame.between(first, last, frame.low, frame.high);
+}
+
+BrickBox Ranges::cells(int brick, const OutputFrame& frame) const
+{
+  const Index3& grid = this->bricks_->model().grid().size;
+  const Index3 origin = this->bricks_->origin(brick);
+  const Range& own = this->ranges_[this->numbers_[brick]];
+  Vector3 first;
+  Vector3 last;
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] = origin[a] + own.first[a] - margin;
+    last[a] = origin[a] + own.last[a] + margin;
+  }
+  return frame.between(first, last, { 0, 0, 0 }, { grid[0] - 1, grid[1] - 1, grid[2] - 1 });
+}
+
+std::vector<BrickReach> findReaches(
+  const Bricks& bricks, const OutputFrame& frame, const Survey& survey, const Ranges& ranges)
+{
+  std::vector<BrickReach> reaches;
+  for (const int brick : survey.displaced())
+  {
+    reaches.push_back({ ranges.cells(brick, frame), ranges.shown(brick, frame, false) });
+  }
+  for (const int brick : bricks.links().carvedBricks())
+  {
+    // A carved element leaves its voxel.
+    BrickBox own;
+    own.include(frame.bricks.indexOf(frame.at(bricks.origin(brick))));
+    reaches.push_back({ own, own });
+  }
+  return reaches;
+}
+
+}

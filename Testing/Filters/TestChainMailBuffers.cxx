@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The deformed volume lies in memory that is used again, and only what changed is written. Nobody may notice: every
+// update shows what a new filter shows, and arrays that somebody still has stay as they were.
+
+#include "FilterTest.h"
+
+#include "vtkShortArray.h"
+
+#include <functional>
+#include <set>
+
+using namespace FilterTest;
+
+namespace
+{
+
+vtkSmartPointer<vtkImageData> MakeScan()
+{
+  auto image = MakeImage({ { 0, 39, 0, 19, 0, 15 } });
+  Noise noise(7);
+  vtkNew<vtkShortArray> scan;
+  scan->SetName("Scan");
+  scan->SetNumberOfTuples(image->GetNumberOfPoints());
+  Fill(scan, image, [&](int, int, int) { return noise.Next() % 8 == 0 ? 0 : 20 + noise.Next() % 60; });
+  vtkNew<vtkDoubleArray> vectors;
+  vectors->SetName("Vectors");
+  vectors->SetNumberOfComponents(3);
+  vectors->SetNumberOfTuples(image->GetNumberOfPoints());
+  Fill(vectors, image, [&](int i, int j, int k) { return 0.1 * i - 0.3 * j + 0.7 * k; });
+  image->GetPointData()->SetScalars(scan);
+  image->GetPointData()->AddArray(vectors);
+  return image;
+}
+
+void SetUp(vtkChainMailDeformation* filter, vtkImageData* image)
+{
+  filter->SetInputData(image);
+  filter->SetTissueThreshold(10.0);
+  filter->SetMaterialFunction(ConstantMaterial(0.3));
+  filter->SetRelaxationIterations(3);
+  filter->SetBrickSize(8, 4, 4);
+}
+
+const Probe left{ { { 8.0, 9.0, 7.0 } }, { { 2.0, 0.6, 0.0 } }, 1.2 };
+const Probe right{ { { 31.0, 9.0, 7.0 } }, { { -1.3, 0.0, 0.8 } }, 1.2 };
+
+vtkDataArray* Scan(vtkImageData* image)
+{
+  return image->GetPointData()->GetArray("Scan");
+}
+
+using Change = std::function<void(vtkChainMailDeformation*)>;
+
+/// What is set before each update, for the filter that goes on and for one that begins.
+std::vector<std::pair<std::string, Change>> Changes()
+{
+  const auto probes = [](const std::vector<Probe>& list)
+  { return [list](vtkChainMailDeformation* filter) { filter->SetInputDataObject(1, MakeProbes(list)); }; };
+  Probe further = right;
+  further.Displacement = { { -2.2, 0.5, 0.8 } };
+  return { { "a probe", probes({ left }) }, { "another", probes({ left, right }) },
+    { "the second goes on", probes({ left, further }) }, { "the first lets go", probes({ further }) },
+    { "nothing else", [](vtkChainMailDeformation* filter) { filter->Modified(); } }, { "none is left", probes({}) },
+    { "both again", probes({ left, right }) },
+    { "padding", [](vtkChainMailDeformation* filter) { filter->SetOutputPadding(3); } },
+    { "a probe with padding", probes({ further }) },
+    { "a background", [](vtkChainMailDeformation* filter) { filter->SetBackgroundValue(-5.0); } },
+    { "nearest", [](vtkChainMailDeformation* filter) { filter->SetInterpolationToNearest(); } },
+    { "no padding", [](vtkChainMailDeformation* filter) { filter->SetOutputPadding(0); } },
+    { "the other probe", probes({ left }) } };
+}
+
+void TestGoingOn(Checks& check, bool keepOutputs)
+{
+  const auto image = MakeScan();
+  vtkNew<vtkChainMailDeformation> filter;
+  EventLog log(filter);
+  SetUp(filter, image);
+  std::vector<std::pair<vtkSmartPointer<vtkImageData>, vtkSmartPointer<vtkImageData>>> outputs;
+  const auto changes = Changes();
+  for (std::size_t n = 0; n < changes.size(); ++n)
+  {
+    changes[n].second(filter);
+    filter->Update();
+    vtkNew<vtkChainMailDeformation> fresh;
+    SetUp(fresh, image);
+    for (std::size_t m = 0; m <= n; ++m)
+    {
+      changes[m].second(fresh);
+    }
+    fresh->Update();
+    check.That(SameImage(filter->GetOutput(), fresh->GetOutput()), changes[n].first);
+    if (keepOutputs)
+    {
+      auto kept = vtkSmartPointer<vtkImageData>::New();
+      auto copy = vtkSmartPointer<vtkImageData>::New();
+      kept->ShallowCopy(filter->GetOutput());
+      copy->DeepCopy(filter->GetOutput());
+      outputs.emplace_back(kept, copy);
+    }
+  }
+  for (std::size_t n = 0; n < outputs.size(); ++n)
+  {
+    check.That(SameImage(outputs[n].first, outputs[n].second), changes[n].first + ", an output that is kept");
+  }
+  check.Equal(log.TakeErrors(), std::string(), "no errors");
+}
+
+/// The memory of the volume after so many moves of a probe.
+void TestReuse(Checks& check)
+{
+  const auto image = MakeScan();
+  vtkSmartPointer<vtkDataArray> last;
+  {
+    vtkNew<vtkChainMailDeformation> filter;
+    SetUp(filter, image);
+    Probe probe = left;
+    const auto move = [&](vtkChainMailDeformation* one) { one->SetInputDataObject(1, MakeProbes({ probe, right })); };
+    const auto expectFresh = [&](const std::string& what)
+    {
+      vtkNew<vtkChainMailDeformation> fresh;
+      SetUp(fresh, image);
+      move(fresh);
+      fresh->Update();
+      check.That(SameImage(filter->GetOutput(), fresh->GetOutput()), what);
+    };
+    const auto step = [&]
+    {
+      probe.Displacement[0] -= 0.13;
+      move(filter);
+      filter->Update();
+      return Scan(filter->GetOutput());
+    };
+    std::set<void*> memory;
+    for (int n = 0; n < 6; ++n)
+    {
+      memory.insert(step()->GetVoidPointer(0));
+    }
+    check.Equal(memory.size(), std::size_t(2), "two buffers take turns");
+    expectFresh("six moves");
+
+    // Who writes to an output changes that output alone, whether it is the one on show or not.
+    for (int n = 0; n < 3; ++n)
+    {
+      vtkDataArray* scan = step();
+      std::memset(scan->GetVoidPointer(0), 0x3a, scan->GetNumberOfValues() * scan->GetDataTypeSize() / (n + 1));
+    }
+    step();
+    expectFresh("outputs that were written to");
+
+    // An array that shares the values of another has them as long as it lives.
+    vtkNew<vtkShortArray> sharing;
+    vtkNew<vtkShortArray> copy;
+    sharing->ShallowCopy(step());
+    copy->DeepCopy(sharing);
+    for (int n = 0; n < 4; ++n)
+    {
+      step();
+    }
+    check.Equal(std::memcmp(sharing->GetVoidPointer(0), copy->GetVoidPointer(0),
+                  copy->GetNumberOfValues() * copy->GetDataTypeSize()),
+      0, "values that an array of somebody else shares");
+    last = step();
+    copy->DeepCopy(last);
+    check.Equal(last->GetNumberOfTuples(), image->GetNumberOfPoints(), "an array that outlives the filter");
+  }
+  double sum = 0.0;
+  for (vtkIdType v = 0; v < last->GetNumberOfTuples(); ++v)
+  {
+    sum += last->GetTuple1(v);
+  }
+  check.That(sum > 0.0, "its values outlive the filter, too");
+}
+
+}
+
+int TestChainMailBuffers(int, char*[])
+{
+  Checks check;
+  TestGoingOn(check, false);
+  TestGoingOn(check, true);
+  TestReuse(check);
+  return check.Finish();
+}
