@@ -546,6 +546,9 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
     os << "(none)\n";
   }
   os << indent << "ConstraintArray: " << (this->ConstraintArray.empty() ? "(none)" : this->ConstraintArray) << "\n";
+  os << indent << "BodyArray: " << (this->BodyArray.empty() ? "(none)" : this->BodyArray) << "\n";
+  os << indent << "JointSize: " << this->JointSize << "\n";
+  os << indent << "JointConstraint: " << this->JointConstraint << "\n";
   os << indent << "TissueThreshold: " << this->TissueThreshold << "\n";
   os << indent << "AnchorRigid: " << (this->AnchorRigid ? "On" : "Off") << "\n";
   os << indent << "AnchoredFaces:";

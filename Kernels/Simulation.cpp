@@ -50,6 +50,7 @@ public:
   RelaxResult relax(int iterations, double tolerance);
   std::vector<ProbeResult> probes();
   HeldBy heldBy(std::size_t probe);
+  RigidClusters& rigidClusters();
   Statistics measure();
   void resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit);
   Bricks& voxels();
@@ -78,7 +79,6 @@ private:
   void reportCompiling(bool mayStop);
   void moved();
   std::vector<std::vector<std::size_t>> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
-  RigidClusters& rigidClusters();
   Relaxer& relaxer();
   void tissueChanged();
 
@@ -313,8 +313,7 @@ HeldBy Simulation::Impl::heldBy(std::size_t probe)
     }
   }
   heldBy.what = HeldBy::What::Rigid;
-  for (const std::size_t voxel :
-    this->reduction_ ? this->reduction_->voxelsOf(grip->voxel) : std::vector<std::size_t>{ grip->voxel })
+  for (const std::size_t voxel : this->readout_.voxelsOf(grip->voxel))
   {
     const Index3 at = this->model_->grid().indexOf(voxel);
     const int face = this->model_->anchoringFace(at[0], at[1], at[2]);
@@ -545,6 +544,12 @@ std::vector<ProbeResult> Simulation::probes() const
 HeldBy Simulation::heldBy(std::size_t probe) const
 {
   return this->impl_->called([&] { return this->impl_->heldBy(probe); });
+}
+
+std::vector<RigidBody> Simulation::bodies() const
+{
+  Impl& impl = *this->impl_;
+  return impl.called([&] { return impl.readout_.bodies(impl.handles_, impl.rigidClusters()); });
 }
 
 Statistics Simulation::measure() const

@@ -98,8 +98,8 @@ vtkDataArray* ReadScalars(vtkPointData* arrays, const ChosenArray& chosen)
   return NumbersOf("The array of scalars", scalars);
 }
 
-/// The array of constraints; null where no name is given.
-vtkDataArray* ReadConstraints(vtkPointData* arrays, const char* given)
+/// The point array whose name a property gives; null where it gives none.
+vtkDataArray* ReadNamed(vtkPointData* arrays, const std::string& property, const char* given)
 {
   const std::string name = given ? given : "";
   if (name.empty())
@@ -110,10 +110,10 @@ vtkDataArray* ReadConstraints(vtkPointData* arrays, const char* given)
   if (!array)
   {
     throw chainmail::InputError("The input image has no point array called \"" + name +
-                                "\" to take as ConstraintArray. " + ListArrays(arrays) +
+                                "\" to take as " + property + ". " + ListArrays(arrays) +
                                 " Choose one of these, or none.");
   }
-  return NumbersOf("ConstraintArray", array);
+  return NumbersOf(property, array);
 }
 
 /// The padding on every side of the image. Throws InputError where the image would become too large by it.
@@ -211,7 +211,7 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
 {
   vtkPointData* arrays = this->Image->GetPointData();
   this->Scalars = ReadScalars(arrays, chosen);
-  vtkDataArray* constraints = ReadConstraints(arrays, filter->GetConstraintArray());
+  vtkDataArray* constraints = ReadNamed(arrays, "ConstraintArray", filter->GetConstraintArray());
 
   TissueSource& tissue = this->Tissue;
   const vtkMTimeType imageTime = this->Image->GetMTime();
@@ -220,6 +220,8 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
   {
     tissue.Constraints.Take(constraints, imageTime, before.Constraints);
   }
+
+  this->ReadBodies(filter, before);
 
   this->Image->GetDimensions(tissue.Size.data());
   tissue.Spacing = this->Space.GetSpacing();
@@ -233,6 +235,26 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
   tissue.Device = filter->GetDevice() ? filter->GetDevice() : "";
   std::copy_n(filter->GetBrickSize(), 3, tissue.BrickSize.begin());
   tissue.ModelReduction = filter->GetModelReduction();
+}
+
+void Scene::ReadBodies(vtkChainMailDeformation* filter, const TissueSource& before)
+{
+  vtkDataArray* labels = ReadNamed(this->Image->GetPointData(), "BodyArray", filter->GetBodyArray());
+  const bool divides = (labels || filter->GetJointSize() > 0) && filter->GetJointConstraint() > 0.0;
+  TissueSource& tissue = this->Tissue;
+  if (labels)
+  {
+    this->LabelArrays.emplace_back(filter->GetBodyArray());
+  }
+  if (divides && labels)
+  {
+    tissue.Bodies.Take(labels, this->Image->GetMTime(), before.Bodies);
+  }
+  if (divides)
+  {
+    tissue.JointSize = filter->GetJointSize();
+    tissue.JointConstraint = filter->GetJointConstraint();
+  }
 }
 
 void Scene::ReadMaterial(vtkChainMailDeformation* filter)

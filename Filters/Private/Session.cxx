@@ -122,6 +122,10 @@ void Session::Build(const Scene& scene)
   material.tissueThreshold = tissue.Threshold;
   material.constraintArray = View(constraints);
   material.constraint = ToEngineFunction(scene.Function);
+  const vtkSmartPointer<vtkDataArray> bodies = tissue.Bodies.Array ? ToEngineArray(tissue.Bodies.Array) : nullptr;
+  material.joints.labels = View(bodies); // which is read by the model's constructor alone
+  material.joints.size = tissue.JointSize;
+  material.joints.constraint = tissue.JointConstraint;
   chainmail::Anchors anchors;
   anchors.rigid = tissue.AnchorRigid;
   anchors.faces = tissue.AnchoredFaces;

@@ -1,8 +1,11 @@
 #include "Model.h"
 
+#include "Dispatch.h"
 #include "ElementRule.h"
 #include "Error.h"
+#include "Joints.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -20,37 +23,6 @@ constexpr float air = -std::numeric_limits<float>::infinity();
 std::string toString(const Index3& size)
 {
   return std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]);
-}
-
-/// Calls `f` with a pointer of the array's own type.
-template <typename F> auto dispatch(const ArrayView& view, F&& f)
-{
-  switch (view.type)
-  {
-  case ArrayView::Type::Int8:
-    return f(static_cast<const std::int8_t*>(view.data));
-  case ArrayView::Type::UInt8:
-    return f(static_cast<const std::uint8_t*>(view.data));
-  case ArrayView::Type::Int16:
-    return f(static_cast<const std::int16_t*>(view.data));
-  case ArrayView::Type::UInt16:
-    return f(static_cast<const std::uint16_t*>(view.data));
-  case ArrayView::Type::Int32:
-    return f(static_cast<const std::int32_t*>(view.data));
-  case ArrayView::Type::UInt32:
-    return f(static_cast<const std::uint32_t*>(view.data));
-  case ArrayView::Type::Int64:
-    return f(static_cast<const std::int64_t*>(view.data));
-  case ArrayView::Type::UInt64:
-    return f(static_cast<const std::uint64_t*>(view.data));
-  case ArrayView::Type::Float32:
-    return f(static_cast<const float*>(view.data));
-  case ArrayView::Type::Float64:
-    return f(static_cast<const double*>(view.data));
-  case ArrayView::Type::None:
-    break;
-  }
-  throw InputError("An array without data was given.");
 }
 
 /// `where` returns the words that name the value. Only an error message needs them, and this is called for every voxel.
@@ -244,6 +216,7 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
       this->elements_ += row[static_cast<std::size_t>(i) * this->axes_] != air;
     }
   }
+  this->divide(material.joints);
   this->nonFinite_ = countNonFinite(scalars, grid.voxels());
   if (this->elements_ == 0)
   {
@@ -252,17 +225,53 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
   }
 }
 
-Model::Model(const Grid& grid, int axes, RowReader rows)
+/// Makes joints of the rigid tissue where bodies meet.
+void Model::divide(const Joints& joints)
+{
+  this->jointConstraint_ = checkedConstraint(joints.constraint, [] { return std::string("of the joints"); });
+  if (joints.size < 0)
+  {
+    throw InputError("The size of the joints is " + std::to_string(joints.size) + "; it has to be 0 (none) or more.");
+  }
+  this->divided_ = joints.wanted();
+  if (this->divided_)
+  {
+    this->joints_ = findJoints(this->grid_, this->axes_, this->read_, joints);
+  }
+}
+
+Model::Model(const Grid& grid, int axes, RowReader rows, std::vector<std::size_t> joints)
   : grid_(grid)
   , axes_(axes)
+  , joints_(std::move(joints))
   , read_(std::move(rows))
 {
   this->anchors_.faces.fill(false);
 }
 
+bool Model::isJoint(std::size_t voxel) const
+{
+  return !this->joints_.empty() && std::binary_search(this->joints_.begin(), this->joints_.end(), voxel);
+}
+
+/// Makes the joints among `count` voxels soft, from voxel number `first` on.
+void Model::soften(std::size_t first, int count, float* out) const
+{
+  const auto begin = std::lower_bound(this->joints_.begin(), this->joints_.end(), first);
+  for (auto joint = begin; joint != this->joints_.end() && *joint < first + count; ++joint)
+  {
+    float* c = out + (*joint - first) * this->axes_;
+    std::replace(c, c + this->axes_, 0.0f, this->jointConstraint_);
+  }
+}
+
 void Model::row(int i, int j, int k, int count, float* out) const
 {
   this->read_(this->grid_.at(i, j, k), count, out);
+  if (this->divided_)
+  {
+    this->soften(this->grid_.at(i, j, k), count, out);
+  }
   const Index3& size = this->grid_.size;
   std::array<bool, 6> faces = this->anchors_.faces;
   for (int a = 0; a < 3; ++a)

@@ -1,0 +1,382 @@
+#include "Joints.h"
+
+#include "Components.h"
+#include "Dispatch.h"
+#include "Error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+namespace chainmail
+{
+
+namespace
+{
+
+using Body = std::uint32_t;
+constexpr Body soft = 0;      // not rigid on any axis
+constexpr Body unlabelled = 1; // rigid, of a body that is known by nothing but its links
+constexpr Body firstBody = 2;
+
+using Mask = std::vector<char>;
+
+/// The neighbours of a voxel: visit(voxel).
+template <typename Visit> void forFaces(const Grid& grid, std::size_t voxel, const Visit& visit)
+{
+  const Index3 at = grid.indexOf(voxel);
+  const std::array<std::size_t, 3> strides{ 1, static_cast<std::size_t>(grid.size[0]),
+    static_cast<std::size_t>(grid.size[0]) * grid.size[1] };
+  for (int a = 0; a < 3; ++a)
+  {
+    if (at[a] > 0)
+    {
+      visit(voxel - strides[a]);
+    }
+    if (at[a] + 1 < grid.size[a])
+    {
+      visit(voxel + strides[a]);
+    }
+  }
+}
+
+/// Visits every line of voxels along an axis: visit(first voxel, stride).
+template <typename Visit> void forLines(const Grid& grid, int axis, const Visit& visit)
+{
+  const std::size_t stride = axis == 0 ? 1
+    : axis == 1                        ? static_cast<std::size_t>(grid.size[0])
+                                       : static_cast<std::size_t>(grid.size[0]) * grid.size[1];
+  for (std::size_t voxel = 0; voxel < grid.voxels(); ++voxel)
+  {
+    if (voxel / stride % grid.size[axis] == 0)
+    {
+      visit(voxel, stride);
+    }
+  }
+}
+
+std::vector<Body> rigidTissue(const Grid& grid, int axes, const Model::RowReader& read)
+{
+  std::vector<Body> bodies(grid.voxels(), soft);
+  const int width = grid.size[0];
+  std::vector<float> row(static_cast<std::size_t>(width) * axes);
+  for (std::size_t first = 0; first < bodies.size(); first += width)
+  {
+    read(first, width, row.data());
+    for (std::size_t n = 0; n < row.size(); ++n)
+    {
+      if (row[n] == 0.0f)
+      {
+        bodies[first + n / axes] = unlabelled;
+      }
+    }
+  }
+  return bodies;
+}
+
+/// The label of a voxel as a whole number; 0 for none.
+template <typename T> std::int64_t labelOf(T value, std::size_t voxel)
+{
+  if constexpr (std::is_floating_point<T>::value)
+  {
+    if (std::isnan(value))
+    {
+      return 0;
+    }
+    if (std::nearbyint(value) != value || std::fabs(value) > 9e18)
+    {
+      throw InputError("The label of the body at voxel " + std::to_string(voxel) + " is " + std::to_string(value) +
+                       "; labels have to be whole numbers.");
+    }
+  }
+  return static_cast<std::int64_t>(value);
+}
+
+/// Makes bodies of the labels of rigid voxels, in the order of labels. Returns the number behind the last one.
+Body readLabels(const ArrayView& labels, std::vector<Body>& bodies)
+{
+  if (labels.components != 1)
+  {
+    throw InputError("The array of bodies has " + std::to_string(labels.components) +
+                     " components; it needs 1, a label.");
+  }
+  return dispatch(labels,
+    [&](const auto* label)
+    {
+      std::set<std::int64_t> found;
+      std::int64_t last = 0;
+      for (std::size_t n = 0; n < bodies.size(); ++n)
+      {
+        const std::int64_t here = bodies[n] == soft ? 0 : labelOf(label[n], n);
+        if (here != 0 && here != last)
+        {
+          found.insert(here);
+          last = here;
+        }
+      }
+      const std::vector<std::int64_t> ordered(found.begin(), found.end());
+      for (std::size_t n = 0; n < bodies.size(); ++n)
+      {
+        const std::int64_t here = bodies[n] == soft ? 0 : labelOf(label[n], n);
+        if (here != 0)
+        {
+          const auto place = std::lower_bound(ordered.begin(), ordered.end(), here) - ordered.begin();
+          bodies[n] = firstBody + static_cast<Body>(place);
+        }
+      }
+      return firstBody + static_cast<Body>(ordered.size());
+    });
+}
+
+/// Unlabelled rigid tissue with what it encloses. What a face of the grid cuts open counts as enclosed where it is so
+/// within that face, since the body goes on beyond.
+Mask filled(const Grid& grid, const std::vector<Body>& bodies)
+{
+  constexpr char outside = 2;
+  Mask solid(bodies.size());
+  std::transform(bodies.begin(), bodies.end(), solid.begin(), [](Body body) { return body == unlabelled ? 1 : 0; });
+  std::vector<std::size_t> front;
+  for (int face = 0; face < 6; ++face)
+  {
+    const int across = face / 2;
+    const int layer = face % 2 == 0 ? 0 : grid.size[across] - 1;
+    const auto inFace = [&](std::size_t voxel) { return grid.indexOf(voxel)[across] == layer; };
+    Index3 at{ 0, 0, 0 };
+    at[across] = layer;
+    const int u = (across + 1) % 3;
+    const int v = (across + 2) % 3;
+    for (at[u] = 0; at[u] < grid.size[u]; ++at[u])
+    {
+      const bool isSide = at[u] == 0 || at[u] + 1 == grid.size[u];
+      for (at[v] = 0; at[v] < grid.size[v]; at[v] += isSide ? 1 : std::max(1, grid.size[v] - 1))
+      {
+        const std::size_t voxel = grid.at(at[0], at[1], at[2]);
+        if (solid[voxel] != 0)
+        {
+          continue;
+        }
+        solid[voxel] = outside;
+        visitComponent(voxel, front,
+          [&](std::size_t here, const auto& add)
+          {
+            forFaces(grid, here,
+              [&](std::size_t next)
+              {
+                if (solid[next] == 0 && inFace(next))
+                {
+                  solid[next] = outside;
+                  add(next);
+                }
+              });
+          });
+      }
+    }
+  }
+  std::vector<std::size_t> starts;
+  for (std::size_t n = 0; n < solid.size(); ++n)
+  {
+    if (solid[n] == outside)
+    {
+      starts.push_back(n);
+    }
+  }
+  for (const std::size_t start : starts)
+  {
+    visitComponent(start, front,
+      [&](std::size_t here, const auto& add)
+      {
+        forFaces(grid, here,
+          [&](std::size_t next)
+          {
+            if (solid[next] == 0)
+            {
+              solid[next] = outside;
+              add(next);
+            }
+          });
+      });
+  }
+  std::transform(solid.begin(), solid.end(), solid.begin(), [](char s) { return s == outside ? 0 : 1; });
+  return solid;
+}
+
+/// The voxels from which on a box of so many voxels along each axis, towards larger indices, is solid. Along an axis of
+/// fewer voxels the box has as many as there are.
+Mask corners(const Grid& grid, Mask solid, int size)
+{
+  for (int a = 0; a < 3; ++a)
+  {
+    const int length = std::min(size, grid.size[a]);
+    forLines(grid, a,
+      [&](std::size_t first, std::size_t stride)
+      {
+        int run = 0;
+        for (int n = grid.size[a] - 1; n >= 0; --n)
+        {
+          char& here = solid[first + n * stride];
+          run = here != 0 ? run + 1 : 0;
+          here = run >= length ? 1 : 0;
+        }
+      });
+  }
+  return solid;
+}
+
+/// Numbers the connected components of `thick` that have a voxel of `thicker`, from `next` on; 0 elsewhere.
+std::vector<Body> cores(const Grid& grid, Mask thick, const Mask& thicker, Body next)
+{
+  std::vector<Body> owner(thick.size(), 0);
+  std::vector<std::size_t> front;
+  for (std::size_t n = 0; n < thicker.size(); ++n)
+  {
+    if (thicker[n] == 0 || thick[n] == 0)
+    {
+      continue;
+    }
+    thick[n] = 0;
+    visitComponent(n, front,
+      [&](std::size_t here, const auto& add)
+      {
+        owner[here] = next;
+        forFaces(grid, here,
+          [&](std::size_t beside)
+          {
+            if (thick[beside] != 0)
+            {
+              thick[beside] = 0;
+              add(beside);
+            }
+          });
+      });
+    ++next;
+  }
+  return owner;
+}
+
+/// Gives all voxels of the boxes that begin at the voxels of bodies to these, the lowest where boxes overlap.
+void spreadBoxes(const Grid& grid, int size, std::vector<Body>& owner)
+{
+  std::vector<Body> line;
+  for (int a = 0; a < 3; ++a)
+  {
+    const int length = std::min(size, grid.size[a]);
+    forLines(grid, a,
+      [&](std::size_t first, std::size_t stride)
+      {
+        for (int n = grid.size[a] - 1; n >= 0; --n)
+        {
+          Body& here = owner[first + n * stride];
+          for (int m = std::max(0, n - length + 1); m < n; ++m)
+          {
+            // 0, no body, becomes the largest number.
+            here = std::min(owner[first + m * stride] - 1, here - 1) + 1;
+          }
+        }
+      });
+  }
+}
+
+/// Lets bodies grow through solid tissue, each by a voxel at a time; the lowest where they meet.
+void grow(const Grid& grid, const Mask& solid, std::vector<Body>& owner)
+{
+  std::vector<std::size_t> front;
+  for (std::size_t n = 0; n < owner.size(); ++n)
+  {
+    if (owner[n] != 0)
+    {
+      front.push_back(n);
+    }
+  }
+  // In the order of bodies, which stays so, the first to come is the lowest.
+  std::stable_sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return owner[a] < owner[b]; });
+  std::vector<std::size_t> next;
+  for (; !front.empty(); front.swap(next))
+  {
+    next.clear();
+    for (const std::size_t here : front)
+    {
+      forFaces(grid, here,
+        [&](std::size_t beside)
+        {
+          if (solid[beside] != 0 && owner[beside] == 0)
+          {
+            owner[beside] = owner[here];
+            next.push_back(beside);
+          }
+        });
+    }
+  }
+}
+
+/// Divides unlabelled tissue where it is thinner than `size`.
+void divideByThickness(const Grid& grid, int size, Body next, std::vector<Body>& bodies)
+{
+  const Mask solid = filled(grid, bodies);
+  std::vector<Body> owner = cores(grid, corners(grid, solid, size), corners(grid, solid, 2 * size), next);
+  spreadBoxes(grid, size, owner);
+  for (std::size_t n = 0; n < bodies.size(); ++n)
+  {
+    owner[n] = bodies[n] >= firstBody ? bodies[n] : owner[n];
+  }
+  grow(grid, solid, owner);
+  for (std::size_t n = 0; n < bodies.size(); ++n)
+  {
+    bodies[n] = bodies[n] == unlabelled && owner[n] != 0 ? owner[n] : bodies[n];
+  }
+}
+
+/// Calls visit(voxel, next) for rigid voxels of different bodies that touch.
+template <typename Visit> void forContacts(const Grid& grid, const std::vector<Body>& bodies, const Visit& visit)
+{
+  for (int a = 0; a < 3; ++a)
+  {
+    forLines(grid, a,
+      [&](std::size_t first, std::size_t stride)
+      {
+        const std::size_t end = first + (grid.size[a] - 1) * stride;
+        for (std::size_t voxel = first; voxel < end; voxel += stride)
+        {
+          if (bodies[voxel] != bodies[voxel + stride] && bodies[voxel] != soft && bodies[voxel + stride] != soft)
+          {
+            visit(voxel, voxel + stride);
+          }
+        }
+      });
+  }
+}
+
+}
+
+std::vector<std::size_t> findJoints(
+  const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints)
+{
+  std::vector<Body> bodies = rigidTissue(grid, axes, read);
+  const Body next = joints.labels ? readLabels(joints.labels, bodies) : firstBody;
+  if (joints.size > 0)
+  {
+    divideByThickness(grid, joints.size, next, bodies);
+  }
+
+  std::vector<std::size_t> sizes(1 + *std::max_element(bodies.begin(), bodies.end()), 0);
+  for (const Body body : bodies)
+  {
+    ++sizes[body];
+  }
+  const auto isLarger = [&](Body one, Body other)
+  {
+    return other != unlabelled &&
+           (one == unlabelled || std::make_pair(sizes[one], one) > std::make_pair(sizes[other], other));
+  };
+  std::vector<std::size_t> found;
+  forContacts(grid, bodies, [&](std::size_t voxel, std::size_t beside)
+    { found.push_back(isLarger(bodies[voxel], bodies[beside]) ? voxel : beside); });
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+}
