@@ -132,13 +132,14 @@ Body readLabels(const ArrayView& labels, std::vector<Body>& bodies)
     });
 }
 
-/// Unlabelled rigid tissue with what it encloses. What a face of the grid cuts open counts as enclosed where it is so
-/// within that face, since the body goes on beyond.
+/// Unlabelled rigid tissue with what it encloses, apart from bodies with a label and their marrow. What a face of the
+/// grid cuts open counts as enclosed where it is so within that face, since the body goes on beyond.
 Mask filled(const Grid& grid, const std::vector<Body>& bodies)
 {
   constexpr char outside = 2;
   Mask solid(bodies.size());
-  std::transform(bodies.begin(), bodies.end(), solid.begin(), [](Body body) { return body == unlabelled ? 1 : 0; });
+  std::transform(bodies.begin(), bodies.end(), solid.begin(),
+    [](Body body) { return static_cast<char>(body == unlabelled ? 1 : body == soft ? 0 : outside); });
   std::vector<std::size_t> front;
   for (int face = 0; face < 6; ++face)
   {
