@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <set>
 #include <string>
 #include <type_traits>
@@ -19,9 +21,15 @@ namespace
 {
 
 using Body = std::uint32_t;
-constexpr Body soft = 0;      // not rigid on any axis
-constexpr Body unlabelled = 1; // rigid, of a body that is known by nothing but its links
-constexpr Body firstBody = 2;
+constexpr Body soft = 0;       // air, or no stiffer than joints
+constexpr Body stiff = 1;      // not rigid on any axis
+constexpr Body unlabelled = 2; // rigid, of a body that is known by nothing but its links
+constexpr Body firstBody = 3;
+constexpr Body around = Body(1) << 31; // flag: not rigid, but next to this body
+
+/// How far bodies reach into stiff tissue around them. Between bones of a scan that is mostly cartilage mixed with bone
+/// in the same voxel, and stiffer than any joint.
+constexpr int reach = 3;
 
 using Mask = std::vector<char>;
 
@@ -59,7 +67,7 @@ template <typename Visit> void forLines(const Grid& grid, int axis, const Visit&
   }
 }
 
-std::vector<Body> rigidTissue(const Grid& grid, int axes, const Model::RowReader& read)
+std::vector<Body> findTissue(const Grid& grid, int axes, const Model::RowReader& read, float jointConstraint)
 {
   std::vector<Body> bodies(grid.voxels(), soft);
   const int width = grid.size[0];
@@ -69,10 +77,9 @@ std::vector<Body> rigidTissue(const Grid& grid, int axes, const Model::RowReader
     read(first, width, row.data());
     for (std::size_t n = 0; n < row.size(); ++n)
     {
-      if (row[n] == 0.0f)
-      {
-        bodies[first + n / axes] = unlabelled;
-      }
+      Body& body = bodies[first + n / axes];
+      const bool isStiff = row[n] >= 0.0f && row[n] < jointConstraint; // and no air
+      body = row[n] == 0.0f ? unlabelled : isStiff ? std::max(body, stiff) : body;
     }
   }
   return bodies;
@@ -96,8 +103,11 @@ template <typename T> std::int64_t labelOf(T value, std::size_t voxel)
   return static_cast<std::int64_t>(value);
 }
 
-/// Makes bodies of the labels of rigid voxels, in the order of labels. Returns the number behind the last one.
-Body readLabels(const ArrayView& labels, std::vector<Body>& bodies)
+/// The body of a voxel by its label; 0 where it has none, or one that no rigid voxel has.
+using BodyOf = std::function<Body(std::size_t)>;
+
+/// Makes bodies of the labels of rigid voxels, in the order of labels. `next` becomes the number behind the last one.
+BodyOf readLabels(const ArrayView& labels, std::vector<Body>& bodies, Body& next)
 {
   if (labels.components != 1)
   {
@@ -105,13 +115,13 @@ Body readLabels(const ArrayView& labels, std::vector<Body>& bodies)
                      " components; it needs 1, a label.");
   }
   return dispatch(labels,
-    [&](const auto* label)
+    [&](const auto* label) -> BodyOf
     {
       std::set<std::int64_t> found;
       std::int64_t last = 0;
       for (std::size_t n = 0; n < bodies.size(); ++n)
       {
-        const std::int64_t here = bodies[n] == soft ? 0 : labelOf(label[n], n);
+        const std::int64_t here = bodies[n] < unlabelled ? 0 : labelOf(label[n], n);
         if (here != 0 && here != last)
         {
           found.insert(here);
@@ -119,16 +129,18 @@ Body readLabels(const ArrayView& labels, std::vector<Body>& bodies)
         }
       }
       const std::vector<std::int64_t> ordered(found.begin(), found.end());
+      const BodyOf bodyOf = [=](std::size_t n) -> Body
+      {
+        const std::int64_t here = labelOf(label[n], n);
+        const auto place = std::lower_bound(ordered.begin(), ordered.end(), here);
+        return place == ordered.end() || *place != here ? 0 : firstBody + static_cast<Body>(place - ordered.begin());
+      };
       for (std::size_t n = 0; n < bodies.size(); ++n)
       {
-        const std::int64_t here = bodies[n] == soft ? 0 : labelOf(label[n], n);
-        if (here != 0)
-        {
-          const auto place = std::lower_bound(ordered.begin(), ordered.end(), here) - ordered.begin();
-          bodies[n] = firstBody + static_cast<Body>(place);
-        }
+        bodies[n] = bodies[n] == unlabelled ? std::max(unlabelled, bodyOf(n)) : bodies[n];
       }
-      return firstBody + static_cast<Body>(ordered.size());
+      next = firstBody + static_cast<Body>(ordered.size());
+      return bodyOf;
     });
 }
 
@@ -139,7 +151,7 @@ Mask filled(const Grid& grid, const std::vector<Body>& bodies)
   constexpr char outside = 2;
   Mask solid(bodies.size());
   std::transform(bodies.begin(), bodies.end(), solid.begin(),
-    [](Body body) { return static_cast<char>(body == unlabelled ? 1 : body == soft ? 0 : outside); });
+    [](Body body) { return static_cast<char>(body == unlabelled ? 1 : body < unlabelled ? 0 : outside); });
   std::vector<std::size_t> front;
   for (int face = 0; face < 6; ++face)
   {
@@ -281,21 +293,15 @@ void spreadBoxes(const Grid& grid, int size, std::vector<Body>& owner)
   }
 }
 
-/// Lets bodies grow through solid tissue, each by a voxel at a time; the lowest where they meet.
-void grow(const Grid& grid, const Mask& solid, std::vector<Body>& owner)
+/// Lets bodies grow from the voxels of `front`, by a voxel in each of so many steps; the lowest where they meet. `enter`
+/// gives a voxel beside to a body, if it may have it.
+template <typename Enter>
+void grow(const Grid& grid, const std::vector<Body>& owner, std::vector<std::size_t> front, int steps, const Enter& enter)
 {
-  std::vector<std::size_t> front;
-  for (std::size_t n = 0; n < owner.size(); ++n)
-  {
-    if (owner[n] != 0)
-    {
-      front.push_back(n);
-    }
-  }
   // In the order of bodies, which stays so, the first to come is the lowest.
   std::stable_sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return owner[a] < owner[b]; });
   std::vector<std::size_t> next;
-  for (; !front.empty(); front.swap(next))
+  for (int step = 0; step < steps && !front.empty(); ++step, front.swap(next))
   {
     next.clear();
     for (const std::size_t here : front)
@@ -303,9 +309,8 @@ void grow(const Grid& grid, const Mask& solid, std::vector<Body>& owner)
       forFaces(grid, here,
         [&](std::size_t beside)
         {
-          if (solid[beside] != 0 && owner[beside] == 0)
+          if (enter(beside, owner[here]))
           {
-            owner[beside] = owner[here];
             next.push_back(beside);
           }
         });
@@ -319,18 +324,55 @@ void divideByThickness(const Grid& grid, int size, Body next, std::vector<Body>&
   const Mask solid = filled(grid, bodies);
   std::vector<Body> owner = cores(grid, corners(grid, solid, size), corners(grid, solid, 2 * size), next);
   spreadBoxes(grid, size, owner);
+  std::vector<std::size_t> front;
   for (std::size_t n = 0; n < bodies.size(); ++n)
   {
     owner[n] = bodies[n] >= firstBody ? bodies[n] : owner[n];
+    if (owner[n] != 0)
+    {
+      front.push_back(n);
+    }
   }
-  grow(grid, solid, owner);
+  grow(grid, owner, std::move(front), std::numeric_limits<int>::max(),
+    [&](std::size_t voxel, Body body)
+    {
+      const bool isFree = solid[voxel] != 0 && owner[voxel] == 0;
+      owner[voxel] = isFree ? body : owner[voxel];
+      return isFree;
+    });
   for (std::size_t n = 0; n < bodies.size(); ++n)
   {
     bodies[n] = bodies[n] == unlabelled && owner[n] != 0 ? owner[n] : bodies[n];
   }
 }
 
-/// Calls visit(voxel, next) for rigid voxels of different bodies that touch.
+/// Gives stiff tissue around bodies to the nearest one. Tissue with the label of a body is never another one's.
+void reachOut(const Grid& grid, const BodyOf& bodyOf, std::vector<Body>& bodies)
+{
+  std::vector<std::size_t> front;
+  for (std::size_t n = 0; n < bodies.size(); ++n)
+  {
+    bool isSurface = false;
+    if (bodies[n] >= unlabelled)
+    {
+      forFaces(grid, n, [&](std::size_t beside) { isSurface = isSurface || bodies[beside] == stiff; });
+    }
+    if (isSurface)
+    {
+      front.push_back(n);
+    }
+  }
+  grow(grid, bodies, std::move(front), reach,
+    [&](std::size_t voxel, Body body)
+    {
+      const Body own = bodies[voxel] == stiff && bodyOf ? bodyOf(voxel) : 0;
+      const bool isFree = bodies[voxel] == stiff && (own == 0 || own == (body & ~around));
+      bodies[voxel] = isFree ? body | around : bodies[voxel];
+      return isFree;
+    });
+}
+
+/// Calls visit(voxel, next) for voxels of, or around, different bodies that touch.
 template <typename Visit> void forContacts(const Grid& grid, const std::vector<Body>& bodies, const Visit& visit)
 {
   for (int a = 0; a < 3; ++a)
@@ -341,7 +383,9 @@ template <typename Visit> void forContacts(const Grid& grid, const std::vector<B
         const std::size_t end = first + (grid.size[a] - 1) * stride;
         for (std::size_t voxel = first; voxel < end; voxel += stride)
         {
-          if (bodies[voxel] != bodies[voxel + stride] && bodies[voxel] != soft && bodies[voxel + stride] != soft)
+          const Body one = bodies[voxel] & ~around;
+          const Body other = bodies[voxel + stride] & ~around;
+          if (one != other && one >= unlabelled && other >= unlabelled)
           {
             visit(voxel, voxel + stride);
           }
@@ -355,8 +399,9 @@ template <typename Visit> void forContacts(const Grid& grid, const std::vector<B
 std::vector<std::size_t> findJoints(
   const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints)
 {
-  std::vector<Body> bodies = rigidTissue(grid, axes, read);
-  const Body next = joints.labels ? readLabels(joints.labels, bodies) : firstBody;
+  std::vector<Body> bodies = findTissue(grid, axes, read, static_cast<float>(joints.constraint));
+  Body next = firstBody;
+  const BodyOf bodyOf = joints.labels ? readLabels(joints.labels, bodies, next) : BodyOf();
   if (joints.size > 0)
   {
     divideByThickness(grid, joints.size, next, bodies);
@@ -367,14 +412,21 @@ std::vector<std::size_t> findJoints(
   {
     ++sizes[body];
   }
-  const auto isLarger = [&](Body one, Body other)
+  reachOut(grid, bodyOf, bodies);
+  const auto givesWay = [&](Body one, Body other)
   {
+    if ((one & around) != (other & around))
+    {
+      return (one & around) != 0;
+    }
+    one &= ~around;
+    other &= ~around;
     return other != unlabelled &&
            (one == unlabelled || std::make_pair(sizes[one], one) > std::make_pair(sizes[other], other));
   };
   std::vector<std::size_t> found;
   forContacts(grid, bodies, [&](std::size_t voxel, std::size_t beside)
-    { found.push_back(isLarger(bodies[voxel], bodies[beside]) ? voxel : beside); });
+    { found.push_back(givesWay(bodies[voxel], bodies[beside]) ? voxel : beside); });
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;

@@ -261,7 +261,7 @@ void Model::soften(std::size_t first, int count, float* out) const
   for (auto joint = begin; joint != this->joints_.end() && *joint < first + count; ++joint)
   {
     float* c = out + (*joint - first) * this->axes_;
-    std::replace(c, c + this->axes_, 0.0f, this->jointConstraint_);
+    std::transform(c, c + this->axes_, c, [this](float one) { return std::max(one, this->jointConstraint_); });
   }
 }
 

@@ -81,7 +81,8 @@ struct ArrayView
 
 /// Where rigid tissue that touches is divided into bodies, each of which moves by itself. Where two bodies meet, the
 /// voxels of one of them at the other (those of the larger body, so that small bones keep their shape) form a soft
-/// joint. Links between the bodies' rigid voxels do not remain, so a body is what rigid voxels are connected.
+/// joint. Links between the bodies' rigid voxels do not remain, so a body is what rigid voxels are connected. Stiff
+/// tissue between bodies gets such a layer, too, within some voxels of both.
 struct Joints
 {
   /// Whole numbers, 1 component: rigid voxels of different labels belong to different bodies. 0 (NaN): no label; what is

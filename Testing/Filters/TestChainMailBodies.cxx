@@ -4,6 +4,7 @@
 
 #include "FilterTest.h"
 
+#include "vtkDataArraySelection.h"
 #include "vtkIdTypeArray.h"
 #include "vtkIntArray.h"
 #include "vtkUnsignedShortArray.h"

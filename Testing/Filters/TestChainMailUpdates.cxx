@@ -7,6 +7,7 @@
 #include "vtkDataArraySelection.h"
 
 #include "vtkFloatArray.h"
+#include "vtkIntArray.h"
 
 using namespace FilterTest;
 
