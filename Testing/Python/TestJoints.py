@@ -61,7 +61,8 @@ def check(name, settings, size, most):
     require(reached[size] > 0.2, "%s: with joints the bone came %g mm", name, reached[size])
     moved = points_of(model, "Displacement")[after == free]
     require((moved == moved[0]).all() and moved[0].any(), "%s: the bone does not move as one", name)
-    report = deformation.GetClientSideObject().GetReport()
+    deformation.UpdatePropertyInformation()
+    report = str(deformation.GetPropertyValue("Report"))
     require("bodies of bone" in report and "by the face" in report, "%s: the report says\n%s", name, report)
     print("%s: %d bodies of 500 voxels and more, %d without joints; one of %d voxels came %.2f mm instead of 0" %
           (name, large + more, large, (after == free).sum(), reached[size]))
