@@ -127,8 +127,8 @@ public:
   /// probes that got much less than they asked for. Throws InputError where there is no probe of that number.
   HeldBy heldBy(std::size_t probe) const;
 
-  /// The bodies of rigid tissue as it is now, in the order of their first voxels; cuts and carves may have divided them,
-  /// and so may Joints. A probe with a displacement holds a body as an anchor does.
+  /// The bodies of rigid tissue as it is now, in the order of their first voxels; cuts and carves may have divided
+  /// them, and so may Joints. A probe with a displacement holds a body as an anchor does.
   std::vector<RigidBody> bodies() const;
 
   /// Energy, violations, displaced elements and memory of the present state.

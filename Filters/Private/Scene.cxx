@@ -109,9 +109,8 @@ vtkDataArray* ReadNamed(vtkPointData* arrays, const std::string& property, const
   vtkAbstractArray* array = arrays->GetAbstractArray(name.c_str());
   if (!array)
   {
-    throw chainmail::InputError("The input image has no point array called \"" + name +
-                                "\" to take as " + property + ". " + ListArrays(arrays) +
-                                " Choose one of these, or none.");
+    throw chainmail::InputError("The input image has no point array called \"" + name + "\" to take as " + property +
+                                ". " + ListArrays(arrays) + " Choose one of these, or none.");
   }
   return NumbersOf(property, array);
 }

@@ -58,8 +58,8 @@ struct TissueSource
   {
     const auto all = [](const TissueSource& t)
     {
-      return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.Size, t.Spacing, t.Threshold, t.Function, t.AnchorRigid,
-        t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction);
+      return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.Size, t.Spacing,
+        t.Threshold, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction);
     };
     return all(*this) == all(other);
   }

@@ -55,14 +55,17 @@ template <typename Visit> void forFaces(const Grid& grid, std::size_t voxel, con
 /// Visits every line of voxels along an axis: visit(first voxel, stride).
 template <typename Visit> void forLines(const Grid& grid, int axis, const Visit& visit)
 {
-  const std::size_t stride = axis == 0 ? 1
-    : axis == 1                        ? static_cast<std::size_t>(grid.size[0])
-                                       : static_cast<std::size_t>(grid.size[0]) * grid.size[1];
-  for (std::size_t voxel = 0; voxel < grid.voxels(); ++voxel)
+  const std::size_t stride = axis == 0   ? 1
+                             : axis == 1 ? static_cast<std::size_t>(grid.size[0])
+                                         : static_cast<std::size_t>(grid.size[0]) * grid.size[1];
+  const int inner = axis == 0 ? 1 : 0;
+  const int outer = axis == 2 ? 1 : 2;
+  Index3 at{ 0, 0, 0 };
+  for (at[outer] = 0; at[outer] < grid.size[outer]; ++at[outer])
   {
-    if (voxel / stride % grid.size[axis] == 0)
+    for (at[inner] = 0; at[inner] < grid.size[inner]; ++at[inner])
     {
-      visit(voxel, stride);
+      visit(grid.at(at[0], at[1], at[2]), stride);
     }
   }
 }
@@ -111,8 +114,8 @@ BodyOf readLabels(const ArrayView& labels, std::vector<Body>& bodies, Body& next
 {
   if (labels.components != 1)
   {
-    throw InputError("The array of bodies has " + std::to_string(labels.components) +
-                     " components; it needs 1, a label.");
+    throw InputError(
+      "The array of bodies has " + std::to_string(labels.components) + " components; it needs 1, a label.");
   }
   return dispatch(labels,
     [&](const auto* label) -> BodyOf
@@ -151,7 +154,9 @@ Mask filled(const Grid& grid, const std::vector<Body>& bodies)
   constexpr char outside = 2;
   Mask solid(bodies.size());
   std::transform(bodies.begin(), bodies.end(), solid.begin(),
-    [](Body body) { return static_cast<char>(body == unlabelled ? 1 : body < unlabelled ? 0 : outside); });
+    [](Body body) {
+      return static_cast<char>(body == unlabelled ? 1 : body < unlabelled ? 0 : outside);
+    });
   std::vector<std::size_t> front;
   for (int face = 0; face < 6; ++face)
   {
@@ -293,10 +298,11 @@ void spreadBoxes(const Grid& grid, int size, std::vector<Body>& owner)
   }
 }
 
-/// Lets bodies grow from the voxels of `front`, by a voxel in each of so many steps; the lowest where they meet. `enter`
-/// gives a voxel beside to a body, if it may have it.
+/// Lets bodies grow from the voxels of `front`, by a voxel in each of so many steps; the lowest where they meet.
+/// `enter` gives a voxel beside to a body, if it may have it.
 template <typename Enter>
-void grow(const Grid& grid, const std::vector<Body>& owner, std::vector<std::size_t> front, int steps, const Enter& enter)
+void grow(
+  const Grid& grid, const std::vector<Body>& owner, std::vector<std::size_t> front, int steps, const Enter& enter)
 {
   // In the order of bodies, which stays so, the first to come is the lowest.
   std::stable_sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return owner[a] < owner[b]; });
@@ -396,8 +402,7 @@ template <typename Visit> void forContacts(const Grid& grid, const std::vector<B
 
 }
 
-std::vector<std::size_t> findJoints(
-  const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints)
+std::vector<std::size_t> findJoints(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints)
 {
   std::vector<Body> bodies = findTissue(grid, axes, read, static_cast<float>(joints.constraint));
   Body next = firstBody;
@@ -425,7 +430,8 @@ std::vector<std::size_t> findJoints(
            (one == unlabelled || std::make_pair(sizes[one], one) > std::make_pair(sizes[other], other));
   };
   std::vector<std::size_t> found;
-  forContacts(grid, bodies, [&](std::size_t voxel, std::size_t beside)
+  forContacts(grid, bodies,
+    [&](std::size_t voxel, std::size_t beside)
     { found.push_back(givesWay(bodies[voxel], bodies[beside]) ? voxel : beside); });
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());

@@ -85,8 +85,8 @@ struct ArrayView
 /// tissue between bodies gets such a layer, too, within some voxels of both.
 struct Joints
 {
-  /// Whole numbers, 1 component: rigid voxels of different labels belong to different bodies. 0 (NaN): no label; what is
-  /// connected of it is a body of its own. Nothing is read of it where voxels are not rigid.
+  /// Whole numbers, 1 component: rigid voxels of different labels belong to different bodies. 0 (NaN): no label; what
+  /// is connected of it is a body of its own. Nothing is read of it where voxels are not rigid.
   ArrayView labels;
   /// Bridges of unlabelled rigid tissue that are thinner than so many voxels are joints where they join parts at least
   /// twice as thick. Tissue enclosed in rigid tissue (marrow) counts as part of it. Thinner unlabelled tissue belongs

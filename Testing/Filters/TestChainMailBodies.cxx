@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bones that touch: one body without labels, several with BodyArray or JointSize; what the outputs and the report say of
-// them; and that labels come along: in pieces, edited in place, in Interactive mode.
+// Bones that touch: one body without labels, several with BodyArray or JointSize; what the outputs and the report say
+// of them; and that labels come along: in pieces, edited in place, in Interactive mode.
 
 #include "FilterTest.h"
 
@@ -16,8 +16,8 @@ using namespace FilterTest;
 namespace
 {
 
-/// A finger of five bones with skin around them, along x. The first bone touches the face x- and goes on beyond it; each
-/// touches the next one with 3 x 3 voxels.
+/// A finger of five bones with skin around them, along x. The first bone touches the face x- and goes on beyond it;
+/// each touches the next one with 3 x 3 voxels.
 struct Finger
 {
   vtkSmartPointer<vtkImageData> Image = MakeImage({ { 0, 62, 0, 16, 0, 16 } });
@@ -102,9 +102,12 @@ int TestChainMailBodies(int, char*[])
     const double voxels[] = { 900, 891, 891, 882, 891 };
     for (int n = 0; n < 5; ++n)
     {
-      check.Equal(Field(filter->GetOutput(), "BodyVoxels", 0, n), voxels[n],
-        where + "voxels of bone " + std::to_string(n));
-      check.Equal(Field(filter->GetModelOutput(), "BodyHeldBy", 0, n), n == 0 ? 1.0 : n == 4 ? 3.0 : 0.0,
+      check.Equal(
+        Field(filter->GetOutput(), "BodyVoxels", 0, n), voxels[n], where + "voxels of bone " + std::to_string(n));
+      check.Equal(Field(filter->GetModelOutput(), "BodyHeldBy", 0, n),
+        n == 0   ? 1.0
+        : n == 4 ? 3.0
+                 : 0.0,
         where + "holder of bone " + std::to_string(n));
       if (labels)
       {
@@ -113,8 +116,8 @@ int TestChainMailBodies(int, char*[])
     }
     const std::string report = filter->GetReport();
     check.Contains(report, "5 bodies of bone, 2 held: ", where);
-    check.Contains(report, labels ? "label 10 (900 voxels) by the face x- of the scan" : "body 0 (900 voxels) by the face",
-      where);
+    check.Contains(
+      report, labels ? "label 10 (900 voxels) by the face x- of the scan" : "body 0 (900 voxels) by the face", where);
     check.Contains(report, labels ? "label 50 (891 voxels) by Probe 1" : "body 4 (891 voxels) by Probe 1", where);
   }
 

@@ -235,11 +235,12 @@ int TestChainMailDefaults(int, char*[])
   std::ostringstream text;
   filter->PrintSelf(text, vtkIndent());
   for (const char* line : { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions",
-         "BodyArray: bones", "JointSize: 4", "JointConstraint: 0.25", "TissueThreshold: nan", "AnchorRigid: On", "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive",
-         "PropagationMethod: Timestamp", "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: On",
-         "ModelArrays: Displacement Element no Constraint Cluster", "RelaxationMethod: Paper", "ElasticRecovery: 0.8",
-         "RelaxationIterations: 7", "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:",
-         "BackgroundValue: nan", "OutputPadding: 3", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
+         "BodyArray: bones", "JointSize: 4", "JointConstraint: 0.25", "TissueThreshold: nan", "AnchorRigid: On",
+         "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive", "PropagationMethod: Timestamp", "PropagationIterations: 10",
+         "ConflictPolicy: Latest", "PropagationTimes: On", "ModelArrays: Displacement Element no Constraint Cluster",
+         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "RelaxationIterations: 7", "RelaxationTolerance: 0.5",
+         "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3", "Device: some",
+         "BrickSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

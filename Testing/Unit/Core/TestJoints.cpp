@@ -109,8 +109,8 @@ std::multiset<std::size_t> sizes(const Simulation& simulation)
   return sizes;
 }
 
-/// Joints and bodies as the rule says, voxel by voxel: pairs of indices, no lists, no sets that are joined. Tissue stiffer
-/// than joints belongs to the nearest body within three steps.
+/// Joints and bodies as the rule says, voxel by voxel: pairs of indices, no lists, no sets that are joined. Tissue
+/// stiffer than joints belongs to the nearest body within three steps.
 std::vector<int> bodiesByRule(const Labelled& tissue, std::vector<char>& joint)
 {
   const Index3 size = tissue.scene.grid.size;
