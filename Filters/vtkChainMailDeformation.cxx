@@ -174,7 +174,7 @@ vtkChainMailDeformation::vtkChainMailDeformation()
   {
     this->ModelArraySelection->SetArraySetting(name, vtkChainMail::Outputs::IsDefault(name));
   }
-  this->SetNumberOfInputPorts(4);
+  this->SetNumberOfInputPorts(vtkChainMail::NUMBER_OF_PORTS);
   this->SetNumberOfOutputPorts(2);
   this->SetInputArrayToProcess(0, IMAGE, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataSetAttributes::SCALARS);
 }
@@ -396,7 +396,7 @@ vtkMTimeType vtkChainMailDeformation::GetMTime()
 //------------------------------------------------------------------------------
 int vtkChainMailDeformation::FillInputPortInformation(int port, vtkInformation* info)
 {
-  const char* const types[] = { "vtkImageData", "vtkPointSet", "vtkPolyData", "vtkPolyData" };
+  const char* const types[] = { "vtkImageData", "vtkPointSet", "vtkPolyData", "vtkPolyData", "vtkPointSet" };
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), types[port]);
   // Without this the executive would run the filter once for every block, with one simulation for all. An input that
   // holds several images is an error that the update reports.

@@ -73,6 +73,8 @@
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
  *   of any number of parts. Elements inside it are removed and show BackgroundValue. One not closed is an error.
+ * - 4, `Regions` (optional, repeatable): vtkPointSet; every point is a ball whose tissue has the constraint in the point
+ *   array `Constraint`, with the radius in `Radius` [mm]. The later of two wins.
  *
  * A surface that meets no tissue is warned about once, until it does. Probes, cuts and carves may be composite datasets,
  * which count as the list of their datasets; of `Carves` each closed dataset is a surface of its own, and all that are
@@ -145,18 +147,19 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   ///@{
-  /**
-   * Add, replace or remove the producers of probes (port 1), cuts (port 2) and carves (port 3). Null removes them all.
-   */
+  /** Add, replace or remove the producers of the input ports 1 to 4. Null removes them all. */
   void SetProbesConnection(vtkAlgorithmOutput* producer);
   void AddProbesConnection(vtkAlgorithmOutput* producer);
   void SetCutsConnection(vtkAlgorithmOutput* producer);
   void AddCutsConnection(vtkAlgorithmOutput* producer);
   void SetCarvesConnection(vtkAlgorithmOutput* producer);
   void AddCarvesConnection(vtkAlgorithmOutput* producer);
+  void SetRegionsConnection(vtkAlgorithmOutput* producer) { this->SetInputConnection(4, producer); }
+  void AddRegionsConnection(vtkAlgorithmOutput* producer) { this->AddInputConnection(4, producer); }
   void RemoveAllProbes() { this->SetProbesConnection(nullptr); }
   void RemoveAllCuts() { this->SetCutsConnection(nullptr); }
   void RemoveAllCarves() { this->SetCarvesConnection(nullptr); }
+  void RemoveAllRegions() { this->SetRegionsConnection(nullptr); }
   ///@}
 
   vtkImageData* GetModelOutput(); ///< the model at rest, output port 1
@@ -231,9 +234,7 @@ public:
   ///@}
 
   ///@{
-  /**
-   * Voxels with a smaller scalar are air; NaN stands for the threshold that FitMaterial() fits. Default: NaN.
-   */
+  /** Voxels with a smaller scalar are air; NaN stands for the threshold that FitMaterial() fits. Default: NaN. */
   virtual void SetTissueThreshold(double threshold);
   vtkGetMacro(TissueThreshold, double);
   ///@}
@@ -250,9 +251,7 @@ public:
     int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function);
 
   ///@{
-  /**
-   * Hold all rigid tissue (constraint 0) where it is. Default: off.
-   */
+  /** Hold all rigid tissue (constraint 0) where it is. Default: off. */
   vtkSetMacro(AnchorRigid, bool);
   vtkGetMacro(AnchorRigid, bool);
   vtkBooleanMacro(AnchorRigid, bool);
@@ -342,9 +341,9 @@ public:
 
   ///@{
   /**
-   * What happens where probes pull tissue further apart than it can stretch; anchors hold in any case. CONFLICT_LIMIT
-   * (0): the later probe is shortened, along each axis, to what the earlier ones allow. CONFLICT_LATEST (1), as
-   * published: the later probe wins and drags the tissue of earlier ones along. Default: CONFLICT_LIMIT.
+   * What happens where probes pull tissue apart further than it stretches; anchors always hold. CONFLICT_LIMIT (0): the
+   * later probe is shortened, by axis, to what the earlier ones allow. CONFLICT_LATEST (1), as published: the later probe
+   * wins and drags the tissue of earlier ones along. Default: CONFLICT_LIMIT.
    */
   vtkSetMacro(ConflictPolicy, int);
   vtkGetMacro(ConflictPolicy, int);
@@ -481,9 +480,7 @@ public:
   ///@}
 
   ///@{
-  /**
-   * Names of the input's point arrays that hold labels and so take the nearest voxel. Default: none.
-   */
+  /** Names of the input's point arrays that hold labels and so take the nearest voxel. Default: none. */
   void AddLabelArray(const char* name);
   void RemoveLabelArray(const char* name);
   void ClearLabelArrays();
@@ -524,15 +521,14 @@ public:
 
   ///@{
   /**
-   * Elements per brick, the unit of memory and work on the device: each 0 or a power of two, x in [4, 64], y and z in
-   * [2, 32]; 0 stands for the best number for the device. It changes speed alone, no result. Default: 0 0 0.
+   * Elements per brick, the unit of memory and work on the device: each 0 (the best for it) or a power of two, x in
+   * [4, 64], y and z in [2, 32]. It changes speed alone, no result. Default: 0 0 0.
    */
   vtkSetVector3Macro(BrickSize, int);
   vtkGetVector3Macro(BrickSize, int);
   ///@}
 
-  // Deprecated names of the brick size.
-  void SetBlockSize(int x, int y, int z) { this->SetBrickSize(x, y, z); }
+  void SetBlockSize(int x, int y, int z) { this->SetBrickSize(x, y, z); } ///< deprecated, as the next two
   void SetBlockSize(const int size[3]) { this->SetBrickSize(size); }
   int* GetBlockSize() VTK_SIZEHINT(3) { return this->GetBrickSize(); }
 

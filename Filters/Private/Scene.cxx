@@ -115,6 +115,29 @@ vtkDataArray* ReadNamed(vtkPointData* arrays, const std::string& property, const
   return NumbersOf(property, array);
 }
 
+/// A point array of a leaf, null where it has none of that name. Throws InputError where it is not as wide or as long
+/// as it has to be.
+vtkDataArray* FindNumbers(const Leaf& leaf, const char* name, int components)
+{
+  vtkAbstractArray* array = leaf.Data->GetPointData()->GetAbstractArray(name);
+  if (!array)
+  {
+    return nullptr;
+  }
+  vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
+  if (!numbers || numbers->GetNumberOfComponents() != components ||
+      numbers->GetNumberOfTuples() != leaf.Data->GetNumberOfPoints())
+  {
+    throw chainmail::InputError(leaf.ToString() + ": the point array \"" + name + "\" has to hold " +
+                                std::to_string(components) + (components == 1 ? " number" : " numbers") +
+                                " for every point; it holds " +
+                                (numbers ? std::to_string(numbers->GetNumberOfComponents()) + " for each of " +
+                                             std::to_string(numbers->GetNumberOfTuples()) + " points."
+                                         : std::string("no numbers.")));
+  }
+  return numbers;
+}
+
 /// The padding on every side of the image. Throws InputError where the image would become too large by it.
 chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, const chainmail::Index3& size)
 {
@@ -161,6 +184,7 @@ Scene::Scene(
   this->CheckPointArrays();
   this->ReadTissue(filter, scalars, tissueBefore);
   this->Padding = ReadPadding(filter, this->Tissue.Size);
+  this->ReadRegions();
   this->ReadProbes();
   this->Cuts = ReadCuts(inputs, this->Space);
   this->Carves = ReadCarves(inputs, this->Space);
@@ -303,6 +327,45 @@ void Scene::ReadMaterial(vtkChainMailDeformation* filter)
   tissue.Function.push_back(this->Function->GetUseLogScale());
 }
 
+void Scene::ReadRegions()
+{
+  for (const Leaf& leaf : this->Given.Leaves)
+  {
+    if (leaf.Port != REGIONS)
+    {
+      continue;
+    }
+    vtkDataArray* radii = FindNumbers(leaf, "Radius", 1);
+    vtkDataArray* constraints = FindNumbers(leaf, "Constraint", 1);
+    if (!radii || !constraints)
+    {
+      throw chainmail::InputError(leaf.ToString() +
+                                  ": a region needs the point arrays \"Radius\" and \"Constraint\". " +
+                                  ListArrays(leaf.Data->GetPointData()) + " Add what is missing.");
+    }
+    for (vtkIdType p = 0; p < leaf.Data->GetNumberOfPoints(); ++p)
+    {
+      double place[3];
+      leaf.Data->GetPoint(p, place);
+      const double radius = radii->GetTuple1(p);
+      const double constraint = constraints->GetTuple1(p);
+      if (!IsFinite(place) || !(radius >= 0.0) || !std::isfinite(radius) || !(constraint >= 0.0) ||
+          !(static_cast<float>(constraint) < 1.0f))
+      {
+        std::ostringstream message;
+        message << leaf.ToString() << ", point " << p
+                << ": a region needs a finite place, a radius of 0 or more (it is " << radius
+                << ") and a constraint from 0 (rigid) to less than 1 (it is " << constraint << ").";
+        throw chainmail::InputError(message.str());
+      }
+      const Vector3 centre = this->Space.PointToEngine(place);
+      this->Tissue.Regions.insert(this->Tissue.Regions.end(), centre.begin(), centre.end());
+      this->Tissue.Regions.push_back(radius);
+      this->Tissue.Regions.push_back(constraint);
+    }
+  }
+}
+
 void Scene::ReadProbes()
 {
   for (std::size_t l = 0; l < this->Given.Leaves.size(); ++l)
@@ -314,29 +377,9 @@ void Scene::ReadProbes()
     }
     vtkPolyData* points = leaf.Data;
     const vtkIdType numberOfPoints = points->GetNumberOfPoints();
-    const std::string where = leaf.ToString() + ": ";
-    const auto find = [&](const char* name, int components) -> vtkDataArray*
-    {
-      vtkAbstractArray* array = points->GetPointData()->GetAbstractArray(name);
-      if (!array)
-      {
-        return nullptr;
-      }
-      vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
-      if (!numbers || numbers->GetNumberOfComponents() != components || numbers->GetNumberOfTuples() != numberOfPoints)
-      {
-        throw chainmail::InputError(where + "the point array \"" + name + "\" has to hold " +
-                                    std::to_string(components) + (components == 1 ? " number" : " numbers") +
-                                    " for every point; it holds " +
-                                    (numbers ? std::to_string(numbers->GetNumberOfComponents()) + " for each of " +
-                                                 std::to_string(numbers->GetNumberOfTuples()) + " points."
-                                             : std::string("no numbers.")));
-      }
-      return numbers;
-    };
-    vtkDataArray* displacements = find("Displacement", 3);
-    vtkDataArray* radii = find("Radius", 1);
-    vtkDataArray* anchors = find("Anchor", 1);
+    vtkDataArray* displacements = FindNumbers(leaf, "Displacement", 3);
+    vtkDataArray* radii = FindNumbers(leaf, "Radius", 1);
+    vtkDataArray* anchors = FindNumbers(leaf, "Anchor", 1);
 
     for (vtkIdType p = 0; p < numberOfPoints; ++p)
     {

@@ -36,6 +36,7 @@ struct TissueSource
   ArrayContents Bodies;
   int JointSize = 0;
   double JointConstraint = 0.0; // 0 where there are no joints
+  std::vector<double> Regions;  // 5 for each: place, radius, constraint
   chainmail::Index3 Size{};
   Vector3 Spacing{};
   double Threshold = 0.0;
@@ -58,7 +59,7 @@ struct TissueSource
   {
     const auto all = [](const TissueSource& t)
     {
-      return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.Size, t.Spacing,
+      return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.Regions, t.Size, t.Spacing,
         t.Threshold, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction);
     };
     return all(*this) == all(other);
@@ -140,6 +141,7 @@ private:
   void ReadBodies(vtkChainMailDeformation* filter, const TissueSource& before);
   void ReadMaterial(vtkChainMailDeformation* filter);
   void ReadProbes();
+  void ReadRegions();
 };
 
 }

@@ -152,6 +152,44 @@ Model::RowReader readerOfFunction(const ArrayView& scalars, const Material& mate
     });
 }
 
+/// Tissue as `read` gives it, with the constraints of regions.
+Model::RowReader withRegions(
+  const Grid& grid, int axes, const std::vector<Region>& regions, const Model::RowReader& read)
+{
+  std::vector<float> constraints;
+  for (const Region& region : regions)
+  {
+    const bool isFinite =
+      std::all_of(region.centre.begin(), region.centre.end(), [](double x) { return std::isfinite(x); });
+    if (!isFinite || !(region.radius >= 0.0) || !std::isfinite(region.radius))
+    {
+      throw InputError("A region needs a finite place, and a radius of 0 or more.");
+    }
+    constraints.push_back(checkedConstraint(region.constraint, [] { return std::string("of a region"); }));
+  }
+  return [=](std::size_t first, int count, float* out)
+  {
+    read(first, count, out);
+    const Index3 at = grid.indexOf(first);
+    for (std::size_t r = 0; r < regions.size(); ++r)
+    {
+      const Region& region = regions[r];
+      const double y = at[1] * grid.spacing[1] - region.centre[1];
+      const double z = at[2] * grid.spacing[2] - region.centre[2];
+      const double room = region.radius * region.radius - y * y - z * z;
+      for (int n = 0; n < count && room >= 0.0; ++n)
+      {
+        const double x = (at[0] + n) * grid.spacing[0] - region.centre[0];
+        float* c = out + static_cast<std::size_t>(n) * axes;
+        if (x * x <= room && c[0] != air)
+        {
+          std::fill(c, c + axes, constraints[r]);
+        }
+      }
+    }
+  };
+}
+
 std::size_t countNonFinite(const ArrayView& scalars, std::size_t voxels)
 {
   return dispatch(scalars,
@@ -203,6 +241,11 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
 
   this->axes_ = material.constraintArray ? axesOf(material.constraintArray) : 1;
   this->read_ = material.constraintArray ? readerOfArray(scalars, material) : readerOfFunction(scalars, material);
+
+  if (!material.regions.empty())
+  {
+    this->read_ = withRegions(grid, this->axes_, material.regions, this->read_);
+  }
 
   // One pass over all voxels counts the elements and finds every constraint that is out of range before work begins.
   const int width = grid.size[0];

@@ -79,6 +79,14 @@ struct ArrayView
   explicit operator bool() const { return this->data != nullptr; }
 };
 
+/// A ball in which tissue has another constraint, whatever the scan says.
+struct Region
+{
+  Vector3 centre{};        ///< [mm], see Grid
+  double radius = 0.0;     ///< [mm]; voxels at this distance are in it
+  double constraint = 0.0; ///< a fraction of the spacing on every axis, [0, 1)
+};
+
 /// Where rigid tissue that touches is divided into bodies, each of which moves by itself. Where two bodies meet, the
 /// voxels of one of them at the other (those of the larger body, so that small bones keep their shape) form a soft
 /// joint. Links between the bodies' rigid voxels do not remain, so a body is what rigid voxels are connected. Stiff
@@ -106,6 +114,7 @@ struct Material
   std::function<double(double)> constraint;
   /// Takes the place of the function where it is given: 1 component (the same on every axis) or 3 (one per axis).
   ArrayView constraintArray;
+  std::vector<Region> regions; ///< win over function and array, later ones over earlier ones; air stays air
   Joints joints;
 };
 
@@ -123,8 +132,8 @@ struct Anchors
 class Model
 {
 public:
-  /// Throws InputError as Grid::check() does, where no voxel is tissue, where a constraint is not in [0, 1), or where
-  /// the labels of bodies are not single whole numbers.
+  /// Throws InputError as Grid::check() does, where no voxel is tissue, where a constraint is not in [0, 1), where the
+  /// place or radius of a region is no finite number, or where the labels of bodies are not single whole numbers.
   Model(const Grid& grid, const ArrayView& scalars, const Material& material, const Anchors& anchors);
 
   /// Reads the signed constraints (see row()) of `count` voxels along x, from voxel number `first` on.
