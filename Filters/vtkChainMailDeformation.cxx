@@ -493,6 +493,7 @@ int vtkChainMailDeformation::RequestData(
     if (!exchange.IsRoot())
     {
       internals.Engine.Leave();
+      internals.Words.Set(std::string()); // what was not written down is with an engine that is gone
     }
     // The root prints the error; on other processes it reaches those that listen for it.
     if (!internals.Last.Error.empty() && (exchange.IsRoot() || this->HasObserver(vtkCommand::ErrorEvent)))
