@@ -174,7 +174,7 @@ vtkChainMailDeformation::vtkChainMailDeformation()
   {
     this->ModelArraySelection->SetArraySetting(name, vtkChainMail::Outputs::IsDefault(name));
   }
-  this->SetNumberOfInputPorts(4);
+  this->SetNumberOfInputPorts(vtkChainMail::NUMBER_OF_PORTS);
   this->SetNumberOfOutputPorts(2);
   this->SetInputArrayToProcess(0, IMAGE, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataSetAttributes::SCALARS);
 }
@@ -396,7 +396,7 @@ vtkMTimeType vtkChainMailDeformation::GetMTime()
 //------------------------------------------------------------------------------
 int vtkChainMailDeformation::FillInputPortInformation(int port, vtkInformation* info)
 {
-  const char* const types[] = { "vtkImageData", "vtkPointSet", "vtkPolyData", "vtkPolyData" };
+  const char* const types[] = { "vtkImageData", "vtkPointSet", "vtkPolyData", "vtkPolyData", "vtkPointSet" };
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), types[port]);
   // Without this the executive would run the filter once for every block, with one simulation for all. An input that
   // holds several images is an error that the update reports.
@@ -498,6 +498,7 @@ int vtkChainMailDeformation::RequestData(
     if (!exchange.IsRoot())
     {
       internals.Engine.Leave();
+      internals.Words.Set(std::string()); // what was not written down is with an engine that is gone
     }
     // The root prints the error; on other processes it reaches those that listen for it.
     if (!internals.Last.Error.empty() && (exchange.IsRoot() || this->HasObserver(vtkCommand::ErrorEvent)))
@@ -551,6 +552,9 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
     os << "(none)\n";
   }
   os << indent << "ConstraintArray: " << (this->ConstraintArray.empty() ? "(none)" : this->ConstraintArray) << "\n";
+  os << indent << "BodyArray: " << (this->BodyArray.empty() ? "(none)" : this->BodyArray) << "\n";
+  os << indent << "JointSize: " << this->JointSize << "\n";
+  os << indent << "JointConstraint: " << this->JointConstraint << "\n";
   os << indent << "TissueThreshold: " << this->TissueThreshold << "\n";
   os << indent << "AnchorRigid: " << (this->AnchorRigid ? "On" : "Off") << "\n";
   os << indent << "AnchoredFaces:";

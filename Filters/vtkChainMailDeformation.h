@@ -17,30 +17,25 @@
  *    a closed surface of the `Carves` input, with its links.
  * 2. Probes: holds all probes at their displacements t at once, and tissue follows as little as (C) allows:
  *    u_a(i) = clamp(u0_a(i), max_k(t_k - d_a(k,i)), min_k(t_k + d_a(k,i))), with u0 the displacement before (0 at rest)
- *    and d_a the length of the shortest path of links of length D_a. ConflictPolicy says what happens to a probe that
- *    would tear the tissue; the array `ProbeReached` says how far each one came. When its wave has come to its end, a
- *    probe that got less than half of the length it asks for is warned about, with what holds it.
+ *    and d_a the length of the shortest path of links of length D_a. `ProbeReached` says how far each one came. When
+ *    its wave has ended, a probe that got less than half of what it asks for is warned about, with what holds it.
  * 3. Relaxation: in at most RelaxationIterations steps lowers the energy, the sum over links and axes of
  *    (u_a(i) - u_a(j))^2 / D_a(i,j), under (C) and with probes and anchors held.
  * 4. Resampling: output voxel y shows the material at X with X + u(X) = y. Voxels that did not change are copies of the
  *    input, bit for bit; voxels that tissue left show BackgroundValue.
  *
  * Method after "Parallel deformation of heterogeneous ChainMail models: application to interactive deformation of large
- * medical volumes" by Rodriguez, Leon and Arroyo. Propagation by envelopes, relaxation by projection and resampling
- * across cuts are this library's own. The published propagation and relaxation are here as well: PROPAGATION_TIMESTAMP
- * and RELAXATION_PAPER. Data/Method.md of the project has the details and all sources.
- *
- * The computation runs on an OpenCL device, see Device. As with any VTK algorithm, a filter is for one thread at a time.
+ * medical volumes" by Rodriguez, Leon and Arroyo, whose propagation and relaxation are here as PROPAGATION_TIMESTAMP and
+ * RELAXATION_PAPER; the others are this library's own (Data/Method.md). It runs on an OpenCL device, see Device.
  *
  * @section vtkChainMailDeformation-interactive Interactive use
  *
  * With MODE_INTERACTIVE the state is kept from one update to the next. Only changes since the last update are applied,
  * to the tissue as it is deformed now, in this order:
  *
- * 1. Every `Cuts` surface that the last update did not have cuts. A surface that moved cuts again at its new place, as
- *    a knife does. A surface that is gone changes nothing: cuts stay.
- * 2. Every `Carves` surface that the last update did not have carves, likewise. A surface that comes back to where it
- *    was since rest, as with Undo in ParaView, is warned about once: it brings back no tissue, Reset() does.
+ * 1. Every `Cuts` surface that the last update did not have, or that moved, cuts. One that is gone changes nothing.
+ * 2. Every `Carves` surface likewise. One that comes back to where it was since rest, as with Undo in ParaView, is
+ *    warned about once: it brings back no tissue, Reset() does.
  * 3. Probes. A probe with the position and radius of one that is already held is that same probe; it goes to its
  *    present `Displacement`, counted from where its tissue was when it was grabbed. Any other probe grabs the tissue
  *    that is at its position now. Probes that are gone let go of their tissue where it is.
@@ -49,20 +44,19 @@
  *    and makes the next Update() do it:
  * `do { filter->Update(); show(); } while (filter->GetNeedsUpdate());`
  *
- * Other tissue (the image, its scalars, place or spacing, material, anchors, ModelReduction, Device, BrickSize), or
- * switching to this mode, starts from rest and applies everything that is connected. Reset() is the way back to rest.
- * Equal values in new arrays, say from a reader that ran again, are the same tissue, which goes on from where it was.
+ * Other tissue (the image, its scalars, place or spacing, material, bodies, anchors, ModelReduction, Device, BrickSize),
+ * or switching to this mode, starts from rest and applies everything that is connected. Equal values in new arrays, say
+ * from a reader that ran again, are the same tissue, which goes on from where it was.
  *
- * An update that fails, say for a probe in air, leaves the state usable: the next one goes on from where it was, and
- * does not repeat a cut that came before the failure. An update that is stopped (AbortExecute) lets go of all probes
- * and leaves tissue at rest, with its cuts and carves; the next one grabs anew.
+ * An update that fails leaves the state usable: the next one goes on from where it was, and does not repeat a cut that
+ * came before the failure. One that is stopped (AbortExecute) lets go of all probes and leaves tissue at rest, with its
+ * cuts and carves.
  *
  * @section vtkChainMailDeformation-errors Errors
  *
- * A number that stands for nothing in an enumerated property is an error of the next update. An update that fails
- * reports one error, sets the error code (GetErrorCode()) and goes on showing: both outputs are the last good ones or,
- * where none fits the image, the image as it is. They have the message in the field array `Error`, which good outputs do
- * not have. The pipeline counts the update as done, so that views recover with the next update that succeeds.
+ * An update that fails (also for a number that stands for nothing in an enumerated property) reports one error, sets
+ * the error code (GetErrorCode()) and goes on showing: both outputs are the last good ones or, where none fits the image,
+ * the image as it is. They have the message in the field array `Error`. The pipeline counts the update as done.
  *
  * @section vtkChainMailDeformation-inputs Input ports
  *
@@ -79,18 +73,18 @@
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
  *   of any number of parts. Elements inside it are removed and show BackgroundValue. One not closed is an error.
+ * - 4, `Regions` (optional, repeatable): vtkPointSet; every point is a ball whose tissue has the constraint in the point
+ *   array `Constraint`, with the radius in `Radius` [mm]. The later of two wins.
  *
- * Vertices and lines of Cuts and Carves are ignored. A surface that meets no tissue is warned about once, until it does.
- * Probes, cuts and carves may be composite datasets, which count as the list of their datasets. In a composite input of
- * `Carves` each closed dataset is a surface of its own, and all that are not closed together form one surface. A
- * composite image is an error: one image is deformed at a time. The outputs have the time steps of all inputs together.
+ * A surface that meets no tissue is warned about once, until it does. Probes, cuts and carves may be composite datasets,
+ * which count as the list of their datasets; of `Carves` each closed dataset is a surface of its own, and all that are
+ * not closed together form one. A composite image is an error. The outputs have the time steps of all inputs together.
  *
  * @section vtkChainMailDeformation-outputs Output ports
  *
  * - 0, the deformed image: the input's geometry, extended by OutputPadding, and all its point arrays, each resampled in
- *   its own type. Global ids become an ordinary array, as they are not unique any more. Cell arrays are not passed on,
- *   as they belong to cells of the undeformed grid: they are warned about once. Ghosts and blanks (of voxels and of
- *   cells, `vtkGhostType`) belong to the grid and stay where they are; padding has none.
+ *   its own type. Global ids become an ordinary array. Cell arrays are not passed on, which is warned about once. Ghosts
+ *   and blanks (of voxels and of cells, `vtkGhostType`) belong to the grid and stay where they are; padding has none.
  * - 1, the model at rest on the input's grid, with those point arrays that were chosen (ModelArrays): `Displacement`
  *   (3 floats, world axes, [mm]), `Element` (unsigned char: 0 air or carved away, 1 tissue), `Constraint` (float,
  *   fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air) and `Cluster` (int, number of the rigid
@@ -107,29 +101,25 @@
  * grids that was taken: 1 all, 0 none; -1 where the last relaxation did not start on any), `DisplacedElements`
  * (elements away from their rest place; also by its deprecated name `ActiveElements`), `Milliseconds` (upload,
  * propagate, relax, resample, download; 0 for steps that did not have to be done again), `PeakDeviceMemory` (the most
- * memory that all these filters of the process held on the device during this update [MB]) and `DeviceName`.
+ * memory that all these filters of the process held on the device during this update [MB]) and `DeviceName`. With
+ * BodyArray or JointSize there are also, one row for each number of `Cluster`, `BodyVoxels`, `BodyLabel` (with BodyArray)
+ * and `BodyHeldBy` (0 nothing, 1 a face of the image, 2 AnchorRigid, 3 a probe; one that holds along x, see `Cluster`).
  *
  * @section vtkChainMailDeformation-parallel Pieces and processes
  *
- * Any piece of the outputs is that piece of the whole, to the bit. A wave can come from anywhere, so every update asks
- * for all of all inputs and computes the whole, once for all its pieces. The processes of a parallel server (see
- * SetController()) give their inputs to the first one, which computes for all and hands out the pieces. A dataset that
- * several processes have alike, as from a source that each of them can run, counts once. Probes and parts of the image
- * or of a surface that only some processes have are put together in order of the processes. Errors and field data are
- * the same everywhere. The first process needs the memory of one that works alone; the others need that of their pieces
- * and of what their readers read, which is the whole image where they can. Neighbouring pieces share a plane of points,
- * as those of all images do in VTK. So anything that counts cells or composites volumes counts everything once, and
- * anything that counts points (Histogram) counts these planes twice. They are not marked as duplicates, since volume
- * mappers would leave gaps.
+ * Any piece of the outputs is that piece of the whole, to the bit. Every update asks for all of all inputs and computes
+ * the whole, once for all its pieces. The processes of a parallel server (see SetController()) give their inputs to the
+ * first one, which computes for all and hands out the pieces. A dataset that several processes have alike counts once;
+ * what only some have is put together in order of the processes. Errors and field data are the same everywhere. Pieces
+ * share planes of points, as those of all images do in VTK: what counts points (Histogram) counts these planes twice.
  *
  * @section vtkChainMailDeformation-limitations Limitations
  *
  * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
- * tissue can fold over itself; the resampling then shows one layer, always the same. There may be at most 2^31 voxels,
- * padding included. In parallel one process computes, so more of them make it neither faster nor the image larger. A
- * knife or a carving tool that moves between two updates works at the places where updates find it, not along its way.
- * The state of MODE_INTERACTIVE is not part of a saved pipeline: a loaded one starts from rest.
+ * tissue can fold over itself; the resampling then shows one layer. There may be at most 2^31 voxels with padding. More
+ * processes make it neither faster nor the image larger. A knife that moves between two updates works where updates
+ * find it, not along its way. A saved pipeline has no state of MODE_INTERACTIVE: it starts from rest.
  * @sa vtkChainMailProbeSource
  */
 
@@ -157,18 +147,19 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   ///@{
-  /**
-   * Add, replace or remove the producers of probes (port 1), cuts (port 2) and carves (port 3). Null removes them all.
-   */
+  /** Add, replace or remove the producers of the input ports 1 to 4. Null removes them all. */
   void SetProbesConnection(vtkAlgorithmOutput* producer);
   void AddProbesConnection(vtkAlgorithmOutput* producer);
   void SetCutsConnection(vtkAlgorithmOutput* producer);
   void AddCutsConnection(vtkAlgorithmOutput* producer);
   void SetCarvesConnection(vtkAlgorithmOutput* producer);
   void AddCarvesConnection(vtkAlgorithmOutput* producer);
+  void SetRegionsConnection(vtkAlgorithmOutput* producer) { this->SetInputConnection(4, producer); }
+  void AddRegionsConnection(vtkAlgorithmOutput* producer) { this->AddInputConnection(4, producer); }
   void RemoveAllProbes() { this->SetProbesConnection(nullptr); }
   void RemoveAllCuts() { this->SetCutsConnection(nullptr); }
   void RemoveAllCarves() { this->SetCarvesConnection(nullptr); }
+  void RemoveAllRegions() { this->SetRegionsConnection(nullptr); }
   ///@}
 
   vtkImageData* GetModelOutput(); ///< the model at rest, output port 1
@@ -215,9 +206,35 @@ public:
 
   ///@{
   /**
-   * Voxels with a smaller scalar are air. Any number is possible; NaN stands for the threshold that FitMaterial() fits
-   * to the finite range of the scalars. Default: NaN.
+   * Name of a point array of labels, whole numbers such as one for each bone: rigid voxels of different labels belong to
+   * different bodies, with a joint where they touch. 0 is no label: what is connected of it is a body of its own. The
+   * array takes the nearest voxel, see LabelArrays. Not with ModelReduction. Default: "", none.
    */
+  vtkSetStdStringFromCharMacro(BodyArray);
+  vtkGetCharFromStdStringMacro(BodyArray);
+  ///@}
+
+  ///@{
+  /**
+   * Where rigid tissue without a label is thinner than so many voxels, between parts at least twice as thick (with the
+   * marrow they enclose), it is a joint. Thin tissue belongs to the nearest body. [0, 256], 0: no such joints; not with
+   * ModelReduction. Default: 0.
+   */
+  vtkSetClampMacro(JointSize, int, 0, 256);
+  vtkGetMacro(JointSize, int);
+  ///@}
+
+  ///@{
+  /**
+   * Constraint of joints: of the layer of voxels of one body, the larger one, that touch another. [0, 0.999], as a
+   * fraction of the spacing; 0 leaves bodies that touch in one piece. Default: 0.5.
+   */
+  vtkSetClampMacro(JointConstraint, double, 0.0, 0.999);
+  vtkGetMacro(JointConstraint, double);
+  ///@}
+
+  ///@{
+  /** Voxels with a smaller scalar are air; NaN stands for the threshold that FitMaterial() fits. Default: NaN. */
   virtual void SetTissueThreshold(double threshold);
   vtkGetMacro(TissueThreshold, double);
   ///@}
@@ -229,16 +246,12 @@ public:
    */
   static void FitMaterial(const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function);
 
-  /**
-   * Gives the material of a preset for scalars of the given range; that of MATERIAL_FUNCTION is FitMaterial()'s.
-   */
+  /// Gives the material of a preset for scalars of the given range; that of MATERIAL_FUNCTION is FitMaterial()'s.
   static void GetPresetMaterial(
     int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function);
 
   ///@{
-  /**
-   * Hold all rigid tissue (constraint 0) where it is. Default: off.
-   */
+  /** Hold all rigid tissue (constraint 0) where it is. Default: off. */
   vtkSetMacro(AnchorRigid, bool);
   vtkGetMacro(AnchorRigid, bool);
   vtkBooleanMacro(AnchorRigid, bool);
@@ -246,9 +259,8 @@ public:
 
   ///@{
   /**
-   * Hold the tissue that touches these faces of the image where it is, since the body goes on beyond the scan there:
-   * x- x+ y- y+ z- z+ along the image's axes; 0 leaves a face free. An axis with a single voxel has no faces.
-   * Default: 1 1 1 1 1 1.
+   * Hold the tissue that touches these faces of the image, as the body goes on there: x- x+ y- y+ z- z+ along the image's
+   * axes; 0 leaves a face free. An axis with a single voxel has no faces. Default: 1 1 1 1 1 1.
    */
   vtkSetVector6Macro(AnchoredFaces, int);
   vtkGetVector6Macro(AnchoredFaces, int);
@@ -262,9 +274,8 @@ public:
 
   ///@{
   /**
-   * MODE_FROM_REST (0): an update computes from rest, so that the output is a function of the inputs and properties
-   * alone. MODE_INTERACTIVE (1): an update goes on from the state of the last one, see "Interactive use" above.
-   * Default: MODE_FROM_REST.
+   * MODE_FROM_REST (0): an update computes from rest, as a function of the inputs and properties alone. MODE_INTERACTIVE
+   * (1): it goes on from the state of the last one, see "Interactive use" above. Default: MODE_FROM_REST.
    */
   vtkSetMacro(Mode, int);
   vtkGetMacro(Mode, int);
@@ -274,25 +285,23 @@ public:
 
   /**
    * With MODE_INTERACTIVE the next update starts at rest, with all links whole, carved tissue back in place and all
-   * probes released. Probes and surfaces that are connected at that time count as seen: they act again only when they
-   * change (a probe pulled elsewhere, a blade moved) or are connected anew. So the output of that update is the input,
-   * bit for bit. With MODE_FROM_REST this does nothing.
+   * probes released. Probes and surfaces that are connected then act again only when they change or are connected anew,
+   * so the output is the input, bit for bit. With MODE_FROM_REST this does nothing.
    */
   void Reset();
 
   /**
-   * Whether another update would change the output though no input or property did. That is so with MODE_INTERACTIVE
-   * after an update that ended before its waves had finished or before relaxation converged, and after Reset(). If it
-   * is true the filter is Modified(), so that the next Update() goes on; where several processes update it together,
-   * call Modified() on each of them instead. False after an update that failed or was stopped. ParaView's window asks
-   * this some times a second and updates the filter for as long as it is true; scripts ask by the property of this
-   * name.
+   * Whether another update would change the output though no input or property did: with MODE_INTERACTIVE before waves
+   * have finished or relaxation converged, and after Reset(). If it is true the filter is Modified(), so that the next
+   * Update() goes on; where several processes update it together, call Modified() on each of them instead. False after
+   * an update that failed or was stopped. ParaView's window asks this and updates the filter for as long as it is true.
    */
   bool GetNeedsUpdate();
 
   /**
    * What the last update did, a line for each sentence: how far every probe came and what holds one that came less than
-   * 90 % of its way, how much moved, whether it has settled, time and memory; or why it failed. Empty before the first.
+   * 90 % of its way, with BodyArray or JointSize how many bodies there are and which are held, how much moved, whether it
+   * has settled, time and memory; or why it failed. Empty before the first.
    */
   const char* GetReport();
 
@@ -305,10 +314,9 @@ public:
   ///@{
   /**
    * How a wave of displacement travels. PROPAGATION_ENVELOPE (0): every element goes into the bounds that moved
-   * neighbours set, until nothing changes; a wave ends where nothing is violated. PROPAGATION_TIMESTAMP (1), the
-   * published method: one link an iteration, the earliest arrival counts. A single wave gives the same displacements
-   * either way, to float rounding. With MODE_INTERACTIVE a change of this property finishes the waves that are under
-   * way. Default: PROPAGATION_ENVELOPE.
+   * neighbours set, until nothing changes. PROPAGATION_TIMESTAMP (1), the published method: one link an iteration, the
+   * earliest arrival counts. A single wave gives the same displacements either way, to float rounding. With
+   * MODE_INTERACTIVE a change finishes the waves that are under way. Default: PROPAGATION_ENVELOPE.
    */
   vtkSetMacro(PropagationMethod, int);
   vtkGetMacro(PropagationMethod, int);
@@ -318,9 +326,8 @@ public:
 
   ///@{
   /**
-   * Largest number of propagation iterations of an update, [0, VTK_INT_MAX]; 0: until all waves have ended. With
-   * MODE_INTERACTIVE a wave that is under way goes on in the next update. With MODE_FROM_REST the output shows it where
-   * it stopped, and links at its front may be longer than (C) allows. Default: 0.
+   * Largest number of propagation iterations of an update, [0, VTK_INT_MAX]; 0: until all waves have ended. A wave under
+   * way goes on in the next update with MODE_INTERACTIVE; links at its front may be longer than (C) allows. Default: 0.
    */
   vtkSetClampMacro(PropagationIterations, int, 0, VTK_INT_MAX);
   vtkGetMacro(PropagationIterations, int);
@@ -334,10 +341,9 @@ public:
 
   ///@{
   /**
-   * What happens where probes pull tissue further apart than it can stretch; anchors hold in any case. CONFLICT_LIMIT
-   * (0): the later probe is shortened, along each axis, to what the earlier ones allow. CONFLICT_LATEST (1), as
-   * published: the later probe gets its whole displacement and drags the tissue of earlier ones along. Default:
-   * CONFLICT_LIMIT.
+   * What happens where probes pull tissue apart further than it stretches; anchors always hold. CONFLICT_LIMIT (0): the
+   * later probe is shortened, by axis, to what the earlier ones allow. CONFLICT_LATEST (1), as published: the later probe
+   * wins and drags the tissue of earlier ones along. Default: CONFLICT_LIMIT.
    */
   vtkSetMacro(ConflictPolicy, int);
   vtkGetMacro(ConflictPolicy, int);
@@ -347,8 +353,8 @@ public:
 
   ///@{
   /**
-   * Whether output 1 has the arrays PropagationTime and Wavefront. They take 8 bytes a voxel, and as much on the device
-   * where waves came. With MODE_INTERACTIVE a change applies to waves that start from then on. Default: off.
+   * Whether output 1 has the arrays PropagationTime and Wavefront: 8 bytes a voxel, and as much on the device where waves
+   * came. With MODE_INTERACTIVE a change applies to waves that start from then on. Default: off.
    */
   vtkSetMacro(PropagationTimes, bool);
   vtkGetMacro(PropagationTimes, bool);
@@ -356,8 +362,8 @@ public:
   ///@}
 
   /**
-   * ModelArrays: which of the arrays Displacement, Element, Constraint and Cluster output 1 has. The others take no time
-   * and no memory; one that is chosen later comes without another deformation. Default: Displacement and Element.
+   * ModelArrays: which of the arrays Displacement, Element, Constraint and Cluster output 1 has. The others cost nothing;
+   * one that is chosen later comes without another deformation. Default: Displacement and Element.
    */
   vtkDataArraySelection* GetModelArraySelection();
 
@@ -370,9 +376,8 @@ public:
   ///@{
   /**
    * How tissue settles. RELAXATION_PROJECTED (0): over-relaxation within (C), in which the energy never rises.
-   * RELAXATION_PAPER (1), the published method, for comparison: all elements go at once to the weighted mean of their
-   * neighbours, whatever (C) says. It leaves links too long (`MaxLinkExcess`), locks rigid tissue, and may go on
-   * without end. Default: RELAXATION_PROJECTED.
+   * RELAXATION_PAPER (1), published, for comparison: all elements at once to the weighted mean of their neighbours. It
+   * leaves links too long (`MaxLinkExcess`), locks rigid tissue, and may go on without end. Default: RELAXATION_PROJECTED.
    */
   vtkSetMacro(RelaxationMethod, int);
   vtkGetMacro(RelaxationMethod, int);
@@ -392,10 +397,9 @@ public:
   ///@{
   /**
    * How long tissue settles in an update. RELAXATION_CUSTOM (0): as CoarseToFine, RelaxationIterations and
-   * RelaxationTolerance say. The others stand for values of these three, in this order, and leave the properties
-   * themselves alone; Data/Choosing.md of the project has their cost and error. RELAXATION_FAST (1), for dragging:
-   * off, 10, 1e-3. RELAXATION_BALANCED (2), for a picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), for a measurement:
-   * on, 1000, 1e-5. Default: RELAXATION_CUSTOM.
+   * RelaxationTolerance say. The others stand for values of these three, in this order, and leave the properties alone
+   * (costs and errors: Data/Choosing.md). RELAXATION_FAST (1), for dragging: off, 10, 1e-3. RELAXATION_BALANCED (2), for
+   * a picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), for a measurement: on, 1000, 1e-5. Default: RELAXATION_CUSTOM.
    */
   vtkSetMacro(RelaxationPreset, int);
   vtkGetMacro(RelaxationPreset, int);
@@ -409,8 +413,8 @@ public:
   ///@{
   /**
    * Whether RELAXATION_PROJECTED starts on coarser grids after a pull, cut or carve. A few iterations then come as far
-   * as hundreds on the fine grid alone, for the price of some tens. Tissue settles as far as it is free to, also far
-   * from the probes; tissue that no link joins to tissue that moves stays, however close. Default: off.
+   * as hundreds on the fine grid alone, for the price of some tens. Tissue then settles also far from the probes, but
+   * none that no link joins to tissue that moves. Default: off.
    */
   vtkSetMacro(CoarseToFine, bool);
   vtkGetMacro(CoarseToFine, bool);
@@ -419,8 +423,8 @@ public:
 
   ///@{
   /**
-   * How much of the strain goes back when tissue is released, r in [0, 1]. Strain of a link up to (1 - r) of its limit
-   * D costs no energy and stays. 1: elastic, all strain goes back; 0: plastic, all of it stays. Default: 1.
+   * How much of the strain goes back when tissue is released, r in [0, 1]: strain of a link up to (1 - r) of its limit D
+   * costs no energy and stays. 1: elastic; 0: plastic, all of it stays. Default: 1.
    */
   vtkSetClampMacro(ElasticRecovery, double, 0.0, 1.0);
   vtkGetMacro(ElasticRecovery, double);
@@ -460,12 +464,11 @@ public:
   /**
    * Number of voxels per element along each axis (of more than one voxel): 1, 2, 4 or 8. Propagation and relaxation
    * become faster by nearly its cube, and less exact; the rest of an update takes as long as ever, and memory is not
-   * less. Images are still resampled, cut and carved voxel by voxel, and both outputs are on the input's grid:
-   * displacements are interpolated between elements that lie on the same side of every cut. An element exists where one
-   * of its voxels is tissue, and its constraint is their mean. It is rigid or anchored where one of them is, so bone
-   * never bends, but is up to ModelReduction - 1 voxels thicker. Bodies closer than an element may stick together.
-   * Energy and forces compare with those of the whole model; MaxLinkExcess, DisplacedElements and RelaxationTolerance
-   * are about the elements. Any other number is an error. Default: 1.
+   * less. Images are still resampled, cut and carved voxel by voxel, and displacements are interpolated between elements
+   * on the same side of every cut. An element exists where one of its voxels is tissue, and its constraint is their
+   * mean. It is rigid or anchored where one of them is, so bone never bends, but is thicker, and bodies closer than an
+   * element may stick together. Energy and forces compare with those of the whole model; MaxLinkExcess,
+   * DisplacedElements and RelaxationTolerance are about the elements. Any other number is an error. Default: 1.
    */
   vtkSetMacro(ModelReduction, int);
   vtkGetMacro(ModelReduction, int);
@@ -480,8 +483,8 @@ public:
   ///@{
   /**
    * How arrays are sampled. INTERPOLATION_LINEAR (0): trilinear, with integers rounded to the nearest; voxels outside
-   * tissue that are not finite have no weight beside others. INTERPOLATION_NEAREST (1): the nearest voxel. Label
-   * arrays, ids and arrays of bits, strings and variants always take the nearest voxel. Default: INTERPOLATION_LINEAR.
+   * tissue that are not finite have no weight beside others. INTERPOLATION_NEAREST (1): the nearest voxel, as always for
+   * label arrays, ids, bits, strings and variants. Default: INTERPOLATION_LINEAR.
    */
   vtkSetMacro(Interpolation, int);
   vtkGetMacro(Interpolation, int);
@@ -490,10 +493,7 @@ public:
   ///@}
 
   ///@{
-  /**
-   * Names of the point arrays that hold labels and so take the nearest voxel. Each has to be the name of a point array
-   * of the input. Default: none.
-   */
+  /** Names of the input's point arrays that hold labels and so take the nearest voxel. Default: none. */
   void AddLabelArray(const char* name);
   void RemoveLabelArray(const char* name);
   void ClearLabelArrays();
@@ -504,9 +504,9 @@ public:
 
   ///@{
   /**
-   * Value of the scalars (the array that the material function reads) in places that tissue has left and in the
-   * padding, brought into the range of the array's type. With NaN it is the array's own smallest finite value. All
-   * other arrays show their own smallest finite value there, by component; bits are 0 and strings empty. Default: NaN.
+   * Value of the scalars in places that tissue has left and in the padding, brought into the range of the array's type.
+   * With NaN it is the array's own smallest finite value, which all other arrays show there, by component; bits are 0
+   * and strings empty. Default: NaN.
    */
   virtual void SetBackgroundValue(double value);
   vtkGetMacro(BackgroundValue, double);
@@ -514,8 +514,8 @@ public:
 
   ///@{
   /**
-   * Voxels added on every side of output 0, for tissue that leaves the image, [0, 4096]. A single slice stays a single
-   * slice: axes with one voxel are not padded. More than 2^31 voxels with the padding are an error. Default: 0.
+   * Voxels added on every side of output 0, for tissue that leaves the image, [0, 4096]. Axes with one voxel are not
+   * padded. More than 2^31 voxels with the padding are an error. Default: 0.
    */
   vtkSetClampMacro(OutputPadding, int, 0, 4096);
   vtkGetMacro(OutputPadding, int);
@@ -523,30 +523,25 @@ public:
 
   ///@{
   /**
-   * The OpenCL device: the first one whose name contains this text, in upper or lower case. Default: "", the best GPU,
-   * else the best other device.
+   * The OpenCL device: the first whose name has this text in it, in any case. Default: "", the best GPU, else the best.
    */
   vtkSetStdStringFromCharMacro(Device);
   vtkGetCharFromStdStringMacro(Device);
   ///@}
 
-  /**
-   * Names of the OpenCL devices of this machine, best first; empty where there are none. The array belongs to the
-   * filter and is filled anew by every call.
-   */
+  /// Names of the OpenCL devices of this machine, best first. The array is the filter's and filled anew by every call.
   vtkStringArray* GetAvailableDevices();
 
   ///@{
   /**
-   * Elements per brick, the unit of memory and work on the device: each 0 or a power of two, x in [4, 64], y and z in
-   * [2, 32]; 0 stands for the best number for the device. It changes speed alone, no result. Default: 0 0 0.
+   * Elements per brick, the unit of memory and work on the device: each 0 (the best for it) or a power of two, x in
+   * [4, 64], y and z in [2, 32]. It changes speed alone, no result. Default: 0 0 0.
    */
   vtkSetVector3Macro(BrickSize, int);
   vtkGetVector3Macro(BrickSize, int);
   ///@}
 
-  // Deprecated names of the brick size.
-  void SetBlockSize(int x, int y, int z) { this->SetBrickSize(x, y, z); }
+  void SetBlockSize(int x, int y, int z) { this->SetBrickSize(x, y, z); } ///< deprecated, as the next two
   void SetBlockSize(const int size[3]) { this->SetBrickSize(size); }
   int* GetBlockSize() VTK_SIZEHINT(3) { return this->GetBrickSize(); }
 
@@ -559,9 +554,7 @@ public:
   vtkMultiProcessController* GetController();
   ///@}
 
-  /**
-   * The time of the last change, also of the material function.
-   */
+  /// The time of the last change, also of the material function.
   vtkMTimeType GetMTime() override;
 
 protected:
@@ -580,6 +573,9 @@ private:
   int MaterialPreset = MATERIAL_FUNCTION;
   vtkSmartPointer<vtkPiecewiseFunction> MaterialFunction;
   std::string ConstraintArray;
+  std::string BodyArray;
+  int JointSize = 0;
+  double JointConstraint = 0.5;
   double TissueThreshold;
   bool AnchorRigid = false;
   int AnchoredFaces[6] = { 1, 1, 1, 1, 1, 1 };

@@ -243,6 +243,54 @@ void Readout::links(std::uint8_t* out) const
   }
 }
 
+std::vector<std::size_t> Readout::voxelsOf(std::size_t element) const
+{
+  return this->reduction_ ? this->reduction_->voxelsOf(element) : std::vector<std::size_t>{ element };
+}
+
+std::vector<RigidBody> Readout::bodies(const Handles& handles, const RigidClusters& clusters) const
+{
+  const Model& model = this->voxels_.model();
+  std::vector<RigidBody> bodies;
+  clusters.forClusters(
+    [&](auto first, auto last, bool anchored)
+    {
+      RigidBody body;
+      body.voxel = this->voxelsOf(*first).front();
+      body.elements = static_cast<std::size_t>(last - first);
+      body.heldBy.bone = anchored;
+      body.heldBy.what = anchored ? HeldBy::What::Rigid : HeldBy::What::Nothing;
+      for (; body.heldBy.what == HeldBy::What::Rigid && first != last; ++first)
+      {
+        for (const std::size_t voxel : this->voxelsOf(*first))
+        {
+          const Index3 at = model.grid().indexOf(voxel);
+          const int face = model.anchoringFace(at[0], at[1], at[2]);
+          if (face >= 0 && body.heldBy.what == HeldBy::What::Rigid)
+          {
+            body.heldBy.what = HeldBy::What::Face;
+            body.heldBy.face = face;
+          }
+        }
+      }
+      bodies.push_back(body);
+    });
+  for (std::size_t n = 0; n < handles.all().size(); ++n)
+  {
+    for (const std::size_t element : handles.all()[n]->voxels)
+    {
+      const int id = clusters.clusterOf(element, 0);
+      if (id >= 0 && bodies[id].heldBy.what == HeldBy::What::Nothing)
+      {
+        bodies[id].heldBy.what = HeldBy::What::Probe;
+        bodies[id].heldBy.probe = n;
+        bodies[id].heldBy.bone = true;
+      }
+    }
+  }
+  return bodies;
+}
+
 /// Adds the gradients of the energy where the voxels of a handle move together with the bone that they are part of.
 void Readout::addForces(std::vector<ProbeResult>& results, const Handles& handles, const RigidClusters& clusters,
   const Elasticity& elasticity) const

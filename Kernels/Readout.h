@@ -31,6 +31,12 @@ public:
   void elements(std::uint8_t* out) const;
   void links(std::uint8_t* out) const;
 
+  /// The tissue voxels that an element stands for, ascending.
+  std::vector<std::size_t> voxelsOf(std::size_t element) const;
+
+  /// `clusters` are those of the elements that deform.
+  std::vector<RigidBody> bodies(const Handles& handles, const RigidClusters& clusters) const;
+
   /// Adds the forces to the results of all probes. `clusters` are those of the elements that deform.
   void addForces(std::vector<ProbeResult>& results, const Handles& handles, const RigidClusters& clusters,
     const Elasticity& elasticity) const;

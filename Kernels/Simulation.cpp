@@ -50,6 +50,7 @@ public:
   RelaxResult relax(int iterations, double tolerance);
   std::vector<ProbeResult> probes();
   HeldBy heldBy(std::size_t probe);
+  RigidClusters& rigidClusters();
   Statistics measure();
   Resampled resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since);
   Bricks& voxels();
@@ -78,7 +79,6 @@ private:
   void reportCompiling(bool mayStop);
   void moved();
   std::vector<std::vector<std::size_t>> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
-  RigidClusters& rigidClusters();
   Relaxer& relaxer();
   void tissueChanged();
 
@@ -525,6 +525,12 @@ std::vector<ProbeResult> Simulation::probes() const
 HeldBy Simulation::heldBy(std::size_t probe) const
 {
   return this->impl_->called([&] { return this->impl_->heldBy(probe); });
+}
+
+std::vector<RigidBody> Simulation::bodies() const
+{
+  Impl& impl = *this->impl_;
+  return impl.called([&] { return impl.readout_.bodies(impl.handles_, impl.rigidClusters()); });
 }
 
 Statistics Simulation::measure() const

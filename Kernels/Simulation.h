@@ -49,7 +49,8 @@ public:
   /// Called with the share that is done, 0 to 1. Returning false stops the call, which then throws Aborted.
   using Progress = std::function<bool(double)>;
 
-  /// Throws InputError where a setting cannot be used, and DeviceError where there is no such device.
+  /// Throws InputError where a setting cannot be used, or where the model is divided into bodies (Joints) and is to be
+  /// reduced, which would make them one again; and DeviceError where there is no such device.
   Simulation(std::shared_ptr<const Model> model, const Settings& settings);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
@@ -135,6 +136,10 @@ public:
   /// where several do. This searches on the host through the tissue that the probe strains, so it is meant for the few
   /// probes that got much less than they asked for. Throws InputError where there is no probe of that number.
   HeldBy heldBy(std::size_t probe) const;
+
+  /// The bodies of rigid tissue as it is now, in the order of their first voxels; cuts and carves may have divided
+  /// them, and so may Joints. A probe with a displacement holds a body as an anchor does.
+  std::vector<RigidBody> bodies() const;
 
   /// Energy, violations, displaced elements and memory of the present state.
   Statistics measure() const;

@@ -23,7 +23,7 @@ namespace vtkChainMail
 namespace
 {
 
-const char* const portNames[NUMBER_OF_PORTS] = { "Input", "Probes", "Cuts", "Carves" };
+const char* const portNames[NUMBER_OF_PORTS] = { "Input", "Probes", "Cuts", "Carves", "Regions" };
 
 Fingerprint OfCells(vtkCellArray* cells, Fingerprint before)
 {
@@ -36,12 +36,13 @@ Fingerprint OfCells(vtkCellArray* cells, Fingerprint before)
 vtkSmartPointer<vtkPolyData> TakeLeaf(int port, vtkDataObject* data, std::string& problem)
 {
   auto leaf = vtkSmartPointer<vtkPolyData>::New();
-  if (port == PROBES)
+  if (port == PROBES || port == REGIONS)
   {
     vtkPointSet* points = vtkPointSet::SafeDownCast(data);
     if (!points)
     {
-      problem = "probes are points; give a point set such as a vtkPolyData.";
+      problem =
+        std::string(port == PROBES ? "probes" : "regions") + " are points; give a point set such as a vtkPolyData.";
       return nullptr;
     }
     leaf->SetPoints(points->GetPoints());
@@ -73,10 +74,10 @@ Fingerprint Leaf::GetFingerprint() const
 {
   vtkPoints* points = this->Data->GetPoints();
   Fingerprint h = FingerprintOf(points ? points->GetData() : nullptr);
-  if (this->Port == PROBES)
+  if (this->Port == PROBES || this->Port == REGIONS)
   {
     vtkPointData* arrays = this->Data->GetPointData();
-    for (const char* name : { "Displacement", "Radius", "Anchor" })
+    for (const char* name : { "Displacement", "Radius", "Anchor", "Constraint" })
     {
       const Fingerprint parts[] = { h, FingerprintOf(arrays->GetArray(name)) };
       h = FingerprintOf(parts, sizeof(parts));

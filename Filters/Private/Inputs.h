@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The inputs of an update: the image, and the datasets of Probes, Cuts and Carves as one list of leaves, so that
+// The inputs of an update: the image, and the datasets of the other ports as one list of leaves, so that
 // composite data and data of several processes are handled alike.
 
 #ifndef Inputs_h
@@ -28,17 +28,18 @@ enum Ports
   PROBES = 1,
   CUTS = 2,
   CARVES = 3,
+  REGIONS = 4,
   NUMBER_OF_PORTS
 };
 
-/// One dataset of Probes, Cuts or Carves: a connected one, or a leaf of it where that is composite.
+/// One dataset of Probes, Cuts, Carves or Regions: a connected one, or a leaf of it where that is composite.
 struct Leaf
 {
   int Port = 0;
   int Input = 0;   ///< number of the connection
   int Block = -1;  ///< flat index in a composite dataset; -1 where it is none
   int Process = 0; ///< the process of a parallel server that has it
-  /// Points with their arrays (Probes), or points, polygons and strips (Cuts, Carves).
+  /// Points with their arrays (Probes, Regions), or points, polygons and strips (Cuts, Carves).
   vtkSmartPointer<vtkPolyData> Data;
 
   /// The name for messages: "Probes input 0", with block and process where it would be ambiguous.

@@ -269,6 +269,10 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   }
 
   addRow(vtkNew<vtkDoubleArray>(), "PeakDeviceMemory", { peakMegabytes });
+  if (this->Source.GetModel().isDivided())
+  {
+    this->AddBodies(fields);
+  }
 
   vtkNew<vtkStringArray> device;
   device->SetName("DeviceName");
@@ -278,6 +282,46 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   // These come last: field data has as many rows as its first array, and with none ParaView shows and sends nothing.
   addVectors("ProbeReached", &chainmail::ProbeResult::reached);
   addVectors("ProbeForce", &chainmail::ProbeResult::force);
+}
+
+/// Adds a row for each body of bone, in the order of their numbers in the array Cluster.
+void Outputs::AddBodies(vtkFieldData* fields)
+{
+  const std::vector<chainmail::RigidBody> bodies = this->Source.GetSimulation().bodies();
+  vtkDataArray* labels = this->Source.GetTissue().Bodies.Array;
+  const auto count = static_cast<vtkIdType>(bodies.size());
+  const auto voxels = MakeArray<vtkIdTypeArray>("BodyVoxels", 1, count);
+  const auto holders = MakeArray<vtkIntArray>("BodyHeldBy", 1, count);
+  const auto names = MakeArray<vtkIdTypeArray>("BodyLabel", 1, count);
+  for (vtkIdType n = 0; n < count; ++n)
+  {
+    const chainmail::RigidBody& body = bodies[static_cast<std::size_t>(n)];
+    const double label = labels ? labels->GetComponent(static_cast<vtkIdType>(body.voxel), 0) : 0.0;
+    int holder = 0;
+    switch (body.heldBy.what)
+    {
+    case chainmail::HeldBy::What::Face:
+      holder = 1;
+      break;
+    case chainmail::HeldBy::What::Rigid:
+      holder = 2;
+      break;
+    case chainmail::HeldBy::What::Probe:
+      holder = 3;
+      break;
+    default:
+      break;
+    }
+    voxels->SetValue(n, static_cast<vtkIdType>(body.elements));
+    holders->SetValue(n, holder);
+    names->SetValue(n, std::isnan(label) ? 0 : std::llround(label));
+  }
+  fields->AddArray(voxels);
+  fields->AddArray(holders);
+  if (labels)
+  {
+    fields->AddArray(names);
+  }
 }
 
 vtkSmartPointer<vtkUnsignedCharArray> Outputs::FetchElement(vtkIdType voxels)

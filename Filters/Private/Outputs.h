@@ -70,6 +70,7 @@ private:
   void WriteDeformed(const Scene& scene, vtkImageData* output);
   void WriteModel(const Scene& scene, vtkImageData* output);
   void WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageData* output);
+  void AddBodies(vtkFieldData* fields);
   vtkSmartPointer<vtkUnsignedCharArray> FetchElement(vtkIdType voxels);
   vtkSmartPointer<vtkFloatArray> FetchConstraint(vtkIdType voxels);
   vtkSmartPointer<vtkIntArray> FetchCluster(vtkIdType voxels);

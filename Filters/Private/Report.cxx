@@ -6,6 +6,7 @@
 #include "vtkMath.h"
 #include "vtkStringArray.h"
 
+#include <algorithm>
 #include <cmath>
 #include <iomanip>
 #include <sstream>
@@ -140,24 +141,62 @@ const std::string& Report::Get(const Session& session)
   {
     this->Text += "And " + std::to_string(this->Probes.size() - mostNamed) + " more probes.\n";
   }
-  this->Text += this->Summary;
+  this->Text += this->AboutBodies(session) + this->Summary;
   this->Written = true;
   return this->Text;
 }
 
+std::string Report::AboutBodies(const Session& session) const
+{
+  if (!session.GetModel().isDivided())
+  {
+    return {};
+  }
+  constexpr std::size_t mostNamed = 5;
+  const std::vector<chainmail::RigidBody> bodies = session.GetSimulation().bodies();
+  vtkDataArray* labels = session.GetTissue().Bodies.Array;
+  std::vector<std::size_t> held;
+  for (std::size_t n = 0; n < bodies.size(); ++n)
+  {
+    if (bodies[n].heldBy.what != chainmail::HeldBy::What::Nothing)
+    {
+      held.push_back(n);
+    }
+  }
+  std::stable_sort(held.begin(), held.end(),
+    [&](std::size_t one, std::size_t other) { return bodies[one].elements > bodies[other].elements; });
+  std::string text = Grouped(bodies.size()) + (bodies.size() == 1 ? " body" : " bodies") + " of bone, " +
+                     (held.empty() ? "none" : Grouped(held.size())) + " held";
+  for (std::size_t n = 0; n < held.size() && n < mostNamed; ++n)
+  {
+    const chainmail::RigidBody& body = bodies[held[n]];
+    const double label = labels ? labels->GetComponent(static_cast<vtkIdType>(body.voxel), 0) : 0.0;
+    text += (n == 0 ? ": " : "; ") +
+            (label != 0.0 && !std::isnan(label) ? "label " + std::to_string(std::llround(label))
+                                                : "body " + std::to_string(held[n])) +
+            " (" + Grouped(body.elements) + " voxels)" + this->Holder(body.heldBy);
+  }
+  return text + (held.size() > mostNamed ? "; and " + Grouped(held.size() - mostNamed) + " smaller ones" : "") + ".\n";
+}
+
 std::string Report::WhatHolds(const Probe& probe, const Session& session) const
 {
+  const std::string holder = this->Holder(session.GetSimulation().heldBy(probe.Held));
+  return holder.empty() ? holder : ": held" + holder;
+}
+
+std::string Report::Holder(const chainmail::HeldBy& holder) const
+{
   using What = chainmail::HeldBy::What;
-  const chainmail::HeldBy holder = session.GetSimulation().heldBy(probe.Held);
   const char* const faces[] = { "x-", "x+", "y-", "y+", "z-", "z+" };
   switch (holder.what)
   {
   case What::Probe:
-    return ": held by Probe " + std::to_string(this->Held[holder.probe] + 1);
+    return " by Probe " + std::to_string(this->Held[holder.probe] + 1);
   case What::Face:
-    return std::string(": held by the face ") + faces[holder.face] + " of the scan";
+    return std::string(" by the face ") + faces[holder.face] + " of the scan";
   case What::Rigid:
-    return ": held by bone that is anchored";
+    return " by bone that is anchored";
   default:
     return {};
   }

@@ -38,8 +38,14 @@ private:
     bool Present = false; ///< whether the simulation holds it
   };
 
+  /// How many bodies of bone there are and which are held.
+  std::string AboutBodies(const Session& session) const;
+
   /// What keeps a probe from going further, as the end of a sentence.
   std::string WhatHolds(const Probe& probe, const Session& session) const;
+
+  /// By what it is held, as the end of a sentence.
+  std::string Holder(const chainmail::HeldBy& holder) const;
 
   std::vector<Probe> Probes;
   std::vector<std::size_t> Held; ///< for each that the simulation holds, its number among all

@@ -105,8 +105,8 @@ vtkDataArray* ReadScalars(vtkPointData* arrays, const ChosenArray& chosen)
   return NumbersOf("The array of scalars", scalars);
 }
 
-/// The array of constraints; null where no name is given.
-vtkDataArray* ReadConstraints(vtkPointData* arrays, const char* given)
+/// The point array whose name a property gives; null where it gives none.
+vtkDataArray* ReadNamed(vtkPointData* arrays, const std::string& property, const char* given)
 {
   const std::string name = given ? given : "";
   if (name.empty())
@@ -116,11 +116,33 @@ vtkDataArray* ReadConstraints(vtkPointData* arrays, const char* given)
   vtkAbstractArray* array = arrays->GetAbstractArray(name.c_str());
   if (!array)
   {
-    throw chainmail::InputError("The input image has no point array called \"" + name +
-                                "\" to take as ConstraintArray. " + ListArrays(arrays) +
-                                " Choose one of these, or none.");
+    throw chainmail::InputError("The input image has no point array called \"" + name + "\" to take as " + property +
+                                ". " + ListArrays(arrays) + " Choose one of these, or none.");
   }
-  return NumbersOf("ConstraintArray", array);
+  return NumbersOf(property, array);
+}
+
+/// A point array of a leaf, null where it has none of that name. Throws InputError where it is not as wide or as long
+/// as it has to be.
+vtkDataArray* FindNumbers(const Leaf& leaf, const char* name, int components)
+{
+  vtkAbstractArray* array = leaf.Data->GetPointData()->GetAbstractArray(name);
+  if (!array)
+  {
+    return nullptr;
+  }
+  vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
+  if (!numbers || numbers->GetNumberOfComponents() != components ||
+      numbers->GetNumberOfTuples() != leaf.Data->GetNumberOfPoints())
+  {
+    throw chainmail::InputError(leaf.ToString() + ": the point array \"" + name + "\" has to hold " +
+                                std::to_string(components) + (components == 1 ? " number" : " numbers") +
+                                " for every point; it holds " +
+                                (numbers ? std::to_string(numbers->GetNumberOfComponents()) + " for each of " +
+                                             std::to_string(numbers->GetNumberOfTuples()) + " points."
+                                         : std::string("no numbers.")));
+  }
+  return numbers;
 }
 
 /// The padding on every side of the image. Throws InputError where the image would become too large by it.
@@ -169,6 +191,7 @@ Scene::Scene(
   this->CheckPointArrays();
   this->ReadTissue(filter, scalars, tissueBefore);
   this->Padding = ReadPadding(filter, this->Tissue.Size);
+  this->ReadRegions();
   this->ReadProbes();
   this->Cuts = ReadCuts(inputs, this->Space);
   this->Carves = ReadCarves(inputs, this->Space);
@@ -218,7 +241,7 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
 {
   vtkPointData* arrays = this->Image->GetPointData();
   this->Scalars = ReadScalars(arrays, chosen);
-  vtkDataArray* constraints = ReadConstraints(arrays, filter->GetConstraintArray());
+  vtkDataArray* constraints = ReadNamed(arrays, "ConstraintArray", filter->GetConstraintArray());
 
   TissueSource& tissue = this->Tissue;
   const vtkMTimeType imageTime = this->Image->GetMTime();
@@ -227,6 +250,8 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
   {
     tissue.Constraints.Take(constraints, imageTime, before.Constraints);
   }
+
+  this->ReadBodies(filter, before);
 
   this->Image->GetDimensions(tissue.Size.data());
   tissue.Spacing = this->Space.GetSpacing();
@@ -241,6 +266,26 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
   std::copy_n(filter->GetBrickSize(), 3, tissue.BrickSize.begin());
   tissue.ModelReduction = filter->GetModelReduction();
   tissue.Rotations = filter->GetRotations();
+}
+
+void Scene::ReadBodies(vtkChainMailDeformation* filter, const TissueSource& before)
+{
+  vtkDataArray* labels = ReadNamed(this->Image->GetPointData(), "BodyArray", filter->GetBodyArray());
+  const bool divides = (labels || filter->GetJointSize() > 0) && filter->GetJointConstraint() > 0.0;
+  TissueSource& tissue = this->Tissue;
+  if (labels)
+  {
+    this->LabelArrays.emplace_back(filter->GetBodyArray());
+  }
+  if (divides && labels)
+  {
+    tissue.Bodies.Take(labels, this->Image->GetMTime(), before.Bodies);
+  }
+  if (divides)
+  {
+    tissue.JointSize = filter->GetJointSize();
+    tissue.JointConstraint = filter->GetJointConstraint();
+  }
 }
 
 void Scene::ReadMaterial(vtkChainMailDeformation* filter)
@@ -290,6 +335,45 @@ void Scene::ReadMaterial(vtkChainMailDeformation* filter)
   tissue.Function.push_back(this->Function->GetUseLogScale());
 }
 
+void Scene::ReadRegions()
+{
+  for (const Leaf& leaf : this->Given.Leaves)
+  {
+    if (leaf.Port != REGIONS)
+    {
+      continue;
+    }
+    vtkDataArray* radii = FindNumbers(leaf, "Radius", 1);
+    vtkDataArray* constraints = FindNumbers(leaf, "Constraint", 1);
+    if (!radii || !constraints)
+    {
+      throw chainmail::InputError(leaf.ToString() +
+                                  ": a region needs the point arrays \"Radius\" and \"Constraint\". " +
+                                  ListArrays(leaf.Data->GetPointData()) + " Add what is missing.");
+    }
+    for (vtkIdType p = 0; p < leaf.Data->GetNumberOfPoints(); ++p)
+    {
+      double place[3];
+      leaf.Data->GetPoint(p, place);
+      const double radius = radii->GetTuple1(p);
+      const double constraint = constraints->GetTuple1(p);
+      if (!IsFinite(place) || !(radius >= 0.0) || !std::isfinite(radius) || !(constraint >= 0.0) ||
+          !(static_cast<float>(constraint) < 1.0f))
+      {
+        std::ostringstream message;
+        message << leaf.ToString() << ", point " << p
+                << ": a region needs a finite place, a radius of 0 or more (it is " << radius
+                << ") and a constraint from 0 (rigid) to less than 1 (it is " << constraint << ").";
+        throw chainmail::InputError(message.str());
+      }
+      const Vector3 centre = this->Space.PointToEngine(place);
+      this->Tissue.Regions.insert(this->Tissue.Regions.end(), centre.begin(), centre.end());
+      this->Tissue.Regions.push_back(radius);
+      this->Tissue.Regions.push_back(constraint);
+    }
+  }
+}
+
 void Scene::ReadProbes()
 {
   for (std::size_t l = 0; l < this->Given.Leaves.size(); ++l)
@@ -301,29 +385,9 @@ void Scene::ReadProbes()
     }
     vtkPolyData* points = leaf.Data;
     const vtkIdType numberOfPoints = points->GetNumberOfPoints();
-    const std::string where = leaf.ToString() + ": ";
-    const auto find = [&](const char* name, int components) -> vtkDataArray*
-    {
-      vtkAbstractArray* array = points->GetPointData()->GetAbstractArray(name);
-      if (!array)
-      {
-        return nullptr;
-      }
-      vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
-      if (!numbers || numbers->GetNumberOfComponents() != components || numbers->GetNumberOfTuples() != numberOfPoints)
-      {
-        throw chainmail::InputError(where + "the point array \"" + name + "\" has to hold " +
-                                    std::to_string(components) + (components == 1 ? " number" : " numbers") +
-                                    " for every point; it holds " +
-                                    (numbers ? std::to_string(numbers->GetNumberOfComponents()) + " for each of " +
-                                                 std::to_string(numbers->GetNumberOfTuples()) + " points."
-                                             : std::string("no numbers.")));
-      }
-      return numbers;
-    };
-    vtkDataArray* displacements = find("Displacement", 3);
-    vtkDataArray* radii = find("Radius", 1);
-    vtkDataArray* anchors = find("Anchor", 1);
+    vtkDataArray* displacements = FindNumbers(leaf, "Displacement", 3);
+    vtkDataArray* radii = FindNumbers(leaf, "Radius", 1);
+    vtkDataArray* anchors = FindNumbers(leaf, "Anchor", 1);
 
     for (vtkIdType p = 0; p < numberOfPoints; ++p)
     {

@@ -33,6 +33,10 @@ struct TissueSource
 {
   ArrayContents Scalars;
   ArrayContents Constraints;
+  ArrayContents Bodies;
+  int JointSize = 0;
+  double JointConstraint = 0.0; // 0 where there are no joints
+  std::vector<double> Regions;  // 5 for each: place, radius, constraint
   chainmail::Index3 Size{};
   Vector3 Spacing{};
   double Threshold = 0.0;
@@ -56,8 +60,9 @@ struct TissueSource
   {
     const auto all = [](const TissueSource& t)
     {
-      return std::tie(t.Scalars, t.Constraints, t.Size, t.Spacing, t.Threshold, t.Function, t.AnchorRigid,
-        t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction, t.Rotations);
+      return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.Regions, t.Size, t.Spacing,
+        t.Threshold, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction,
+        t.Rotations);
     };
     return all(*this) == all(other);
   }
@@ -135,8 +140,10 @@ struct Scene
 private:
   void CheckPointArrays() const;
   void ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chosen, const TissueSource& before);
+  void ReadBodies(vtkChainMailDeformation* filter, const TissueSource& before);
   void ReadMaterial(vtkChainMailDeformation* filter);
   void ReadProbes();
+  void ReadRegions();
 };
 
 }

@@ -122,6 +122,15 @@ void Session::Build(const Scene& scene)
   material.tissueThreshold = tissue.Threshold;
   material.constraintArray = View(constraints);
   material.constraint = ToEngineFunction(scene.Function);
+  for (std::size_t n = 0; n < tissue.Regions.size(); n += 5)
+  {
+    const double* r = tissue.Regions.data() + n;
+    material.regions.push_back({ { { r[0], r[1], r[2] } }, r[3], r[4] });
+  }
+  const vtkSmartPointer<vtkDataArray> bodies = tissue.Bodies.Array ? ToEngineArray(tissue.Bodies.Array) : nullptr;
+  material.joints.labels = View(bodies); // which is read by the model's constructor alone
+  material.joints.size = tissue.JointSize;
+  material.joints.constraint = tissue.JointConstraint;
   chainmail::Anchors anchors;
   anchors.rigid = tissue.AnchorRigid;
   anchors.faces = tissue.AnchoredFaces;

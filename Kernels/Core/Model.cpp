@@ -1,8 +1,11 @@
 #include "Model.h"
 
+#include "Dispatch.h"
 #include "ElementRule.h"
 #include "Error.h"
+#include "Joints.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -20,37 +23,6 @@ constexpr float air = -std::numeric_limits<float>::infinity();
 std::string toString(const Index3& size)
 {
   return std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]);
-}
-
-/// Calls `f` with a pointer of the array's own type.
-template <typename F> auto dispatch(const ArrayView& view, F&& f)
-{
-  switch (view.type)
-  {
-  case ArrayView::Type::Int8:
-    return f(static_cast<const std::int8_t*>(view.data));
-  case ArrayView::Type::UInt8:
-    return f(static_cast<const std::uint8_t*>(view.data));
-  case ArrayView::Type::Int16:
-    return f(static_cast<const std::int16_t*>(view.data));
-  case ArrayView::Type::UInt16:
-    return f(static_cast<const std::uint16_t*>(view.data));
-  case ArrayView::Type::Int32:
-    return f(static_cast<const std::int32_t*>(view.data));
-  case ArrayView::Type::UInt32:
-    return f(static_cast<const std::uint32_t*>(view.data));
-  case ArrayView::Type::Int64:
-    return f(static_cast<const std::int64_t*>(view.data));
-  case ArrayView::Type::UInt64:
-    return f(static_cast<const std::uint64_t*>(view.data));
-  case ArrayView::Type::Float32:
-    return f(static_cast<const float*>(view.data));
-  case ArrayView::Type::Float64:
-    return f(static_cast<const double*>(view.data));
-  case ArrayView::Type::None:
-    break;
-  }
-  throw InputError("An array without data was given.");
 }
 
 /// `where` returns the words that name the value. Only an error message needs them, and this is called for every voxel.
@@ -180,6 +152,44 @@ Model::RowReader readerOfFunction(const ArrayView& scalars, const Material& mate
     });
 }
 
+/// Tissue as `read` gives it, with the constraints of regions.
+Model::RowReader withRegions(
+  const Grid& grid, int axes, const std::vector<Region>& regions, const Model::RowReader& read)
+{
+  std::vector<float> constraints;
+  for (const Region& region : regions)
+  {
+    const bool isFinite =
+      std::all_of(region.centre.begin(), region.centre.end(), [](double x) { return std::isfinite(x); });
+    if (!isFinite || !(region.radius >= 0.0) || !std::isfinite(region.radius))
+    {
+      throw InputError("A region needs a finite place, and a radius of 0 or more.");
+    }
+    constraints.push_back(checkedConstraint(region.constraint, [] { return std::string("of a region"); }));
+  }
+  return [=](std::size_t first, int count, float* out)
+  {
+    read(first, count, out);
+    const Index3 at = grid.indexOf(first);
+    for (std::size_t r = 0; r < regions.size(); ++r)
+    {
+      const Region& region = regions[r];
+      const double y = at[1] * grid.spacing[1] - region.centre[1];
+      const double z = at[2] * grid.spacing[2] - region.centre[2];
+      const double room = region.radius * region.radius - y * y - z * z;
+      for (int n = 0; n < count && room >= 0.0; ++n)
+      {
+        const double x = (at[0] + n) * grid.spacing[0] - region.centre[0];
+        float* c = out + static_cast<std::size_t>(n) * axes;
+        if (x * x <= room && c[0] != air)
+        {
+          std::fill(c, c + axes, constraints[r]);
+        }
+      }
+    }
+  };
+}
+
 std::size_t countNonFinite(const ArrayView& scalars, std::size_t voxels)
 {
   return dispatch(scalars,
@@ -232,6 +242,11 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
   this->axes_ = material.constraintArray ? axesOf(material.constraintArray) : 1;
   this->read_ = material.constraintArray ? readerOfArray(scalars, material) : readerOfFunction(scalars, material);
 
+  if (!material.regions.empty())
+  {
+    this->read_ = withRegions(grid, this->axes_, material.regions, this->read_);
+  }
+
   // One pass over all voxels counts the elements and finds every constraint that is out of range before work begins.
   const int width = grid.size[0];
   std::vector<float> row(static_cast<std::size_t>(width) * this->axes_);
@@ -244,6 +259,7 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
       this->elements_ += row[static_cast<std::size_t>(i) * this->axes_] != air;
     }
   }
+  this->divide(material.joints);
   this->nonFinite_ = countNonFinite(scalars, grid.voxels());
   if (this->elements_ == 0)
   {
@@ -252,17 +268,53 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
   }
 }
 
-Model::Model(const Grid& grid, int axes, RowReader rows)
+/// Makes joints of the rigid tissue where bodies meet.
+void Model::divide(const Joints& joints)
+{
+  this->jointConstraint_ = checkedConstraint(joints.constraint, [] { return std::string("of the joints"); });
+  if (joints.size < 0)
+  {
+    throw InputError("The size of the joints is " + std::to_string(joints.size) + "; it has to be 0 (none) or more.");
+  }
+  this->divided_ = joints.wanted();
+  if (this->divided_)
+  {
+    this->joints_ = findJoints(this->grid_, this->axes_, this->read_, joints);
+  }
+}
+
+Model::Model(const Grid& grid, int axes, RowReader rows, std::vector<std::size_t> joints)
   : grid_(grid)
   , axes_(axes)
+  , joints_(std::move(joints))
   , read_(std::move(rows))
 {
   this->anchors_.faces.fill(false);
 }
 
+bool Model::isJoint(std::size_t voxel) const
+{
+  return !this->joints_.empty() && std::binary_search(this->joints_.begin(), this->joints_.end(), voxel);
+}
+
+/// Makes the joints among `count` voxels soft, from voxel number `first` on.
+void Model::soften(std::size_t first, int count, float* out) const
+{
+  const auto begin = std::lower_bound(this->joints_.begin(), this->joints_.end(), first);
+  for (auto joint = begin; joint != this->joints_.end() && *joint < first + count; ++joint)
+  {
+    float* c = out + (*joint - first) * this->axes_;
+    std::transform(c, c + this->axes_, c, [this](float one) { return std::max(one, this->jointConstraint_); });
+  }
+}
+
 void Model::row(int i, int j, int k, int count, float* out) const
 {
   this->read_(this->grid_.at(i, j, k), count, out);
+  if (this->divided_)
+  {
+    this->soften(this->grid_.at(i, j, k), count, out);
+  }
   const Index3& size = this->grid_.size;
   std::array<bool, 6> faces = this->anchors_.faces;
   for (int a = 0; a < 3; ++a)

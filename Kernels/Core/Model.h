@@ -79,6 +79,32 @@ struct ArrayView
   explicit operator bool() const { return this->data != nullptr; }
 };
 
+/// A ball in which tissue has another constraint, whatever the scan says.
+struct Region
+{
+  Vector3 centre{};        ///< [mm], see Grid
+  double radius = 0.0;     ///< [mm]; voxels at this distance are in it
+  double constraint = 0.0; ///< a fraction of the spacing on every axis, [0, 1)
+};
+
+/// Where rigid tissue that touches is divided into bodies, each of which moves by itself. Where two bodies meet, the
+/// voxels of one of them at the other (those of the larger body, so that small bones keep their shape) form a soft
+/// joint. Links between the bodies' rigid voxels do not remain, so a body is what rigid voxels are connected. Stiff
+/// tissue between bodies gets such a layer, too, within some voxels of both.
+struct Joints
+{
+  /// Whole numbers, 1 component: rigid voxels of different labels belong to different bodies. 0 (NaN): no label; what
+  /// is connected of it is a body of its own. Nothing is read of it where voxels are not rigid.
+  ArrayView labels;
+  /// Bridges of unlabelled rigid tissue that are thinner than so many voxels are joints where they join parts at least
+  /// twice as thick. Tissue enclosed in rigid tissue (marrow) counts as part of it. Thinner unlabelled tissue belongs
+  /// to the body that is nearest within it. 0: none.
+  int size = 0;
+  double constraint = 0.5; ///< of the voxels of joints, a fraction of the spacing, [0, 1); 0: no joints
+
+  bool wanted() const { return (this->labels || this->size > 0) && this->constraint > 0.0; }
+};
+
 /// How the scan's scalars become tissue.
 struct Material
 {
@@ -88,6 +114,8 @@ struct Material
   std::function<double(double)> constraint;
   /// Takes the place of the function where it is given: 1 component (the same on every axis) or 3 (one per axis).
   ArrayView constraintArray;
+  std::vector<Region> regions; ///< win over function and array, later ones over earlier ones; air stays air
+  Joints joints;
 };
 
 /// Tissue that is held where it is from the start.
@@ -99,18 +127,21 @@ struct Anchors
 };
 
 /// The tissue at rest: which voxels are elements and how far each of them may give. It reads the caller's arrays on
-/// demand and copies nothing, so the arrays must outlive the model and must not change.
+/// demand and copies nothing, so the arrays must outlive the model and must not change. Labels of bodies are read by
+/// the constructor alone.
 class Model
 {
 public:
-  /// Throws InputError as Grid::check() does, where no voxel is tissue, or where a constraint is not in [0, 1).
+  /// Throws InputError as Grid::check() does, where no voxel is tissue, where a constraint is not in [0, 1), where the
+  /// place or radius of a region is no finite number, or where the labels of bodies are not single whole numbers.
   Model(const Grid& grid, const ArrayView& scalars, const Material& material, const Anchors& anchors);
 
   /// Reads the signed constraints (see row()) of `count` voxels along x, from voxel number `first` on.
   using RowReader = std::function<void(std::size_t first, int count, float* out)>;
 
-  /// Tissue that `rows` gives as row() would. `grid` must be one that the other constructor accepts. Checks nothing.
-  Model(const Grid& grid, int axes, RowReader rows);
+  /// Tissue that `rows` gives as row() would. `grid` must be one that the other constructor accepts. `joints` are the
+  /// voxels of joints, ascending. Checks nothing.
+  Model(const Grid& grid, int axes, RowReader rows, std::vector<std::size_t> joints = {});
 
   const Grid& grid() const { return this->grid_; }
 
@@ -128,16 +159,28 @@ public:
   /// and anchored is -0.0f). Air is minus infinity.
   void row(int i, int j, int k, int count, float* out) const;
 
+  /// Whether rigid tissue is divided into bodies, see Joints.
+  bool isDivided() const { return this->divided_; }
+  /// The voxels of joints (Grid::at), ascending.
+  const std::vector<std::size_t>& joints() const { return this->joints_; }
+  bool isJoint(std::size_t voxel) const;
+
   /// The face of the grid (a number as in Anchors::faces) that anchors a voxel, the first of several; -1 where none
   /// does.
   int anchoringFace(int i, int j, int k) const;
 
 private:
+  void divide(const Joints& joints);
+  void soften(std::size_t first, int count, float* out) const;
+
   Grid grid_;
   Anchors anchors_;
   int axes_ = 1;
   std::size_t elements_ = 0;
   std::size_t nonFinite_ = 0;
+  bool divided_ = false;
+  float jointConstraint_ = 0.0f;
+  std::vector<std::size_t> joints_;
   RowReader read_; ///< what the arrays say, before anchors_ are applied
 };
 

@@ -90,6 +90,16 @@ struct HeldBy
   bool bone = false;     ///< the bone in the probe's grip is itself held there; else tissue between stretches no more
 };
 
+/// A body of rigid tissue, which moves as one: a rigid cluster (along x, where constraints differ by axis).
+struct RigidBody
+{
+  std::size_t voxel = 0;    ///< its first voxel, Grid::at
+  std::size_t elements = 0; ///< how many it has, of the reduced model where the model is reduced
+  /// What holds it where it is: an anchor (Face where one of its voxels is at an anchored face, else Rigid) or else a
+  /// probe, the first of several; Nothing where it is free to move.
+  HeldBy heldBy;
+};
+
 /// A cutting surface: triangles in [mm], see Grid. It need not be closed, flat or connected.
 struct Surface
 {

@@ -38,6 +38,9 @@ Grid halved(const Grid& finer)
 class Children
 {
 public:
+  /// A joint in it keeps it from being rigid, or bodies would be one on coarser grids.
+  void addJoint() { this->joint_ = true; }
+
   /// Adds one of the eight. Bit a of `place` is its place along axis a.
   void add(int place, float c)
   {
@@ -58,7 +61,7 @@ public:
     {
       return -std::numeric_limits<float>::infinity();
     }
-    const float c = 2 * this->rigid_ >= this->count_ ? 0.0f : this->ofRows();
+    const float c = 2 * this->rigid_ >= this->count_ && !this->joint_ ? 0.0f : this->ofRows();
     return rule::asHeld(c, this->held_);
   }
 
@@ -100,8 +103,23 @@ private:
   int rigid_ = 0;
   float sum_ = 0.0f;
   bool held_ = false;
+  bool joint_ = false;
   std::array<float, 8> constraint_{ none, none, none, none, none, none, none, none };
 };
+
+/// The voxels of a coarser grid that hold joints of a finer one.
+std::vector<std::size_t> coarserJoints(const Model& finer, const Grid& grid)
+{
+  std::vector<std::size_t> joints;
+  for (const std::size_t voxel : finer.joints())
+  {
+    const Index3 at = finer.grid().indexOf(voxel);
+    joints.push_back(grid.at(at[0] / 2, at[1] / 2, at[2] / 2));
+  }
+  std::sort(joints.begin(), joints.end());
+  joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
+  return joints;
+}
 
 }
 
@@ -110,8 +128,10 @@ std::shared_ptr<const Model> coarserModel(const Bricks& finer)
   const Grid fine = finer.model().grid();
   const Grid grid = halved(fine);
   const int axes = finer.model().axes();
-  return std::make_shared<const Model>(grid, axes,
-    [&finer, fine, grid, axes](std::size_t first, int count, float* out)
+  const std::vector<std::size_t> joints = coarserJoints(finer.model(), grid);
+  return std::make_shared<const Model>(
+    grid, axes,
+    [&finer, fine, grid, axes, joints](std::size_t first, int count, float* out)
     {
       const Index3 at = grid.indexOf(first);
       const int begin = 2 * at[0];
@@ -130,8 +150,17 @@ std::shared_ptr<const Model> coarserModel(const Bricks& finer)
           }
         }
       }
+      const auto begins = std::lower_bound(joints.begin(), joints.end(), first);
+      for (auto joint = begins; joint != joints.end() && *joint < first + count; ++joint)
+      {
+        for (int a = 0; a < axes; ++a)
+        {
+          children[(*joint - first) * axes + a].addJoint();
+        }
+      }
       std::transform(children.begin(), children.end(), out, [](const Children& c) { return c.signedConstraint(); });
-    });
+    },
+    joints);
 }
 
 void coarsenCuts(const Bricks& finer, Bricks& coarser)

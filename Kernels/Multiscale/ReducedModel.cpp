@@ -1,6 +1,7 @@
 #include "ReducedModel.h"
 
 #include "ElementRule.h"
+#include "Error.h"
 
 #include <algorithm>
 #include <cmath>
@@ -55,6 +56,12 @@ struct Mean
 std::shared_ptr<const Model> reducedModel(
   const Bricks& finer, const Index3& factor, std::vector<std::pair<std::size_t, int>>& apart)
 {
+  if (finer.model().isDivided())
+  {
+    throw InputError(
+      "A reduced model makes bone thicker, which closes the joints between its bodies: set ModelReduction "
+      "to 1, or leave the bodies undivided (no BodyArray, JointSize 0).");
+  }
   const Grid& whole = finer.model().grid();
   const Grid grid = reducedGrid(whole, factor);
   const std::size_t axes = static_cast<std::size_t>(finer.model().axes());

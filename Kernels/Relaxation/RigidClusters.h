@@ -33,6 +33,17 @@ public:
   /// These voxels (ascending) and all members of their clusters along an image axis.
   std::vector<std::size_t> withClusters(const std::vector<std::size_t>& voxels, int axis) const;
 
+  /// Visits the clusters of all axes, or those of x where they differ by axis, in the order of their first voxels, with
+  /// their members: visit(first, last, whether it holds an anchor).
+  template <typename Visit> void forClusters(const Visit& visit) const
+  {
+    for (std::size_t id = 0; id < this->clusters_.size() && this->clusters_[id].axis <= 0; ++id)
+    {
+      const auto first = this->voxels_.begin() + static_cast<std::ptrdiff_t>(this->clusters_[id].first);
+      visit(first, first + static_cast<std::ptrdiff_t>(this->clusters_[id].count), this->clusters_[id].anchored);
+    }
+  }
+
   /// Starts a relaxation with no cluster taking part. Those that hold an anchor or one of these voxels (Grid::at) never
   /// will; where elements turn, a cluster may still turn about what it is held by (TurningClusters).
   void begin(const std::vector<std::size_t>& heldVoxels);

@@ -131,10 +131,14 @@ void pqChainMailDrag::adapt(double milliseconds)
   {
     return;
   }
-  // Fewer elements help where they are what takes the time. Step by step, another model would start from rest.
+  // Fewer elements help where they are what takes the time. Step by step, another model would start from rest, and
+  // bodies cannot be told apart in it.
   const double elements = times->GetComponentRange(1)[0] + times->GetComponentRange(2)[0];
   const bool fromRest = vtkSMPropertyHelper(this->Deformation, "Mode").GetAsInt() == 0;
-  if (fromRest && elements > 0.4 * milliseconds &&
+  const char* bodies = vtkSMPropertyHelper(this->Deformation, "BodyArray").GetAsString();
+  const bool reducible =
+    (bodies == nullptr || *bodies == '\0') && vtkSMPropertyHelper(this->Deformation, "JointSize").GetAsInt() == 0;
+  if (fromRest && reducible && elements > 0.4 * milliseconds &&
       vtkSMPropertyHelper(this->Deformation, "ModelReduction").GetAsInt() == 1)
   {
     this->borrow("ModelReduction", this->KeptReduction, 2);

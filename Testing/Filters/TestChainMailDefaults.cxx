@@ -88,6 +88,9 @@ int TestChainMailDefaults(int, char*[])
   word("vtkGetMacro(MaterialPreset,", presets[filter->GetMaterialPreset()]);
   word("GetMaterialFunction()", filter->GetMaterialFunction() ? "a function" : "null");
   word("vtkGetCharFromStdStringMacro(ConstraintArray)", "\"" + std::string(filter->GetConstraintArray()) + "\"");
+  word("vtkGetCharFromStdStringMacro(BodyArray)", "\"" + std::string(filter->GetBodyArray()) + "\"");
+  number("JointSize", filter->GetJointSize());
+  number("JointConstraint", filter->GetJointConstraint());
   number("TissueThreshold", filter->GetTissueThreshold());
   word("vtkGetMacro(AnchorRigid,", filter->GetAnchorRigid() ? "on" : "off");
   word("vtkGetVector6Macro(AnchoredFaces,", vector(filter->GetAnchoredFaces(), 6));
@@ -133,6 +136,14 @@ int TestChainMailDefaults(int, char*[])
   check.Equal(filter->GetRelaxationIterations(), 0, "RelaxationIterations from 0");
   filter->SetRelaxationTolerance(-1.0);
   check.Equal(filter->GetRelaxationTolerance(), 0.0, "RelaxationTolerance from 0");
+  filter->SetJointSize(-1);
+  check.Equal(filter->GetJointSize(), 0, "JointSize from 0");
+  filter->SetJointSize(1000);
+  check.Equal(filter->GetJointSize(), 256, "JointSize to 256");
+  filter->SetJointConstraint(-0.5);
+  check.Equal(filter->GetJointConstraint(), 0.0, "JointConstraint from 0");
+  filter->SetJointConstraint(1.0);
+  check.Equal(filter->GetJointConstraint(), 0.999, "JointConstraint to 0.999");
   filter->SetOutputPadding(-1);
   check.Equal(filter->GetOutputPadding(), 0, "OutputPadding from 0");
   filter->SetOutputPadding(1000000);
@@ -158,6 +169,9 @@ int TestChainMailDefaults(int, char*[])
     { "MaterialPreset", [&] { filter->SetMaterialPresetToCT(); } },
     { "MaterialFunction", [&] { filter->SetMaterialFunction(function); } },
     { "ConstraintArray", [&] { filter->SetConstraintArray("fractions"); } },
+    { "BodyArray", [&] { filter->SetBodyArray("bones"); } },
+    { "JointSize", [&] { filter->SetJointSize(4); } },
+    { "JointConstraint", [&] { filter->SetJointConstraint(0.25); } },
     { "TissueThreshold", [&] { filter->SetTissueThreshold(5.0); } },
     { "TissueThreshold NaN", [&] { filter->SetTissueThreshold(std::nan("")); } },
     { "AnchorRigid", [&] { filter->AnchorRigidOn(); } },
@@ -223,11 +237,12 @@ int TestChainMailDefaults(int, char*[])
   std::ostringstream text;
   filter->PrintSelf(text, vtkIndent());
   for (const char* line : { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions",
-         "TissueThreshold: nan", "AnchorRigid: On", "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive",
-         "PropagationMethod: Timestamp", "PropagationIterations: 10", "ConflictPolicy: Latest", "PropagationTimes: On",
-         "ModelArrays: Displacement Element no Constraint Cluster", "RelaxationMethod: Paper", "ElasticRecovery: 0.8",
-         "RelaxationIterations: 7", "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:",
-         "BackgroundValue: nan", "OutputPadding: 3", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
+         "BodyArray: bones", "JointSize: 4", "JointConstraint: 0.25", "TissueThreshold: nan", "AnchorRigid: On",
+         "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive", "PropagationMethod: Timestamp", "PropagationIterations: 10",
+         "ConflictPolicy: Latest", "PropagationTimes: On", "ModelArrays: Displacement Element no Constraint Cluster",
+         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "RelaxationIterations: 7", "RelaxationTolerance: 0.5",
+         "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3", "Device: some",
+         "BrickSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

@@ -60,6 +60,8 @@ void Apply(Scene& scene, vtkChainMailDeformation* filter)
   filter->SetModelReduction(1);
   filter->SetRotations(false);
   filter->SetElasticRecovery(1.0);
+  filter->SetBodyArray("");
+  filter->SetJointSize(0);
   filter->ClearLabelArrays();
   filter->SetMaterialPresetToFunction();
   filter->SetModeToFromRest();
@@ -150,6 +152,24 @@ int TestChainMailErrors(int, char*[])
       {
         Array(s.Image, "Fractions")->SetTuple1(305, notANumber);
         f->SetConstraintArray("Fractions");
+      },
+      true },
+    { "unknown bodies", { "no point array called \"Bones\"", "BodyArray", "Scan, Fractions, Words" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetBodyArray("Bones"); } },
+    { "bodies that are words", { "BodyArray", "\"Words\"", "does not hold numbers" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetBodyArray("Words"); } },
+    { "labels that are no whole numbers", { "label of the body at voxel", "whole numbers" },
+      [](Scene&, vtkChainMailDeformation* f)
+      {
+        f->SetMaterialFunction(ConstantMaterial(0.0));
+        f->SetBodyArray("Fractions");
+      },
+      true },
+    { "joints in a reduced model", { "closes the joints", "ModelReduction" },
+      [](Scene&, vtkChainMailDeformation* f)
+      {
+        f->SetJointSize(3);
+        f->SetModelReduction(2);
       },
       true },
     { "array of another length", { "\"Short\"", "7 tuples", "640 voxels" },

@@ -7,6 +7,7 @@
 #include "vtkDataArraySelection.h"
 
 #include "vtkFloatArray.h"
+#include "vtkIntArray.h"
 
 using namespace FilterTest;
 
@@ -72,6 +73,9 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
 {
   to->SetMaterialPreset(from->GetMaterialPreset());
   to->SetConstraintArray(from->GetConstraintArray());
+  to->SetBodyArray(from->GetBodyArray());
+  to->SetJointSize(from->GetJointSize());
+  to->SetJointConstraint(from->GetJointConstraint());
   to->SetTissueThreshold(from->GetTissueThreshold());
   to->SetAnchorRigid(from->GetAnchorRigid());
   to->SetAnchoredFaces(from->GetAnchoredFaces());
@@ -330,6 +334,29 @@ int TestChainMailUpdates(int, char*[])
   update("constraints edited", rebuilt);
   filter->SetConstraintArray("");
   update("ConstraintArray back", rebuilt);
+  vtkNew<vtkIntArray> labels;
+  labels->SetName("Labels");
+  for (vtkIdType p = 0; p < scene.Image->GetNumberOfPoints(); ++p)
+  {
+    labels->InsertNextValue(p % 16 < 8 ? 1 : 2);
+  }
+  scene.Image->GetPointData()->AddArray(labels);
+  const double undivided = divided();
+  filter->SetBodyArray("Labels");
+  update("BodyArray", rebuilt);
+  check.That(divided() > undivided, "labels divide rigid clusters");
+  labels->SetValue(4 + 16 * (5 + 12 * 4), 3);
+  labels->Modified();
+  update("labels edited", rebuilt);
+  filter->SetJointConstraint(0.3);
+  update("JointConstraint", rebuilt);
+  filter->SetJointSize(2);
+  update("JointSize", rebuilt);
+  filter->SetBodyArray("");
+  filter->SetJointSize(0);
+  update("no bodies", rebuilt);
+  filter->SetJointConstraint(0.4);
+  update("a joint constraint without joints", resampled);
   scene.Image->GetPointData()->GetScalars()->SetTuple1(801, 99.0);
   scene.Image->GetPointData()->GetScalars()->Modified();
   update("scalars edited", rebuilt);

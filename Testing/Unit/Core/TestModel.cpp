@@ -113,6 +113,34 @@ TEST(Model, ConstraintArrayWinsOverTheFunction)
   EXPECT_EQ(rowOf(anisotropic), (std::vector<float>{ 0.1f, 0.2f, 0.3f, air, air, air, 0.0f, 0.5f, 0.25f }));
 }
 
+TEST(Model, RegionsHaveConstraintsOfTheirOwn)
+{
+  Grid grid;
+  grid.size = { 6, 3, 2 };
+  grid.spacing = { 1.0, 2.0, 4.0 };
+  std::vector<std::uint8_t> scalars(grid.voxels(), 30);
+  scalars[grid.at(3, 1, 0)] = 0; // air stays air
+  Material material = percent(10.0);
+  material.regions = { { { 2.0, 2.0, 0.0 }, 2.0, 0.5 }, { { 0.0, 2.0, 0.0 }, 0.5, 0.0 } };
+  const Model model(grid, view(scalars, ArrayView::Type::UInt8), material, noAnchors());
+  EXPECT_EQ(rowOf(model, 1, 0), (std::vector<float>{ 0.0f, 0.5f, 0.5f, air, 0.5f, 0.3f }));
+  EXPECT_EQ(rowOf(model, 0, 0), (std::vector<float>{ 0.3f, 0.3f, 0.5f, 0.3f, 0.3f, 0.3f })); // at its radius
+  EXPECT_EQ(rowOf(model, 1, 1), std::vector<float>(6, 0.3f));
+  float part[2];
+  model.row(4, 1, 0, 2, part);
+  EXPECT_EQ(part[0], 0.5f);
+  EXPECT_EQ(part[1], 0.3f);
+  const auto refused = [&](const Region& region)
+  {
+    material.regions = { region };
+    return messageOf<InputError>([&] { Model(grid, view(scalars, ArrayView::Type::UInt8), material, noAnchors()); });
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(contains(refused({ { nan, 0.0, 0.0 }, 1.0, 0.5 }), "region"));
+  EXPECT_TRUE(contains(refused({ {}, -1.0, 0.5 }), "region"));
+  EXPECT_TRUE(contains(refused({ {}, 1.0, 1.0 }), "of a region"));
+}
+
 TEST(Model, PartsOfARow)
 {
   std::vector<std::uint8_t> scalars(4 * 3 * 2);

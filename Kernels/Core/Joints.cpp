@@ -1,0 +1,441 @@
+#include "Joints.h"
+
+#include "Components.h"
+#include "Dispatch.h"
+#include "Error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <set>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+namespace chainmail
+{
+
+namespace
+{
+
+using Body = std::uint32_t;
+constexpr Body soft = 0;       // air, or no stiffer than joints
+constexpr Body stiff = 1;      // not rigid on any axis
+constexpr Body unlabelled = 2; // rigid, of a body that is known by nothing but its links
+constexpr Body firstBody = 3;
+constexpr Body around = Body(1) << 31; // flag: not rigid, but next to this body
+
+/// How far bodies reach into stiff tissue around them. Between bones of a scan that is mostly cartilage mixed with bone
+/// in the same voxel, and stiffer than any joint.
+constexpr int reach = 3;
+
+using Mask = std::vector<char>;
+
+/// The neighbours of a voxel: visit(voxel).
+template <typename Visit> void forFaces(const Grid& grid, std::size_t voxel, const Visit& visit)
+{
+  const Index3 at = grid.indexOf(voxel);
+  const std::array<std::size_t, 3> strides{ 1, static_cast<std::size_t>(grid.size[0]),
+    static_cast<std::size_t>(grid.size[0]) * grid.size[1] };
+  for (int a = 0; a < 3; ++a)
+  {
+    if (at[a] > 0)
+    {
+      visit(voxel - strides[a]);
+    }
+    if (at[a] + 1 < grid.size[a])
+    {
+      visit(voxel + strides[a]);
+    }
+  }
+}
+
+/// Visits every line of voxels along an axis: visit(first voxel, stride).
+template <typename Visit> void forLines(const Grid& grid, int axis, const Visit& visit)
+{
+  const std::size_t stride = axis == 0   ? 1
+                             : axis == 1 ? static_cast<std::size_t>(grid.size[0])
+                                         : static_cast<std::size_t>(grid.size[0]) * grid.size[1];
+  const int inner = axis == 0 ? 1 : 0;
+  const int outer = axis == 2 ? 1 : 2;
+  Index3 at{ 0, 0, 0 };
+  for (at[outer] = 0; at[outer] < grid.size[outer]; ++at[outer])
+  {
+    for (at[inner] = 0; at[inner] < grid.size[inner]; ++at[inner])
+    {
+      visit(grid.at(at[0], at[1], at[2]), stride);
+    }
+  }
+}
+
+std::vector<Body> findTissue(const Grid& grid, int axes, const Model::RowReader& read, float jointConstraint)
+{
+  std::vector<Body> bodies(grid.voxels(), soft);
+  const int width = grid.size[0];
+  std::vector<float> row(static_cast<std::size_t>(width) * axes);
+  for (std::size_t first = 0; first < bodies.size(); first += width)
+  {
+    read(first, width, row.data());
+    for (std::size_t n = 0; n < row.size(); ++n)
+    {
+      Body& body = bodies[first + n / axes];
+      const bool isStiff = row[n] >= 0.0f && row[n] < jointConstraint; // and no air
+      body = row[n] == 0.0f ? unlabelled : isStiff ? std::max(body, stiff) : body;
+    }
+  }
+  return bodies;
+}
+
+/// The label of a voxel as a whole number; 0 for none.
+template <typename T> std::int64_t labelOf(T value, std::size_t voxel)
+{
+  if constexpr (std::is_floating_point<T>::value)
+  {
+    if (std::isnan(value))
+    {
+      return 0;
+    }
+    if (std::nearbyint(value) != value || std::fabs(value) > 9e18)
+    {
+      throw InputError("The label of the body at voxel " + std::to_string(voxel) + " is " + std::to_string(value) +
+                       "; labels have to be whole numbers.");
+    }
+  }
+  return static_cast<std::int64_t>(value);
+}
+
+/// The body of a voxel by its label; 0 where it has none, or one that no rigid voxel has.
+using BodyOf = std::function<Body(std::size_t)>;
+
+/// Makes bodies of the labels of rigid voxels, in the order of labels. `next` becomes the number behind the last one.
+BodyOf readLabels(const ArrayView& labels, std::vector<Body>& bodies, Body& next)
+{
+  if (labels.components != 1)
+  {
+    throw InputError(
+      "The array of bodies has " + std::to_string(labels.components) + " components; it needs 1, a label.");
+  }
+  return dispatch(labels,
+    [&](const auto* label) -> BodyOf
+    {
+      std::set<std::int64_t> found;
+      std::int64_t last = 0;
+      for (std::size_t n = 0; n < bodies.size(); ++n)
+      {
+        const std::int64_t here = bodies[n] < unlabelled ? 0 : labelOf(label[n], n);
+        if (here != 0 && here != last)
+        {
+          found.insert(here);
+          last = here;
+        }
+      }
+      const std::vector<std::int64_t> ordered(found.begin(), found.end());
+      const BodyOf bodyOf = [=](std::size_t n) -> Body
+      {
+        const std::int64_t here = labelOf(label[n], n);
+        const auto place = std::lower_bound(ordered.begin(), ordered.end(), here);
+        return place == ordered.end() || *place != here ? 0 : firstBody + static_cast<Body>(place - ordered.begin());
+      };
+      for (std::size_t n = 0; n < bodies.size(); ++n)
+      {
+        bodies[n] = bodies[n] == unlabelled ? std::max(unlabelled, bodyOf(n)) : bodies[n];
+      }
+      next = firstBody + static_cast<Body>(ordered.size());
+      return bodyOf;
+    });
+}
+
+/// Unlabelled rigid tissue with what it encloses, apart from bodies with a label and their marrow. What a face of the
+/// grid cuts open counts as enclosed where it is so within that face, since the body goes on beyond.
+Mask filled(const Grid& grid, const std::vector<Body>& bodies)
+{
+  constexpr char outside = 2;
+  Mask solid(bodies.size());
+  std::transform(bodies.begin(), bodies.end(), solid.begin(),
+    [](Body body) {
+      return static_cast<char>(body == unlabelled ? 1 : body < unlabelled ? 0 : outside);
+    });
+  std::vector<std::size_t> front;
+  for (int face = 0; face < 6; ++face)
+  {
+    const int across = face / 2;
+    const int layer = face % 2 == 0 ? 0 : grid.size[across] - 1;
+    const auto inFace = [&](std::size_t voxel) { return grid.indexOf(voxel)[across] == layer; };
+    Index3 at{ 0, 0, 0 };
+    at[across] = layer;
+    const int u = (across + 1) % 3;
+    const int v = (across + 2) % 3;
+    for (at[u] = 0; at[u] < grid.size[u]; ++at[u])
+    {
+      const bool isSide = at[u] == 0 || at[u] + 1 == grid.size[u];
+      for (at[v] = 0; at[v] < grid.size[v]; at[v] += isSide ? 1 : std::max(1, grid.size[v] - 1))
+      {
+        const std::size_t voxel = grid.at(at[0], at[1], at[2]);
+        if (solid[voxel] != 0)
+        {
+          continue;
+        }
+        solid[voxel] = outside;
+        visitComponent(voxel, front,
+          [&](std::size_t here, const auto& add)
+          {
+            forFaces(grid, here,
+              [&](std::size_t next)
+              {
+                if (solid[next] == 0 && inFace(next))
+                {
+                  solid[next] = outside;
+                  add(next);
+                }
+              });
+          });
+      }
+    }
+  }
+  std::vector<std::size_t> starts;
+  for (std::size_t n = 0; n < solid.size(); ++n)
+  {
+    if (solid[n] == outside)
+    {
+      starts.push_back(n);
+    }
+  }
+  for (const std::size_t start : starts)
+  {
+    visitComponent(start, front,
+      [&](std::size_t here, const auto& add)
+      {
+        forFaces(grid, here,
+          [&](std::size_t next)
+          {
+            if (solid[next] == 0)
+            {
+              solid[next] = outside;
+              add(next);
+            }
+          });
+      });
+  }
+  std::transform(solid.begin(), solid.end(), solid.begin(), [](char s) { return s == outside ? 0 : 1; });
+  return solid;
+}
+
+/// The voxels from which on a box of so many voxels along each axis, towards larger indices, is solid. Along an axis of
+/// fewer voxels the box has as many as there are.
+Mask corners(const Grid& grid, Mask solid, int size)
+{
+  for (int a = 0; a < 3; ++a)
+  {
+    const int length = std::min(size, grid.size[a]);
+    forLines(grid, a,
+      [&](std::size_t first, std::size_t stride)
+      {
+        int run = 0;
+        for (int n = grid.size[a] - 1; n >= 0; --n)
+        {
+          char& here = solid[first + n * stride];
+          run = here != 0 ? run + 1 : 0;
+          here = run >= length ? 1 : 0;
+        }
+      });
+  }
+  return solid;
+}
+
+/// Numbers the connected components of `thick` that have a voxel of `thicker`, from `next` on; 0 elsewhere.
+std::vector<Body> cores(const Grid& grid, Mask thick, const Mask& thicker, Body next)
+{
+  std::vector<Body> owner(thick.size(), 0);
+  std::vector<std::size_t> front;
+  for (std::size_t n = 0; n < thicker.size(); ++n)
+  {
+    if (thicker[n] == 0 || thick[n] == 0)
+    {
+      continue;
+    }
+    thick[n] = 0;
+    visitComponent(n, front,
+      [&](std::size_t here, const auto& add)
+      {
+        owner[here] = next;
+        forFaces(grid, here,
+          [&](std::size_t beside)
+          {
+            if (thick[beside] != 0)
+            {
+              thick[beside] = 0;
+              add(beside);
+            }
+          });
+      });
+    ++next;
+  }
+  return owner;
+}
+
+/// Gives all voxels of the boxes that begin at the voxels of bodies to these, the lowest where boxes overlap.
+void spreadBoxes(const Grid& grid, int size, std::vector<Body>& owner)
+{
+  std::vector<Body> line;
+  for (int a = 0; a < 3; ++a)
+  {
+    const int length = std::min(size, grid.size[a]);
+    forLines(grid, a,
+      [&](std::size_t first, std::size_t stride)
+      {
+        for (int n = grid.size[a] - 1; n >= 0; --n)
+        {
+          Body& here = owner[first + n * stride];
+          for (int m = std::max(0, n - length + 1); m < n; ++m)
+          {
+            // 0, no body, becomes the largest number.
+            here = std::min(owner[first + m * stride] - 1, here - 1) + 1;
+          }
+        }
+      });
+  }
+}
+
+/// Lets bodies grow from the voxels of `front`, by a voxel in each of so many steps; the lowest where they meet.
+/// `enter` gives a voxel beside to a body, if it may have it.
+template <typename Enter>
+void grow(
+  const Grid& grid, const std::vector<Body>& owner, std::vector<std::size_t> front, int steps, const Enter& enter)
+{
+  // In the order of bodies, which stays so, the first to come is the lowest.
+  std::stable_sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return owner[a] < owner[b]; });
+  std::vector<std::size_t> next;
+  for (int step = 0; step < steps && !front.empty(); ++step, front.swap(next))
+  {
+    next.clear();
+    for (const std::size_t here : front)
+    {
+      forFaces(grid, here,
+        [&](std::size_t beside)
+        {
+          if (enter(beside, owner[here]))
+          {
+            next.push_back(beside);
+          }
+        });
+    }
+  }
+}
+
+/// Divides unlabelled tissue where it is thinner than `size`.
+void divideByThickness(const Grid& grid, int size, Body next, std::vector<Body>& bodies)
+{
+  const Mask solid = filled(grid, bodies);
+  std::vector<Body> owner = cores(grid, corners(grid, solid, size), corners(grid, solid, 2 * size), next);
+  spreadBoxes(grid, size, owner);
+  std::vector<std::size_t> front;
+  for (std::size_t n = 0; n < bodies.size(); ++n)
+  {
+    owner[n] = bodies[n] >= firstBody ? bodies[n] : owner[n];
+    if (owner[n] != 0)
+    {
+      front.push_back(n);
+    }
+  }
+  grow(grid, owner, std::move(front), std::numeric_limits<int>::max(),
+    [&](std::size_t voxel, Body body)
+    {
+      const bool isFree = solid[voxel] != 0 && owner[voxel] == 0;
+      owner[voxel] = isFree ? body : owner[voxel];
+      return isFree;
+    });
+  for (std::size_t n = 0; n < bodies.size(); ++n)
+  {
+    bodies[n] = bodies[n] == unlabelled && owner[n] != 0 ? owner[n] : bodies[n];
+  }
+}
+
+/// Gives stiff tissue around bodies to the nearest one. Tissue with the label of a body is never another one's.
+void reachOut(const Grid& grid, const BodyOf& bodyOf, std::vector<Body>& bodies)
+{
+  std::vector<std::size_t> front;
+  for (std::size_t n = 0; n < bodies.size(); ++n)
+  {
+    bool isSurface = false;
+    if (bodies[n] >= unlabelled)
+    {
+      forFaces(grid, n, [&](std::size_t beside) { isSurface = isSurface || bodies[beside] == stiff; });
+    }
+    if (isSurface)
+    {
+      front.push_back(n);
+    }
+  }
+  grow(grid, bodies, std::move(front), reach,
+    [&](std::size_t voxel, Body body)
+    {
+      const Body own = bodies[voxel] == stiff && bodyOf ? bodyOf(voxel) : 0;
+      const bool isFree = bodies[voxel] == stiff && (own == 0 || own == (body & ~around));
+      bodies[voxel] = isFree ? body | around : bodies[voxel];
+      return isFree;
+    });
+}
+
+/// Calls visit(voxel, next) for voxels of, or around, different bodies that touch.
+template <typename Visit> void forContacts(const Grid& grid, const std::vector<Body>& bodies, const Visit& visit)
+{
+  for (int a = 0; a < 3; ++a)
+  {
+    forLines(grid, a,
+      [&](std::size_t first, std::size_t stride)
+      {
+        const std::size_t end = first + (grid.size[a] - 1) * stride;
+        for (std::size_t voxel = first; voxel < end; voxel += stride)
+        {
+          const Body one = bodies[voxel] & ~around;
+          const Body other = bodies[voxel + stride] & ~around;
+          if (one != other && one >= unlabelled && other >= unlabelled)
+          {
+            visit(voxel, voxel + stride);
+          }
+        }
+      });
+  }
+}
+
+}
+
+std::vector<std::size_t> findJoints(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints)
+{
+  std::vector<Body> bodies = findTissue(grid, axes, read, static_cast<float>(joints.constraint));
+  Body next = firstBody;
+  const BodyOf bodyOf = joints.labels ? readLabels(joints.labels, bodies, next) : BodyOf();
+  if (joints.size > 0)
+  {
+    divideByThickness(grid, joints.size, next, bodies);
+  }
+
+  std::vector<std::size_t> sizes(1 + *std::max_element(bodies.begin(), bodies.end()), 0);
+  for (const Body body : bodies)
+  {
+    ++sizes[body];
+  }
+  reachOut(grid, bodyOf, bodies);
+  const auto givesWay = [&](Body one, Body other)
+  {
+    if ((one & around) != (other & around))
+    {
+      return (one & around) != 0;
+    }
+    one &= ~around;
+    other &= ~around;
+    return other != unlabelled &&
+           (one == unlabelled || std::make_pair(sizes[one], one) > std::make_pair(sizes[other], other));
+  };
+  std::vector<std::size_t> found;
+  forContacts(grid, bodies,
+    [&](std::size_t voxel, std::size_t beside)
+    { found.push_back(givesWay(bodies[voxel], bodies[beside]) ? voxel : beside); });
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+}
