@@ -473,7 +473,8 @@ int vtkChainMailDeformation::RequestData(
   vtkInternals& internals = *this->Internals;
   for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
   {
-    // Images keep their last scalars for filters that write into them. Here they would only keep memory from being used.
+    // Images keep their last scalars for filters that write into them. Here they would only keep memory from being
+    // used.
     vtkImageData::GetData(outputVector, port)->GetPointData()->Initialize();
   }
   vtkInformation* asked = outputVector->GetInformationObject(0);
