@@ -216,9 +216,8 @@ public:
 
   ///@{
   /**
-   * Where rigid tissue without a label is thinner than so many voxels, between parts at least twice as thick (with the
-   * marrow they enclose), it is a joint. Thin tissue belongs to the nearest body. [0, 256], 0: no such joints; not with
-   * ModelReduction. Default: 0.
+   * Where rigid tissue without a label is thinner than so many voxels, between parts at least twice as thick (with their
+   * marrow), it is a joint; thin tissue is of the nearest body. [0, 256], 0: none; not with ModelReduction. Default: 0.
    */
   vtkSetClampMacro(JointSize, int, 0, 256);
   vtkGetMacro(JointSize, int);
@@ -286,22 +285,20 @@ public:
   /**
    * With MODE_INTERACTIVE the next update starts at rest, with all links whole, carved tissue back in place and all
    * probes released. Probes and surfaces that are connected then act again only when they change or are connected anew,
-   * so the output is the input, bit for bit. With MODE_FROM_REST this does nothing.
+   * so the output is the input, bit for bit. Nothing with MODE_FROM_REST.
    */
   void Reset();
 
   /**
    * Whether another update would change the output though no input or property did: with MODE_INTERACTIVE before waves
-   * have finished or relaxation converged, and after Reset(). If it is true the filter is Modified(), so that the next
-   * Update() goes on; where several processes update it together, call Modified() on each of them instead. False after
-   * an update that failed or was stopped. ParaView's window asks this and updates the filter for as long as it is true.
+   * have finished or relaxation converged, and after Reset(), but not after an update that failed or was stopped. If so
+   * the filter is Modified(), and Update() goes on; of several processes call Modified() on each instead.
    */
   bool GetNeedsUpdate();
 
   /**
    * What the last update did, a line for each sentence: how far every probe came and what holds one that came less than
-   * 90 % of its way, with BodyArray or JointSize how many bodies there are and which are held, how much moved, whether it
-   * has settled, time and memory; or why it failed. Empty before the first.
+   * 90 % of its way, bodies and which are held, how much moved, whether it settled, time, memory; or why it failed.
    */
   const char* GetReport();
 
@@ -413,8 +410,8 @@ public:
   ///@{
   /**
    * Whether RELAXATION_PROJECTED starts on coarser grids after a pull, cut or carve. A few iterations then come as far
-   * as hundreds on the fine grid alone, for the price of some tens. Tissue then settles also far from the probes, but
-   * none that no link joins to tissue that moves. Default: off.
+   * as hundreds on the fine grid alone, for the price of some tens. Tissue linked to tissue that moves settles far away.
+   * Default: off.
    */
   vtkSetMacro(CoarseToFine, bool);
   vtkGetMacro(CoarseToFine, bool);
@@ -433,10 +430,9 @@ public:
   ///@{
   /**
    * Whether tissue and bones turn. Off: the published model, in which a bone slides and tissue resists being turned.
-   * On: every element has a rotation, and turning tissue as a whole costs no energy; a bone turns about the voxels that
-   * a probe holds of it, freely about one, about an axis through two, and not at all with more or an anchor. About
-   * twice the time of relaxation. Needs PROPAGATION_ENVELOPE, RELAXATION_PROJECTED and an ElasticRecovery of 1. With
-   * three constraints a voxel bones do not turn. A change starts from rest. Default: off.
+   * On: turning tissue as a whole costs no energy. A bone turns freely about one voxel that a probe holds, about an axis
+   * through two, and not with more, an anchor, or three constraints a voxel. Relaxation takes about twice the time.
+   * Needs PROPAGATION_ENVELOPE, RELAXATION_PROJECTED and ElasticRecovery 1. A change starts from rest. Default: off.
    */
   vtkSetMacro(Rotations, bool);
   vtkGetMacro(Rotations, bool);
@@ -444,17 +440,14 @@ public:
   ///@}
 
   ///@{
-  /**
-   * Largest number of relaxation iterations of an update, [0, VTK_INT_MAX]; 0 leaves propagation alone. Default: 40.
-   */
+  /** Most relaxation iterations of an update, [0, VTK_INT_MAX]; 0 leaves propagation alone. Default: 40. */
   vtkSetClampMacro(RelaxationIterations, int, 0, VTK_INT_MAX);
   vtkGetMacro(RelaxationIterations, int);
   ///@}
 
   ///@{
   /**
-   * Relaxation stops when no element moved more than this fraction of the spacing in one iteration,
-   * [0, VTK_DOUBLE_MAX]. Default: 1e-3.
+   * Relaxation stops when no element moved more than this fraction of the spacing, [0, VTK_DOUBLE_MAX]. Default: 1e-3.
    */
   vtkSetClampMacro(RelaxationTolerance, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(RelaxationTolerance, double);
@@ -504,9 +497,8 @@ public:
 
   ///@{
   /**
-   * Value of the scalars in places that tissue has left and in the padding, brought into the range of the array's type.
-   * With NaN it is the array's own smallest finite value, which all other arrays show there, by component; bits are 0
-   * and strings empty. Default: NaN.
+   * Value of the scalars where tissue has left and in the padding, brought into the range of the array's type. With NaN
+   * it is its smallest finite value, as in all other arrays, by component; bits are 0, strings empty. Default: NaN.
    */
   virtual void SetBackgroundValue(double value);
   vtkGetMacro(BackgroundValue, double);
