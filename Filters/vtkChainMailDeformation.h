@@ -410,8 +410,7 @@ public:
   ///@{
   /**
    * Whether RELAXATION_PROJECTED starts on coarser grids after a pull, cut or carve. A few iterations then come as far
-   * as hundreds on the fine grid alone, for the price of some tens. Tissue linked to tissue that moves settles far away.
-   * Default: off.
+   * as hundreds on the fine grid alone, for the price of some tens. Tissue far from the probes settles, too. Default: off.
    */
   vtkSetMacro(CoarseToFine, bool);
   vtkGetMacro(CoarseToFine, bool);
@@ -593,7 +592,6 @@ private:
   int BrickSize[3] = { 0, 0, 0 };
   vtkSmartPointer<vtkStringArray> AvailableDevices;
   vtkSmartPointer<vtkMultiProcessController> Controller;
-
   // State that is kept between updates: the engine's model and simulation, and what they were made from.
   class vtkInternals;
   std::unique_ptr<vtkInternals> Internals;
