@@ -503,6 +503,28 @@ def figure11head(volumes):
     return opened(scene, "MetaImage", eight(SKIN_COLOURS), eight(SKIN_OPACITIES), camera, flat, eight(GREYS), (10, 0, 0))
 
 
+def finger(volumes):
+    """The same probe on the bone of a fingertip, with bones that slide and with bones that turn."""
+    rows = [], []
+    for rotations, label in ((None, "at rest"), (0, "Rotations off"), (1, "Rotations on")):
+        scene = scenes.bent_finger(rotations or 0)
+        source, deformation = update(scene)
+        shown = source if rotations is None else pv.OutputPort(deformation, 0)
+        focus = middle(scene.image) + np.array([-4, 0, 2])
+        panel = Panel(330, 190, (0.86, 0.89, 0.93)).look(focus + np.array([30.0, -260.0, 60.0]), focus, (0, 0, 1), 13.0)
+        panel.volume(shown, "CT", SKIN_COLOURS, SKIN_OPACITIES, 1.0)
+        rows[0].append(panel.title(label, place=(0.03, 0.04), size=13).pixels())
+        flat = Panel(330, 150, (0, 0, 0))
+        j = scene.image.GetDimensions()[1] // 2
+        flat.view.CameraParallelProjection, flat.view.CameraParallelScale = 1, 26.0
+        flat.view.CameraPosition, flat.view.CameraFocalPoint = list(focus + np.array([0, -500.0, 0])), list(focus)
+        flat.view.CameraViewUp = [0.0, 0.0, 1.0]
+        dims = scene.image.GetDimensions()
+        grey_slice(flat, pv.ExtractSubset(Input=shown, VOI=[0, dims[0] - 1, j, j, 0, dims[2] - 1]))
+        rows[1].append(flat.pixels())
+    return list(rows)
+
+
 def film(volumes):
     """The hooks of figure 11, as an animation: key frames of their targets, and a frame of the result at each time."""
     scene = scenes.opened_limb()
@@ -525,7 +547,7 @@ def film(volumes):
     return [panels]
 
 
-pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, film]
+pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, film]
 needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct"}
 
 

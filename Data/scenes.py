@@ -289,3 +289,24 @@ def opened_cheek(folder, cut=True):
     material = [(35.0, 0.5), (60.0, 0.5), (68.0, 0.4), (85.0, 0.2), (100.0, 0.0)]
     return Scene(image, hooks(place, (0, 1, 0), (1, 0, 0), 11, 8, 3, 5.0), [(a, b, c)] if cut else [], material=material,
                  TissueThreshold=35.0, BackgroundValue=0.0, RelaxationIterations=60)
+
+
+def bent_finger(rotations, size=(112, 40, 44)):
+    """Two bones and a joint in a finger whose left end is held; the tip's bone is grabbed at one voxel and lifted."""
+    x, y, z = (axis.astype(float) for axis in np.meshgrid(*(np.arange(n) for n in size), indexing="ij"))
+    x, y, z = (axis.transpose(2, 1, 0) for axis in (x, y, z))
+    middle, radius, tip, low = (size[1] - 1) / 2.0, 9.5, size[0] - 14.0, 12.0
+    beyond = np.maximum(x - tip + radius, 0.0)  # the fingertip is round
+    off = np.sqrt((y - middle) ** 2 + (z - low) ** 2 + beyond**2)
+    soft = (off > radius - 2.5) | (abs(x - 45.0) < 9.0)  # skin, and a joint of cartilage that gives
+    scan = np.where(off < radius, np.where(soft, -90.0, 50.0), -1000.0)
+    ends = (-10.0, 38.0), (52.0, tip - 6.0)
+    for start, end in ends:
+        axial = np.maximum(np.maximum(start + 4.0 - x, x - end + 4.0), 0.0)  # and so are the ends of bones
+        bone = np.sqrt((y - middle) ** 2 + (z - low) ** 2 + axial**2) < 4.0
+        scan = np.where(bone, 1100.0, scan)
+    scan += np.random.default_rng(4).normal(0.0, 4.0, scan.shape)
+    image = make_image(scan.astype(np.int16), "CT")
+    held = tip - 12.0, middle, low
+    return Scene(image, [grab(np.round(held), (-2.5, 0.0, 13.0))], MaterialPreset="CT (Hounsfield units)",
+                 AnchoredFaces=[1, 0, 0, 0, 0, 0], RelaxationPreset="Accurate", Rotations=rotations)
