@@ -340,6 +340,7 @@ struct Good
     filter->SetRelaxationMethodToProjected();
     filter->SetRelaxationPresetToCustom();
     filter->CoarseToFineOff();
+    filter->RotationsOff();
     filter->SetElasticRecovery(1.0);
     filter->SetRelaxationIterations(12);
     filter->SetRelaxationTolerance(0.0);
@@ -430,6 +431,7 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   {
     filter->SetRelaxationPreset(chance.oneIn(3) ? choice(3) : 0);
     filter->SetCoarseToFine(chance.oneIn(2));
+    filter->SetRotations(chance.oneIn(3));
   }
   if (now())
   {
