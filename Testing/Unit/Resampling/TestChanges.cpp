@@ -2,7 +2,6 @@
 // nothing changed.
 
 #include "Blades.h"
-#include "Device.h"
 #include "Picture.h"
 
 #include <algorithm>
@@ -66,13 +65,6 @@ private:
   Index3 size_;
 };
 
-/// On a GPU a few voxels at the border between two cells differ from one whole resampling of a state to the next, so
-/// there is nothing to compare with to the bit.
-bool isGpu()
-{
-  return chooseDevice(testDevice()).gpu;
-}
-
 using Step = std::function<void(Simulation&)>;
 
 /// Random steps of all kinds that change what is shown.
@@ -130,10 +122,6 @@ Step randomStep(const Scene& scene, Random& random, std::vector<Probe>& held)
 
 TEST(ResampleChanges, AreThoseOfAWholeResampling)
 {
-  if (isGpu())
-  {
-    GTEST_SKIP() << "whole resamplings differ among themselves";
-  }
   for (int round = 0; round < 6; ++round)
   {
     Random random(100 + round);
@@ -203,10 +191,6 @@ TEST(ResampleChanges, AreLocal)
 
 TEST(ResampleChanges, GoOnFromAnyEarlierOne)
 {
-  if (isGpu())
-  {
-    GTEST_SKIP() << "whole resamplings differ among themselves";
-  }
   const Scene scene({ 40, 24, 16 });
   Simulation simulation = simulate(scene, { 8, 8, 8 });
   KeptPicture turns[2] = { KeptPicture(simulation, { 0, 0, 0 }), KeptPicture(simulation, { 0, 0, 0 }) };
