@@ -467,14 +467,19 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
   {
     const int3 first = (int3)(n % (BX / PART_X), n / (BX / PART_X) % (BY / PART_Y), n / (BX / PART_X * (BY / PART_Y))) *
                        (int3)(PART_X, PART_Y, PART_Z);
-    some = claiming;
+    if (get_local_id(0) == 0)
+    {
+      some = claiming;
+    }
     barrier(CLK_LOCAL_MEM_FENCE);
+    int own = 0;
     for (int work = get_local_id(0); !claiming && work < PART_WORK; work += get_local_size(0))
     {
-      if (again[inBrick(first + partAt(work)) / WIDTH])
-      {
-        some = 1;
-      }
+      own |= again[inBrick(first + partAt(work)) / WIDTH];
+    }
+    if (own)
+    {
+      atomic_or(&some, 1); // a compiler may let other items write back, over a plain store, what they read before
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     if (some && lookAround(&tissue, origin + first - 1, &part))

@@ -180,6 +180,18 @@ inline bool sameBits(const std::vector<float>& a, const std::vector<float>& b)
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
+/// FNV-1a of the bits of what a scene has come to.
+template <typename T> std::uint64_t hashOfBits(const std::vector<T>& values)
+{
+  const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
+  std::uint64_t h = 14695981039346656037u;
+  for (std::size_t n = 0; n < values.size() * sizeof(T); ++n)
+  {
+    h = (h ^ bytes[n]) * 1099511628211u;
+  }
+  return h;
+}
+
 /// Largest difference of two states over all tissue and axes, as a fraction of the spacing.
 inline double largestDifference(
   const oracle::Block& block, const std::vector<oracle::Vector3>& a, const std::vector<oracle::Vector3>& b)

@@ -31,18 +31,6 @@ using namespace chainmail;
 
 const Index3 brickOfGpus{ 16, 8, 8 };
 
-/// FNV-1a of the bits of what a scene has come to.
-template <typename T> std::uint64_t hash(const std::vector<T>& values)
-{
-  const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
-  std::uint64_t h = 14695981039346656037u;
-  for (std::size_t n = 0; n < values.size() * sizeof(T); ++n)
-  {
-    h = (h ^ bytes[n]) * 1099511628211u;
-  }
-  return h;
-}
-
 /// A pull, tissue that relaxes, a cut, and a second wave that goes on while the tissue relaxes. Prints a figure a step.
 void play(int axes, const Index3& brick, PropagationMethod propagation, RelaxationMethod relaxation, std::ostream& out)
 {
@@ -53,7 +41,7 @@ void play(int axes, const Index3& brick, PropagationMethod propagation, Relaxati
   simulation.setRelaxation(relaxation, 0.8);
   out << axes << " axes, " << (propagation == PropagationMethod::Envelope ? "envelope" : "timestamp") << ", brick "
       << brick[0] << ' ' << brick[1] << ' ' << brick[2] << std::hex;
-  const auto print = [&] { out << ' ' << hash(displacements(simulation)); };
+  const auto print = [&] { out << ' ' << hashOfBits(displacements(simulation)); };
   simulation.pull({ corner(scene, { 1.9, -2.3, 1.1 }) });
   print();
   simulation.relax(9, 0.0);
@@ -75,7 +63,7 @@ void play(int axes, const Index3& brick, PropagationMethod propagation, Relaxati
   std::vector<int> fronts(times.size());
   simulation.propagationTimes(times.data());
   simulation.wavefronts(fronts.data());
-  out << ' ' << hash(times) << ' ' << hash(fronts) << std::dec << '\n';
+  out << ' ' << hashOfBits(times) << ' ' << hashOfBits(fronts) << std::dec << '\n';
 }
 
 int playAll()
