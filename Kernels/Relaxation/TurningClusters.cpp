@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace chainmail
 {
@@ -33,6 +34,37 @@ double length(const Vector3& v)
 Vector3 cross(const Vector3& a, const Vector3& b)
 {
   return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
+}
+
+/// The member that is nearest to the middle of a cluster.
+std::size_t middleOf(const Grid& grid, const std::uint32_t* members, std::size_t count)
+{
+  Vector3 middle{};
+  for (std::size_t n = 0; n < count; ++n)
+  {
+    const Index3 at = grid.indexOf(members[n]);
+    for (int a = 0; a < 3; ++a)
+    {
+      middle[a] += at[a] / static_cast<double>(count);
+    }
+  }
+  std::size_t nearest = members[0];
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t n = 0; n < count; ++n)
+  {
+    const Index3 at = grid.indexOf(members[n]);
+    Vector3 off;
+    for (int a = 0; a < 3; ++a)
+    {
+      off[a] = (at[a] - middle[a]) * grid.spacing[a];
+    }
+    if (length(off) < least)
+    {
+      least = length(off);
+      nearest = members[n];
+    }
+  }
+  return nearest;
 }
 
 /// What elements that are held leave of a cluster's freedom.
@@ -86,14 +118,9 @@ TurningClusters::Body TurningClusters::bodyOf(const Bricks& bricks, const std::u
   }
   else
   {
-    for (std::size_t n = 0; n < count; ++n)
-    {
-      const Index3 at = grid.indexOf(members[n]);
-      for (int a = 0; a < 3; ++a)
-      {
-        body.middle[a] += at[a] / static_cast<double>(count);
-      }
-    }
+    body.member = middleOf(grid, members, count);
+    const Index3 at = grid.indexOf(body.member);
+    body.middle = { static_cast<double>(at[0]), static_cast<double>(at[1]), static_cast<double>(at[2]) };
   }
   const cl_float4& proportions = bricks.spins()->proportions;
   for (std::size_t n = 0; n < count; ++n)
@@ -208,25 +235,29 @@ void TurningClusters::straighten(Bricks& bricks, const std::uint32_t* members, s
     spins = bricks.spinsAt(addresses);
     const std::size_t own = static_cast<std::size_t>(
       std::lower_bound(members, members + count, static_cast<std::uint32_t>(body.member)) - members);
+    // Free clusters turn about the mean of their members, others about the one that is held.
     std::vector<double> rest(3 * count);
     std::vector<double> now(3 * count);
+    double centre[3] = {};
     double place[3] = {};
-    for (int a = 0; a < 3; ++a)
-    {
-      for (std::size_t n = 0; held.empty() && n < count; ++n)
-      {
-        place[a] += places[3 * n + a] / static_cast<double>(count);
-      }
-      place[a] = held.empty() ? place[a] : places[3 * own + a];
-    }
     for (std::size_t n = 0; n < count; ++n)
     {
       const Index3 at = grid.indexOf(members[n]);
       for (int a = 0; a < 3; ++a)
       {
         rest[3 * n + a] = (at[a] - body.middle[a]) * proportions.s[a];
-        now[3 * n + a] = rest[3 * n + a] + (places[3 * n + a] - place[a]) * proportions.s[a];
+        centre[a] += held.empty() ? rest[3 * n + a] / static_cast<double>(count) : 0.0;
+        place[a] += held.empty() ? places[3 * n + a] / static_cast<double>(count) : 0.0;
       }
+    }
+    for (int a = 0; a < 3; ++a)
+    {
+      place[a] = held.empty() ? place[a] : places[3 * own + a];
+    }
+    for (std::size_t n = 0; n < 3 * count; ++n)
+    {
+      rest[n] -= centre[n % 3];
+      now[n] = rest[n] + (places[n] - place[n % 3]) * proportions.s[n % 3];
     }
     double spin[3] = { spins[3 * own], spins[3 * own + 1], spins[3 * own + 2] };
     if (body.freedom == Freedom::All || body.freedom == Freedom::Ball)
@@ -290,22 +321,12 @@ void TurningClusters::refresh()
   }
   const std::vector<float> places = this->bricks_.displacements(addresses);
   const std::vector<float> spins = this->bricks_.spinsAt(addresses);
-  const cl_float4& proportions = this->bricks_.spins()->proportions;
   std::vector<cl_float> poses(floatsOfPose * this->list_.size(), 0.0f);
   for (std::size_t n = 0; n < this->list_.size(); ++n)
   {
-    const Body& body = this->list_[n];
-    const Index3 at = grid.indexOf(body.member);
-    double spin[3], rest[3], more[3];
     for (int a = 0; a < 3; ++a)
     {
-      spin[a] = spins[3 * n + a];
-      rest[a] = (at[a] - body.middle[a]) * proportions.s[a];
-    }
-    rule::wide::turned(spin, rest, more);
-    for (int a = 0; a < 3; ++a)
-    {
-      poses[floatsOfPose * n + a] = static_cast<cl_float>(places[3 * n + a] - more[a] / proportions.s[a]);
+      poses[floatsOfPose * n + a] = places[3 * n + a];
       poses[floatsOfPose * n + 3 + a] = spins[3 * n + a];
     }
   }

@@ -31,10 +31,11 @@ public:
   struct Body
   {
     Freedom freedom = Freedom::All;
-    Vector3 middle{};       ///< what it turns about [indices]: an element that is held, or its middle
+    Vector3 middle{};       ///< what its pose is counted from [indices]: the place of `member`
     double radius = 0.0;    ///< of the ball about the middle that holds it [mean spacings]
     Vector3 axis{};         ///< of a hinge, at rest, of length 1 [mm]
-    std::size_t member = 0; ///< the element that tells where it is (Grid::at): the one that is held, or any
+    std::size_t member = 0; ///< the element that tells where it is (Grid::at): one that is held, or the middle one. An
+                            ///< element gives back the pose that it was given, to the bit.
   };
 
   /// The body of a cluster of which these elements are held.

@@ -6,7 +6,7 @@
 // Links come in chunks, as in clusters.cl.
 //
 // pose: for each cluster 8 floats: where the element that it is counted from is now, the spin of the cluster, and two
-// that are not used. body: for each cluster 8 floats: the index of that element (or the middle of the cluster), its
+// that are not used. body: for each cluster 8 floats: the index of that element, its
 // radius, the axis that it is free to turn about, at rest, and its freedom.
 //
 // The host guarantees: members lie where the pose puts them; the other ends of links are not rigid; the bricks of both
