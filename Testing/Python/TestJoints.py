@@ -106,8 +106,8 @@ def check_labels():
           (len(vertebrae), own.sum(), came["Labels"]))
 
 
-found = [name for name in ("head_vhf_ct", "chest_lidc_ct")[:2 if EVERY else 1] if scan(name)]
-if not found or not scan("abdomen_labels"):
+found = [name for name in ("head_vhf_ct", "chest_lidc_ct") if EVERY and scan(name)]
+if not scan("abdomen_labels"):
     skip("no scan found; name their folder in CHAINMAIL_VOLUMES")
 check_labels()
 if "head_vhf_ct" in found:
