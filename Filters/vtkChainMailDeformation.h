@@ -430,7 +430,7 @@ public:
   /**
    * Whether tissue and bones turn. Off: the published model, in which a bone slides and tissue resists being turned.
    * On: turning tissue as a whole costs no energy. A bone turns freely about one voxel that a probe holds, about an axis
-   * through two, and not with more, an anchor, or three constraints a voxel. Relaxation takes about twice the time.
+   * through two, and not with more, an anchor, or three constraints a voxel. Relaxation takes 2 to 4 times as long.
    * Needs PROPAGATION_ENVELOPE, RELAXATION_PROJECTED and ElasticRecovery 1. A change starts from rest. Default: off.
    */
   vtkSetMacro(Rotations, bool);

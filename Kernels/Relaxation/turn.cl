@@ -81,21 +81,29 @@ RULE real beyondLimit(const TurningLink* link, int d, int axis, real mine, float
   return fabs(strain) - link->limit[min(axis, AXES - 1)];
 }
 
-// Whether a spin, which adds `next` to the axes in place of `mine`, takes a link beyond its limit.
+// Whether a spin, which adds `next` to the axes in place of `mine`, takes a link beyond its limit, or further beyond it
+// than it is. Nearly all spins leave all links within their limits, which is found out first.
 RULE mask goesBeyond(const TurningLink* links, real mine[3][3], real next[3][3], float4 proportions)
 {
   mask beyond = (mask)(0);
   UNROLL
-  for (int d = 0; d < 6; ++d)
+  for (int m = 0; m < 18; ++m)
   {
-    UNROLL
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      const float ratio = proportion(proportions, d / 2) / proportion(proportions, axis);
-      const real now = beyondLimit(&links[d], d, axis, mine[d / 2][axis], ratio);
-      const real then = beyondLimit(&links[d], d, axis, next[d / 2][axis], ratio);
-      beyond |= (then > 0.0f) & (then > now);
-    }
+    const float ratio = proportion(proportions, m / 6) / proportion(proportions, m % 3);
+    beyond |= beyondLimit(&links[m / 3], m / 3, m % 3, next[m / 6][m % 3], ratio) > 0.0f;
+  }
+  if (!SOME(beyond))
+  {
+    return beyond;
+  }
+  beyond = (mask)(0);
+  UNROLL
+  for (int m = 0; m < 18; ++m)
+  {
+    const float ratio = proportion(proportions, m / 6) / proportion(proportions, m % 3);
+    const real now = beyondLimit(&links[m / 3], m / 3, m % 3, mine[m / 6][m % 3], ratio);
+    const real then = beyondLimit(&links[m / 3], m / 3, m % 3, next[m / 6][m % 3], ratio);
+    beyond |= (then > 0.0f) & (then > now);
   }
   return beyond;
 }
@@ -248,8 +256,10 @@ kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, float omega, float still, 
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
-      move = max(move,
-        turnPiece(s.odd, &s, omega, still, pitch, tissuePitch, displacement, constraint, cut, &touched SPIN_PASSED_ON));
+#define PIECE(odd)                                                                                                     \
+  turnPiece(odd, &s, omega, still, pitch, tissuePitch, displacement, constraint, cut, &touched SPIN_PASSED_ON)
+      move = max(move, BY_PARITY(PIECE, s));
+#undef PIECE
     }
   }
   endSweepTurn(&mine, touched, move, slot, colour, activity, log, turn, enough);
