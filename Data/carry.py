@@ -15,6 +15,7 @@ point arrays of its input; it resamples them with the scan, with cuts and all.
 """
 
 import argparse
+import os
 import sys
 
 import numpy as np
@@ -150,7 +151,8 @@ def main(arguments):
         return "'%s' holds neither an image nor points." % options.data
     source = TrivialProducer()
     source.GetClientSideObject().SetOutput(moved)
-    SaveData(options.output, proxy=source, **({"DataMode": "Binary"} if options.output.endswith(".vti") else {}))
+    xml = os.path.splitext(options.output)[1].startswith(".vt") and not options.output.endswith(".vtk")
+    SaveData(options.output, proxy=source, **({"DataMode": "Binary"} if xml else {}))  # readable also with a new expat
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
 // What benchmarks report, and what they refuse to.
 
+#include "../TemporaryFolder.h"
 #include "Blocks.h"
 #include "Session.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <sstream>
 
@@ -47,14 +47,14 @@ TEST(Session, RefusesLinksBeyondTheirLimits)
 
 TEST(Session, RefusesFiguresThatAreNotFinite)
 {
-  const std::string path = testing::TempDir() + "/chainmail-session.json";
+  const TemporaryFolder folder;
+  const std::string path = (folder.path / "session.json").string();
   const auto report = [](double value) {
     return [value](bench::Session& s) { s.report({ "s", "m", {}, { { "f", value } } }); };
   };
   EXPECT_EQ(runWith({}, report(std::nan(""))), 1);
   EXPECT_EQ(runWith({ "--json=" + path }, report(2.0)), 0);
   EXPECT_EQ(runWith({ "--json=/nowhere/at/all.json" }, report(2.0)), 1);
-  std::remove(path.c_str());
 }
 
 TEST(Session, TellsCtestThatItSkips)
@@ -83,7 +83,8 @@ TEST(Session, TimesTasksInTurnAfterARoundThatDoesNotCount)
 
 TEST(Session, WritesWhatItWasToldTo)
 {
-  const std::string path = testing::TempDir() + "/chainmail-session.json";
+  const TemporaryFolder folder;
+  const std::string path = (folder.path / "session.json").string();
   EXPECT_EQ(runWith({ "--json=" + path },
               [](bench::Session& session) {
                 session.report({ "a scene", "a method", { 1.5, 2.5 }, { { "figure", 7.0 } } });
@@ -92,7 +93,6 @@ TEST(Session, WritesWhatItWasToldTo)
   std::ifstream file(path);
   std::ostringstream text;
   text << file.rdbuf();
-  std::remove(path.c_str());
   for (const char* part : { "\"benchmark\": \"T\"", "\"title\": \"a \\\"test\\\"\"", "\"milliseconds\": [1.5, 2.5]",
          "\"figures\": {\"figure\": 7}", "\"small\": true" })
   {

@@ -102,7 +102,7 @@ def start_server(command, environment):
     """A server and its port. Another program may take the port that was free a moment ago: then it is tried again."""
     for _ in range(5):
         with socket.socket() as free:
-            free.bind(("localhost", 0))
+            free.bind(("127.0.0.1", 0))  # a bare system knows no localhost
             port = free.getsockname()[1]
         log = tempfile.TemporaryFile("w+")
         server = subprocess.Popen(command + ["--server-port=%d" % port], env=environment, stdout=log,
@@ -169,7 +169,7 @@ def main():
 if __name__ == "__main__" and len(sys.argv) == 1:
     main()
 elif __name__ == "__main__":
-    Connect("localhost", int(sys.argv[1]))
+    Connect("127.0.0.1", int(sys.argv[1]))
     for where in sys.argv[4:]:
         LoadPlugin(sys.argv[3], remote=where == "remote", ns=globals())
     play(sys.argv[2])

@@ -120,6 +120,6 @@ def main():
 if len(sys.argv) == 1:
     main()
 else:
-    Connect("localhost", int(sys.argv[1]))
+    Connect("127.0.0.1", int(sys.argv[1]))
     play()
     Disconnect()

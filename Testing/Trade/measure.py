@@ -134,7 +134,7 @@ def heart_scene(folder, step):
 
 def available(settings):
     """Whether the filter has what is asked for. A property that it does not have is at its plain value."""
-    plain = {"ModelReduction": 1, "CoarseToFine": 0, "RelaxationPreset": 0}
+    plain = {"ModelReduction": 1, "CoarseToFine": 0, "RelaxationPreset": 0, "Rotations": 0}
     return all(hasattr(Deformation, "Set" + name) or plain.get(name) == value for name, value in settings.items())
 
 
@@ -388,27 +388,26 @@ def compare_with_elements(options):
     kept = os.path.join(options.results, "calculix")
     result = {"size": tissue.size, "soft": block.SOFT, "contrast": block.CONTRAST, "cases": []}
     for name, direction in directions.items():
-        solutions, chains = {}, {}
+        solutions = {}
         for (law, pull), poisson in itertools.product((("Hooke", pulls[0]), ("neo-Hooke", pulls[-1])), (0.0, 0.3)):
             solutions[law, poisson, pull] = tissue.finite_elements(kept, pull * direction, poisson, law == "neo-Hooke")
-        for pull in pulls:
-            chains["reference", math.inf, pull] = REFERENCE
-        chains["reference", block.CONTRAST, pulls[1]] = REFERENCE
-        for preset, settings in PRESETS.items():
-            if available({**BASE, **settings}):
-                chains[preset, math.inf, pulls[1]] = settings
-        for key, settings in chains.items():
-            runner = Pull(block_scene(tissue, key[2] * direction, key[1]), options.device)
-            runner.set({**BASE, **settings})
-            runner.update()
-            chains[key] = runner.displacement()
         for (law, poisson, pull), u in solutions.items():
             result["cases"].append({"direction": name, "law": law, "poisson": poisson, "pull": pull,
                                     **block.describe(tissue, pull * direction, u)})
-        for (settings, contrast, pull), u in chains.items():
-            entry = {"direction": name, "law": "ChainMail", "settings": settings, "pull": pull,
-                     "contrast": contrast if math.isfinite(contrast) else None,
-                     **block.describe(tissue, pull * direction, u), "against": []}
+        chains = [("reference", math.inf, pull, REFERENCE) for pull in pulls]
+        chains.append(("reference", block.CONTRAST, pulls[1], REFERENCE))
+        chains += [(preset, math.inf, pulls[1], settings) for preset, settings in PRESETS.items()]
+        for rotations, (label, contrast, pull, settings) in itertools.product((0, 1), chains):
+            values = {**BASE, **settings, "Rotations": rotations}
+            if not available(values):
+                continue
+            runner = Pull(block_scene(tissue, pull * direction, contrast), options.device)
+            cost = time_updates(runner, values, 1 if label == "reference" else options.repeats)
+            u = runner.displacement()
+            entry = {"direction": name, "law": "ChainMail", "settings": label, "rotations": rotations, "pull": pull,
+                     "contrast": contrast if math.isfinite(contrast) else None, "milliseconds": cost["milliseconds"],
+                     "memory": float(runner.field("PeakDeviceMemory")[0]), **block.describe(tissue, pull * direction, u),
+                     "against": []}
             for (law, poisson, other), exact in solutions.items():
                 # Hooke's field belongs to every pull, once it is scaled.
                 scaled = exact * (pull / other) if law == "Hooke" else exact if pull == other else None
@@ -416,8 +415,9 @@ def compare_with_elements(options):
                     entry["against"].append({"law": law, "poisson": poisson,
                                              **block.compare(tissue, pull * direction, u, scaled)})
             result["cases"].append(entry)
-            print("%s by %g mm, ChainMail (%s, bar %s): %s" % (
-                name, pull, settings, "rigid" if not math.isfinite(contrast) else "%g times stiffer" % contrast,
+            print("%s by %g mm, ChainMail (%s, Rotations %s, bar %s): %.0f ms; %s" % (
+                name, pull, label, "on" if rotations else "off",
+                "rigid" if not math.isfinite(contrast) else "%g times stiffer" % contrast, min(cost["milliseconds"]),
                 "; ".join("%s %.1f: correlation %.3f, rms %.1f %%" % (a["law"], a["poisson"], a["correlation"], 100 * a["rms"])
                           for a in entry["against"])), flush=True)
     return result

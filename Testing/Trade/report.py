@@ -138,6 +138,12 @@ def references(run):
     return table(["reference", "compared with", "distance, rms", "energy of the other"], lines)
 
 
+def named(name, case):
+    """A name with what is particular about a case of ChainMail."""
+    turning = ", Rotations on" if case["rotations"] else ""
+    return name + turning + (f", bar {case['contrast']:g} times stiffer" if case["contrast"] else "")
+
+
 def elements(run):
     """ChainMail against finite elements."""
     cases = (run["elements"] or {}).get("cases", [])
@@ -149,8 +155,7 @@ def elements(run):
         chain = case["law"] == "ChainMail"
         if chain and case["settings"] != "reference":
             continue
-        bar = f", bar {'rigid' if case['contrast'] is None else '%g times stiffer' % case['contrast']}" if chain else ""
-        name = f"ChainMail{bar}" if chain else f"{case['law']}, Poisson's ratio {case['poisson']:g}"
+        name = named("ChainMail", case) if chain else f"{case['law']}, Poisson's ratio {case['poisson']:g}"
         fields.append([f"{ways[case['direction']]} {case['pull']:g} mm", name, f"{case['halfDepth']:.1f}", percent(case["aside"]),
                        percent(case["barMoved"]), percent(case["barSpread"]), f"{case['barAngle']:.1f}",
                        percent(case["barStrain"])])
@@ -161,15 +166,17 @@ def elements(run):
     for case in cases:
         if "against" in case:
             against = {(other["law"], other["poisson"]): other for other in case["against"]}
-            bar = "" if case["contrast"] is None else f", bar {case['contrast']:g} times stiffer"
-            distances.append([f"{ways[case['direction']]} {case['pull']:g} mm", case["settings"] + bar]
+            timed = case["settings"] != "reference"
+            distances.append([f"{ways[case['direction']]} {case['pull']:g} mm", named(case["settings"], case),
+                              number(fastest(case)) if timed else "-", number(case["memory"]) if timed else "-"]
                              + ["{:.2f}, {}, {}".format(other["correlation"], percent(other["rms"]), percent(other["rmsAxis"]))
                                 if (other := against.get(solid)) else "" for solid in solids])
     return (table(["pull", "model", "half of the pull is left at depth [mm]", "moves across the pull, rms [%]",
                    "bar moves by [%]", "spread within the bar [%]", "bar turns by [°]", "bar strained by [%]"], fields)
             + "\n\nThe field of ChainMail against those of finite elements: correlation along the pull, distance everywhere, and "
             "distance along the line below the handle (rms, % of the pull):\n\n"
-            + table(["pull", "ChainMail"] + [f"{law}, {poisson:g}" for law, poisson in solids], distances))
+            + table(["pull", "ChainMail", "update [ms]", "memory [MB]"] + [f"{law}, {poisson:g}" for law, poisson in solids],
+                    distances))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -224,8 +231,8 @@ def plot_elements(run, path):
                           label=f"{case['law']}, Poisson's ratio {case['poisson']:g}"
                           + ("" if case["law"] == "Hooke" else f", {case['pull']:g} mm"))
             elif case["settings"] == "reference" and case["contrast"] is None:
-                axis.plot(depth, case["profile"], "o-", ms=3, lw=1, color=colours[case["pull"]],
-                          label=f"ChainMail, {case['pull']:g} mm")
+                axis.plot(depth, case["profile"], "s-" if case["rotations"] else "o:", ms=3, lw=1, color=colours[case["pull"]],
+                          label=f"{named('ChainMail', case)}, {case['pull']:g} mm")
         axis.set_title(f"{name}, along the line below the handle")
         axis.set_xlabel("depth [mm]")
         axis.grid(True, alpha=0.2)

@@ -540,7 +540,7 @@ std::size_t residentBytes()
 
 TEST(Extremes, ManyUpdates)
 {
-  constexpr int updates = CHAINMAIL_LONG ? 100000 : 10000;
+  constexpr int updates = CHAINMAIL_LONG ? 100000 : 3000;
   Scene scene({ 12, 9, 8 }, 0.3f);
   for (int i = 3; i < 8; ++i)
   {
