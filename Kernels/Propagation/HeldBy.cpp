@@ -94,14 +94,12 @@ private:
   std::unordered_map<int, Brick> known_;
 };
 
-/// findGrip() limited to paths that leave at most so much room. `others` are the voxels of other handles, `u` the
-/// displacements of this one's elements.
+/// findGrip() limited to paths that leave at most so much room. `others` are the voxels of other handles.
 std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>& others, const Handle& handle,
-  const std::vector<float>& u, int axis, double sign, double room)
+  int axis, double sign, double room)
 {
-  // Dijkstra's algorithm, in which an element may have its turn again where spins make links shorter than nothing. The
-  // key of element i is d(s, i) - sign * u(s), the lowest over all s of the handle. Adding sign * u(i) gives the room
-  // that the path to i leaves.
+  // Dijkstra's algorithm. The key of element i is the room that the path to it leaves, the lowest over all elements of
+  // the handle: the sum of what its links leave, none of which is less than nothing but by rounding.
   struct Entry
   {
     double key;
@@ -119,15 +117,15 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
   {
     Tissue::Brick& brick = tissue.at(bricks.brickAt(at[0], at[1], at[2]));
     const std::uint32_t local = bricks.local(at[0], at[1], at[2]);
-    if (key < brick.key[local] && key + sign * brick.displacement[local] <= room)
+    if (key < brick.key[local] && key <= room)
     {
       brick.key[local] = key;
       queue.push({ key, soft, grid.at(at[0], at[1], at[2]) });
     }
   };
-  for (std::size_t n = 0; n < handle.voxels.size(); ++n)
+  for (const std::size_t voxel : handle.voxels)
   {
-    offer(grid.indexOf(handle.voxels[n]), -sign * u[3 * n + static_cast<std::size_t>(axis)], false);
+    offer(grid.indexOf(voxel), 0.0, false);
   }
   while (!queue.empty())
   {
@@ -145,16 +143,17 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
       return Grip{ entry.voxel, !entry.soft };
     }
     const float own = brick.constraint[local];
+    const double place = brick.displacement[local];
     bricks.forNeighbours(at,
       [&](int direction, const Index3& next)
       {
-        const float other =
-          tissue.at(bricks.brickAt(next[0], next[1], next[2])).constraint[bricks.local(next[0], next[1], next[2])];
-        if (!std::isinf(other))
+        const Tissue::Brick& beside = tissue.at(bricks.brickAt(next[0], next[1], next[2]));
+        const std::uint32_t there = bricks.local(next[0], next[1], next[2]);
+        if (!std::isinf(beside.constraint[there]))
         {
-          const double limit = rule::linkLimit(own, other);
-          const double length = limit - sign * tissue.wantedApart(at, next, direction);
-          offer(next, entry.key + length, entry.soft || limit > 0.0);
+          const double limit = rule::linkLimit(own, beside.constraint[there]);
+          const double stretch = beside.displacement[there] - place - tissue.wantedApart(at, next, direction);
+          offer(next, entry.key + std::max(0.0, limit + sign * stretch), entry.soft || limit > 0.0);
         }
       });
   }
@@ -184,7 +183,7 @@ std::optional<Grip> findGrip(
   std::optional<Grip> grip;
   for (double room = 1e-4; !grip && room <= 1.0; room *= 100.0)
   {
-    grip = search(bricks, others, handle, u, axis, sign, room * largest);
+    grip = search(bricks, others, handle, axis, sign, room * largest);
   }
   return grip;
 }
