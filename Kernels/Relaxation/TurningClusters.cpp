@@ -354,7 +354,7 @@ void TurningClusters::relax(const Lists& lists, float omega, float still, bool l
   context.launch(kernel("turnChoose"), clusters, items, turn.log, turn.turn, lists.heads, isLimited, omega,
     spins.proportions, this->bounds_, this->poses_, this->steps_, this->ends_);
   context.launchOver(kernel("turnCheck"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, lists.ways,
-    this->bodies_, this->poses_, this->ends_, this->bricks_.layout(), this->bricks_.displacement,
+    this->bodies_, this->poses_, this->ends_, this->steps_, this->bricks_.layout(), this->bricks_.displacement,
     this->bricks_.constraint, spins, this->checks_);
   context.launch(kernel("turnAccept"), clusters, items, turn.log, turn.turn, lists.heads, this->bodies_, isLimited,
     still, spins.proportions, this->checks_, this->steps_, this->ends_, this->poses_, this->moves_);

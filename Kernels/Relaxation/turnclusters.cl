@@ -29,57 +29,93 @@
 #define ROW 8 // floats of a pose and of a body
 
 #define SYSTEM 16 // floats of the sums of a chunk, and of a step
+#define STEP_WHOLE 12
+#define STEP_RISE 13
 #define BOUNDS 8
 #define LANES 16
 
+// What does not depend on where the cluster is. All lengths are in units of the mean spacing, except limits.
 typedef struct
 {
-  float arm[3];    // from where the cluster is counted from to its end of the link, as it lies now
+  float rest[3];  // from where the cluster is counted from to its end of the link, at rest
+  float place[3]; // the displacement of the other end [fractions of the spacing]
+  float way[3];   // what the other end would add to a unit vector along the link's axis
+  float limit;
+  float weight; // W, see turn.cl
+  int along;
+  float length; // negative where the link leads down
+} OutgoingLink;
+
+typedef struct
+{
+  float arm[3];    // from where the cluster is counted from to its end of the link, as it lies
   float way[3];    // the link as the cluster would have it
   float strain[3]; // what it is away from that,
   float theirs[3]; // and from where its other end would have it
-  float limit;
-  float weight; // W, see turn.cl
-} OutgoingLink;
+} PosedLink;
 
-// All lengths are in units of the mean spacing, except limits.
-RULE OutgoingLink linkOf(uint other, int d, global const float* body, global const float* pose, uint pitch,
-  uint tissuePitch, global const int* place, int strideY, int strideZ, global const float* displacement,
-  global const float* constraint, global const float* spin, float4 proportions)
+RULE OutgoingLink linkOf(uint other, int d, global const float* body, uint pitch, global const int* place, int strideY,
+  int strideZ, global const float* displacement, global const float* constraint, global const float* spin,
+  float4 proportions)
 {
   OutgoingLink link;
   const int3 size = (int3)(BX, BY, BZ);
   const int3 at = brickAt(place[other / ELEMENTS], strideY, strideZ) * size + elementAt(other % ELEMENTS);
-  const int along = d / 2;
-  const float sign = d & 1 ? 1.0f : -1.0f;
-  const float own[3] = { pose[3], pose[4], pose[5] };
-  const float length = proportion(proportions, along);
-  float rest[3], more[3], theirSpin[3], theirWay[3], ownWay[3];
+  link.along = d / 2;
+  link.length = (d & 1 ? 1.0f : -1.0f) * proportion(proportions, link.along);
+  float theirSpin[3];
   for (int axis = 0; axis < 3; ++axis)
   {
-    const int index = (axis == 0 ? at.x : axis == 1 ? at.y : at.z) - (axis == along ? (d & 1 ? 1 : -1) : 0);
-    rest[axis] = ((float)index - body[axis]) * proportion(proportions, axis);
+    const int index = (axis == 0 ? at.x : axis == 1 ? at.y : at.z) - (axis == d / 2 ? (d & 1 ? 1 : -1) : 0);
+    link.rest[axis] = ((float)index - body[axis]) * proportion(proportions, axis);
+    link.place[axis] = displacement[axis * pitch + other];
     theirSpin[axis] = spin[axis * pitch + other];
   }
-  turned(own, rest, more);
-  turnedAxis(own, along, ownWay);
-  turnedAxis(theirSpin, along, theirWay);
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    link.arm[axis] = rest[axis] + more[axis];
-    link.way[axis] = sign * length * (ownWay[axis] + (axis == along ? 1.0f : 0.0f));
-    const float apart = (displacement[axis * pitch + other] - pose[axis]) * proportion(proportions, axis) - more[axis];
-    link.strain[axis] = apart - sign * length * ownWay[axis];
-    link.theirs[axis] = apart - sign * length * theirWay[axis];
-  }
+  turnedAxis(theirSpin, link.along, link.way);
   link.limit = linkLimit(0.0f, constraint[other]);
-  link.weight = linkWeight(link.limit) / (length * length);
+  link.weight = linkWeight(link.limit) / (link.length * link.length);
   return link;
 }
 
-#define LINK_OF(n, bodies, poses)                                                                                      \
-  linkOf(links[n], ways[n], bodies, poses, pitch, tissuePitch, place, strideY, strideZ, displacement, constraint,      \
-    spin, proportions)
+// A pose, and what it adds to the three axes.
+typedef struct
+{
+  float place[3];
+  float axes[3][3];
+} Pose;
+
+RULE Pose loadPose(global const float* pose)
+{
+  Pose loaded;
+  const float own[3] = { pose[3], pose[4], pose[5] };
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    loaded.place[axis] = pose[axis];
+    turnedAxis(own, axis, loaded.axes[axis]);
+  }
+  return loaded;
+}
+
+RULE PosedLink posed(const OutgoingLink* link, const Pose* pose, float4 proportions)
+{
+  PosedLink as;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const float more =
+      pose->axes[0][axis] * link->rest[0] + pose->axes[1][axis] * link->rest[1] + pose->axes[2][axis] * link->rest[2];
+    const float ownWay = link->length * pose->axes[link->along][axis];
+    const float apart = (link->place[axis] - pose->place[axis]) * proportion(proportions, axis) - more;
+    as.arm[axis] = link->rest[axis] + more;
+    as.way[axis] = ownWay + (axis == link->along ? link->length : 0.0f);
+    as.strain[axis] = apart - ownWay;
+    as.theirs[axis] = apart - link->length * link->way[axis];
+  }
+  return as;
+}
+
+#define LINK_OF(n, bodies)                                                                                             \
+  linkOf(links[n], ways[n], bodies, pitch, place, strideY, strideZ, displacement, constraint, spin, proportions)
 
 // Sums up one chunk: the weights (1), their first and second moments (3, 6), the force (3) and the torque (3).
 kernel void turnGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
@@ -91,6 +127,7 @@ kernel void turnGather(global const int* log, int4 turn, global const int4* chun
     return;
   }
   const int4 chunk = chunks[get_global_id(0)];
+  const Pose pose = loadPose(poses + ROW * chunk.x);
   float sum[SYSTEM];
   for (int m = 0; m < SYSTEM; ++m)
   {
@@ -98,16 +135,17 @@ kernel void turnGather(global const int* log, int4 turn, global const int4* chun
   }
   for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
   {
-    const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x, poses + ROW * chunk.x);
+    const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x);
+    const PosedLink now = posed(&link, &pose, proportions);
     sum[0] += 2.0f * link.weight;
     for (int which = 0; which < 2; ++which)
     {
       float arm[3];
       for (int axis = 0; axis < 3; ++axis)
       {
-        arm[axis] = link.arm[axis] + (which ? link.way[axis] : 0.0f);
+        arm[axis] = now.arm[axis] + (which ? now.way[axis] : 0.0f);
       }
-      const float* pull = which ? link.strain : link.theirs;
+      const float* pull = which ? now.strain : now.theirs;
       for (int a = 0, m = 4; a < 3; ++a)
       {
         const int b = (a + 1) % 3, c = (a + 2) % 3;
@@ -300,8 +338,20 @@ kernel void turnSolve(global const int* log, int4 turn, global const int4* clust
   storePose(end, ends + ROW * id);
 }
 
-// The share of the step that the links of a chunk allow, by linear estimate (1), and how far the cluster may move
-// without turning (3 lower bounds, 3 upper ones).
+// How much the energy of two poses of a link differs.
+RULE float riseOf(float weight, const PosedLink* now, const PosedLink* then)
+{
+  float rise = 0.0f;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    rise += (then->strain[axis] - now->strain[axis]) * (then->strain[axis] + now->strain[axis]) +
+            (then->theirs[axis] - now->theirs[axis]) * (then->theirs[axis] + now->theirs[axis]);
+  }
+  return weight * rise;
+}
+
+// The share of the step that the links of a chunk allow, by linear estimate (1), how far the cluster may move without
+// turning (3 lower bounds, 3 upper ones), and how much the energy would rise in the whole step (1).
 kernel void turnBound(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
   global const uchar* ways, global const float* bodies, global const float* poses, global const float* ends,
   LAYOUT_ARGUMENTS, global const float* displacement, global const float* constraint SPIN_ARGUMENTS,
@@ -312,15 +362,19 @@ kernel void turnBound(global const int* log, int4 turn, global const int4* chunk
     return;
   }
   const int4 chunk = chunks[get_global_id(0)];
-  float share = 1.0f;
+  const Pose pose = loadPose(poses + ROW * chunk.x);
+  const Pose end = loadPose(ends + ROW * chunk.x);
+  float share = 1.0f, rise = 0.0f;
   float lower[3] = { -INFINITY, -INFINITY, -INFINITY }, upper[3] = { INFINITY, INFINITY, INFINITY };
   for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
   {
-    const OutgoingLink now = LINK_OF(n, bodies + ROW * chunk.x, poses + ROW * chunk.x);
-    const OutgoingLink then = LINK_OF(n, bodies + ROW * chunk.x, ends + ROW * chunk.x);
+    const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x);
+    const PosedLink now = posed(&link, &pose, proportions);
+    const PosedLink then = posed(&link, &end, proportions);
+    rise += riseOf(link.weight, &now, &then);
     for (int axis = 0; axis < 3; ++axis)
     {
-      const float limit = now.limit * proportion(proportions, axis);
+      const float limit = link.limit * proportion(proportions, axis);
       const float from = 0.5f * (now.strain[axis] + now.theirs[axis]);
       const float to = 0.5f * (then.strain[axis] + then.theirs[axis]);
       lower[axis] = max(lower[axis], from - limit);
@@ -334,6 +388,7 @@ kernel void turnBound(global const int* log, int4 turn, global const int4* chunk
   }
   global float* out = bounds + BOUNDS * get_global_id(0);
   out[0] = share;
+  out[7] = rise;
   for (int axis = 0; axis < 3; ++axis)
   {
     out[1 + axis] = lower[axis];
@@ -341,7 +396,14 @@ kernel void turnBound(global const int* log, int4 turn, global const int4* chunk
   }
 }
 
+// Adds a chunk's bounds, one of the numbers that turnBound writes, to those of others.
+inline float boundOf(int m, float all, float part)
+{
+  return m == 7 ? all + part : m == 0 || m >= 4 ? min(all, part) : max(all, part);
+}
+
 // Chooses between the part of the step that is allowed and a move without a rotation, by how much the energy falls.
+// What was found out about the whole step is kept: whether it is taken, and how much the energy rises in it.
 kernel void turnChoose(global const int* log, int4 turn, global const int4* clusters, int limited, float omega,
   float4 proportions, global const float* bounds, global const float* poses, global float* steps, global float* ends)
 {
@@ -351,11 +413,10 @@ kernel void turnChoose(global const int* log, int4 turn, global const int4* clus
   for (int lane = get_local_id(0); lane < BOUNDS * LANES; lane += get_local_size(0))
   {
     const int m = lane % BOUNDS;
-    float value = m == 0 ? 1.0f : m < 4 ? -INFINITY : INFINITY;
-    for (int chunk = lane / BOUNDS; m < 7 && chunk < cluster.y; chunk += LANES)
+    float value = m == 0 ? 1.0f : m == 7 ? 0.0f : m < 4 ? -INFINITY : INFINITY;
+    for (int chunk = lane / BOUNDS; chunk < cluster.y; chunk += LANES)
     {
-      const float part = bounds[BOUNDS * (cluster.x + chunk) + m];
-      value = m == 0 || m >= 4 ? min(value, part) : max(value, part);
+      value = boundOf(m, value, bounds[BOUNDS * (cluster.x + chunk) + m]);
     }
     lanes[lane] = value;
   }
@@ -364,14 +425,13 @@ kernel void turnChoose(global const int* log, int4 turn, global const int4* clus
   {
     return;
   }
-  float bound[7];
-  for (int m = 0; m < 7; ++m)
+  float bound[BOUNDS];
+  for (int m = 0; m < BOUNDS; ++m)
   {
     bound[m] = lanes[m];
     for (int lane = 1; lane < min(LANES, cluster.y); ++lane)
     {
-      const float part = lanes[BOUNDS * lane + m];
-      bound[m] = m == 0 || m >= 4 ? min(bound[m], part) : max(bound[m], part);
+      bound[m] = boundOf(m, bound[m], lanes[BOUNDS * lane + m]);
     }
   }
   // The estimate is linear: a step that links shorten stops a little before them.
@@ -395,35 +455,44 @@ kernel void turnChoose(global const int* log, int4 turn, global const int4* clus
     step[m] = gainOfMove > gain ? move[m] : share * steps[SYSTEM * id + m];
     steps[SYSTEM * id + m] = step[m];
   }
+  steps[SYSTEM * id + STEP_WHOLE] = share == 1.0f && !(gainOfMove > gain) ? 1.0f : 0.0f;
+  steps[SYSTEM * id + STEP_RISE] = bound[7];
   float end[6];
   stepFrom(poses + ROW * id, step, 1.0f, proportions, end);
   storePose(end, ends + ROW * id);
 }
 
-// Whether links of a chunk would be beyond their limits, and by how much the energy would rise.
+// Whether links of a chunk would be beyond their limits, and by how much the energy would rise, in steps that are not
+// whole.
 kernel void turnCheck(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
   global const uchar* ways, global const float* bodies, global const float* poses, global const float* ends,
-  LAYOUT_ARGUMENTS, global const float* displacement, global const float* constraint SPIN_ARGUMENTS,
-  global float2* checks, uint count)
+  global const float* steps, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint SPIN_ARGUMENTS, global float2* checks, uint count)
 {
   if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
   {
     return;
   }
   const int4 chunk = chunks[get_global_id(0)];
+  if (steps[SYSTEM * chunk.x + STEP_WHOLE] != 0.0f)
+  {
+    return;
+  }
+  const Pose pose = loadPose(poses + ROW * chunk.x);
+  const Pose end = loadPose(ends + ROW * chunk.x);
   float beyond = 0.0f, rise = 0.0f;
   for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
   {
-    const OutgoingLink now = LINK_OF(n, bodies + ROW * chunk.x, poses + ROW * chunk.x);
-    const OutgoingLink then = LINK_OF(n, bodies + ROW * chunk.x, ends + ROW * chunk.x);
+    const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x);
+    const PosedLink now = posed(&link, &pose, proportions);
+    const PosedLink then = posed(&link, &end, proportions);
+    rise += riseOf(link.weight, &now, &then);
     for (int axis = 0; axis < 3; ++axis)
     {
-      const float limit = now.limit * proportion(proportions, axis);
+      const float limit = link.limit * proportion(proportions, axis);
       const float from = 0.5f * fabs(now.strain[axis] + now.theirs[axis]);
       const float to = 0.5f * fabs(then.strain[axis] + then.theirs[axis]);
       beyond = to > from && to > limit ? max(beyond, to - limit) : beyond;
-      rise += now.weight * ((then.strain[axis] - now.strain[axis]) * (then.strain[axis] + now.strain[axis]) +
-                             (then.theirs[axis] - now.theirs[axis]) * (then.theirs[axis] + now.theirs[axis]));
     }
   }
   checks[get_global_id(0)] = (float2)(beyond, rise);
@@ -441,10 +510,11 @@ kernel void turnAccept(global int* log, int4 turn, global const int4* clusters, 
   local float2 lanes[LANES];
   const uint id = get_group_id(0);
   const int4 cluster = clusters[id];
+  const bool whole = steps[SYSTEM * id + STEP_WHOLE] != 0.0f;
   for (int lane = get_local_id(0); lane < LANES; lane += get_local_size(0))
   {
     float2 sum = (float2)(0.0f, 0.0f);
-    for (int chunk = lane; chunk < cluster.y; chunk += LANES)
+    for (int chunk = lane; !whole && chunk < cluster.y; chunk += LANES)
     {
       const float2 part = checks[cluster.x + chunk];
       sum = (float2)(max(sum.x, part.x), sum.y + part.y);
@@ -465,7 +535,7 @@ kernel void turnAccept(global int* log, int4 turn, global const int4* clusters, 
     }
     return;
   }
-  float beyond = 0.0f, rise = 0.0f, move = 0.0f;
+  float beyond = 0.0f, rise = whole ? steps[SYSTEM * id + STEP_RISE] : 0.0f, move = 0.0f;
   for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
   {
     beyond = max(beyond, lanes[lane].x);
