@@ -153,11 +153,11 @@ class Pull:
             self.filter.SetMaterialFunction(function)
         for name, value in scene.properties.items():
             getattr(self.filter, "Set" + name)(value)
-        self.errors = []
+        errors = self.errors = []
 
         @calldata_type(VTK_STRING)
         def note(caller, event, text):
-            self.errors.append(text)
+            errors.append(text)  # through self the filter would live on, and its memory count as others'
         self.filter.AddObserver("ErrorEvent", note)
 
     def set(self, settings):
