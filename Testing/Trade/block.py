@@ -29,14 +29,19 @@ class Block:
         return np.where(self.bar, SOFT / contrast, SOFT).astype(np.float32)
 
     def finite_elements(self, folder, displacement, poisson, finite):
-        """The displacement of every node [z, y, x, axis]. A cube is part of the bar if its eight nodes are."""
-        cube = np.ones([n - 1 for n in self.shape], bool)
-        for corner in np.ndindex(2, 2, 2):
-            cube &= self.bar[tuple(slice(c, c + n - 1) for c, n in zip(corner, self.shape))]
+        """The displacement of every node [z, y, x, axis]."""
         prescribed = [(int(node), axis, 0.0) for node in np.flatnonzero(self.held) for axis in range(3)]
         prescribed += [(int(node), axis, float(displacement[axis])) for node in np.flatnonzero(self.grabbed) for axis in range(3)]
         laws = [calculix.Material(modulus, poisson, finite) for modulus in (1.0, CONTRAST)]
-        return calculix.solve(folder, self.shape[::-1], laws, cube.astype(int), prescribed)[0]
+        return calculix.solve(folder, self.shape[::-1], laws, filled(self.bar).astype(int), prescribed)[0]
+
+
+def filled(nodes):
+    """The cubes all of whose eight nodes are among these."""
+    cubes = np.ones([n - 1 for n in nodes.shape], bool)
+    for corner in np.ndindex(2, 2, 2):
+        cubes &= nodes[tuple(slice(c, c + n - 1) for c, n in zip(corner, nodes.shape))]
+    return cubes
 
 
 def rigid_part(places, displacement):

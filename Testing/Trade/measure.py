@@ -39,6 +39,7 @@ sys.path.insert(0, os.path.join(HERE, os.pardir, os.pardir, "Data"))
 sys.path.insert(0, HERE)
 import block  # noqa: E402
 import calculix  # noqa: E402
+import finger  # noqa: E402
 import scenes  # noqa: E402
 from chainmail.ChainMailFilters import vtkChainMailDeformation as Deformation  # noqa: E402
 from find_scene import Volume, plan_scene  # noqa: E402
@@ -101,6 +102,15 @@ def block_scene(tissue, displacement, contrast=math.inf):
     x, y, z = tissue.top
     handle = ((x, y, z + above), displacement, math.hypot(above, tissue.radius))
     return Scene(image, [handle], ConstraintArray="Constraint", TissueThreshold=0.5, AnchoredFaces=(0, 0, 0, 0, 1, 0))
+
+
+def finger_scene(tissue, handle, lift):
+    image = scenes.make_image(tissue.tissue.astype(np.float32), "Tissue")
+    scenes.add_array(image, tissue.constraint(), "Constraint")
+    image.GetPointData().SetActiveScalars("Tissue")
+    place, radius = tissue.handles[handle]
+    return Scene(image, [(place, (0, 0, lift), radius)], ConstraintArray="Constraint", TissueThreshold=0.5,
+                 AnchoredFaces=(1, 0, 0, 0, 0, 0))
 
 
 def forearm_scene(size):
@@ -420,7 +430,29 @@ def compare_with_elements(options):
                 "rigid" if not math.isfinite(contrast) else "%g times stiffer" % contrast, min(cost["milliseconds"]),
                 "; ".join("%s %.1f: correlation %.3f, rms %.1f %%" % (a["law"], a["poisson"], a["correlation"], 100 * a["rms"])
                           for a in entry["against"])), flush=True)
+    result["finger"] = list(bend_finger(options))
     return result
+
+
+def bend_finger(options):
+    tissue = finger.Finger()
+    kept = os.path.join(options.results, "calculix")
+    for handle, lift in (("skin", 1.0), ("bone", 4.0)) if options.small else (("skin", 1.0), ("bone", 4.0), ("bone", 8.0)):
+        exact = tissue.finite_elements(kept, handle, lift)
+        for rotations, (label, settings) in itertools.product((0, 1), {"reference": REFERENCE, **PRESETS}.items()):
+            values = {**BASE, **settings, "Rotations": rotations}
+            if not available(values):
+                continue
+            runner = Pull(finger_scene(tissue, handle, lift), options.device)
+            cost = time_updates(runner, values, 1 if label == "reference" else options.repeats)
+            u = runner.displacement()
+            entry = {"handle": handle, "lift": lift, "settings": label, "rotations": rotations,
+                     "milliseconds": cost["milliseconds"], "reached": float(runner.field("ProbeReached")[2]),
+                     "angle": tissue.angle(u), "solid": tissue.angle(exact), "rms": tissue.distance(lift, u, exact)}
+            print("finger lifted by its %s by %g mm (%s, Rotations %s): reached %.2f mm, tip turned by %.2f of %.2f degrees, "
+                  "rms %.1f %%" % (handle, lift, label, "on" if rotations else "off", entry["reached"], entry["angle"],
+                                   entry["solid"], 100 * entry["rms"]), flush=True)
+            yield entry
 
 
 def main(arguments):

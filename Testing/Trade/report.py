@@ -141,7 +141,7 @@ def references(run):
 def named(name, case):
     """A name with what is particular about a case of ChainMail."""
     turning = ", Rotations on" if case["rotations"] else ""
-    return name + turning + (f", bar {case['contrast']:g} times stiffer" if case["contrast"] else "")
+    return name + turning + (f", bar {case['contrast']:g} times stiffer" if case.get("contrast") else "")
 
 
 def elements(run):
@@ -177,6 +177,18 @@ def elements(run):
             "distance along the line below the handle (rms, % of the pull):\n\n"
             + table(["pull", "ChainMail", "update [ms]", "memory [MB]"] + [f"{law}, {poisson:g}" for law, poisson in solids],
                     distances))
+
+
+def bends(run):
+    """A finger of ChainMail against one of finite elements."""
+    cases = (run["elements"] or {}).get("finger", [])
+    if not cases:
+        return "CalculiX was not there."
+    return table(["finger, lifted by its", "ChainMail", "update [ms]", "reached [mm]", "tip turns by [°]", "finite elements: by [°]",
+                  "distance, rms [% of the lift]"],
+                 [[f"{case['handle']}, {case['lift']:g} mm", named(case["settings"], case),
+                   "-" if case["settings"] == "reference" else number(fastest(case)), f"{case['reached']:.2f}",
+                   f"{case['angle']:.2f}", f"{case['solid']:.2f}", percent(case["rms"])] for case in cases])
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -259,7 +271,7 @@ def main(results, pages, pictures):
     with open(os.path.join(results, "trade.json")) as file:
         run = json.load(file)
     sections = {"presets": presets(run), "grid": grid(run), "switches": switches(run), "reference": references(run),
-                "elements": elements(run)}
+                "elements": elements(run), "finger": bends(run)}
     loads = [row["load"] for scene in run["scenes"] for row in scene["settings"]] or run["loads"]
     sections["machine"] = (f"Measured on {run['scenes'][0]['device']}, {run['date']}, while the machine had a load of "
                            f"{min(loads):.1f} to {max(loads):.1f}. Times are the best of "
