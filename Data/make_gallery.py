@@ -525,6 +525,21 @@ def finger(volumes):
     return list(rows)
 
 
+def jaw(volumes):
+    """A jaw that is pulled open, with bones that slide and with bones that turn: the bones alone."""
+    eight = lambda points: [((v + 1024) / 16.0, *rest) for v, *rest in points]  # as the scan's 8 bits
+    colours, opacities = (eight(points) for points in preset("CT bone"))
+    panels = []
+    for rotations, label in ((None, "at rest"), (0, "Rotations off"), (1, "Rotations on")):
+        scene = scenes.opened_jaw(volumes, rotations or 0)
+        source, deformation = update(scene)
+        focus = middle(scene.image) + np.array([0, -8, -14])
+        panel = Panel(300, 300, (0.86, 0.89, 0.93)).look(focus + np.array([560.0, -260.0, 30.0]), focus, (0, 0, 1), 17.0)
+        panel.volume(source if rotations is None else pv.OutputPort(deformation, 0), "MetaImage", colours, opacities, 1.0)
+        panels.append(panel.title(label, place=(0.03, 0.04), size=13).pixels())
+    return [panels]
+
+
 def film(volumes):
     """The hooks of figure 11, as an animation: key frames of their targets, and a frame of the result at each time."""
     scene = scenes.opened_limb()
@@ -547,8 +562,8 @@ def film(volumes):
     return [panels]
 
 
-pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, film]
-needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct"}
+pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, jaw, film]
+needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct", "jaw": "head_vhf_ct"}
 
 
 def file_of(name):

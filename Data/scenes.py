@@ -21,12 +21,12 @@ AIR, BONE = -300.0, 600.0  # [HU] tissue starts here, rigid bone starts here: as
 
 class Scene:
     """image: vtkImageData with active scalars. probes: a dictionary of ChainMailProbe's properties for each. cuts: origin
-    and two corners of a ParaView Plane for each. material: (scalar, constraint) points, or None. properties: of
-    ChainMailDeformation."""
+    and two corners of a ParaView Plane for each. material: (scalar, constraint) points, or None. regions: a dictionary of
+    ChainMailRegion's properties for each. properties: of ChainMailDeformation."""
 
-    def __init__(self, image, probes, cuts=(), material=None, **properties):
+    def __init__(self, image, probes, cuts=(), material=None, regions=(), **properties):
         self.image, self.probes, self.cuts = image, list(probes), list(cuts)
-        self.material, self.properties = material, properties
+        self.material, self.regions, self.properties = material, list(regions), properties
 
 
 def open_scene(scene):
@@ -43,6 +43,7 @@ def open_scene(scene):
         setattr(deformation, name, value)
     deformation.Probes = [pv.ChainMailProbe(**probe) for probe in scene.probes]
     deformation.Cuts = [pv.Plane(Origin=list(a), Point1=list(b), Point2=list(c)) for a, b, c in scene.cuts]
+    deformation.Regions = [pv.ChainMailRegion(**region) for region in scene.regions]
     return source, deformation
 
 
@@ -310,3 +311,22 @@ def bent_finger(rotations, size=(112, 40, 44)):
     held = tip - 12.0, middle, low
     return Scene(image, [grab(np.round(held), (-2.5, 0.0, 13.0))], MaterialPreset="CT (Hounsfield units)",
                  AnchoredFaces=[1, 0, 0, 0, 0, 0], RelaxationPreset="Accurate", Rotations=rotations)
+
+
+JAW_JOINTS = (51, 103, 66), (151, 108, 66)  # voxels between the jaw and the skull
+CHIN = (103, 33, 4)
+
+
+def opened_jaw(folder, rotations):
+    """The lower half of a head, whose chin is pulled down and back. Around the joints, which have two voxels between bones, all
+    tissue is soft, bone too."""
+    crop = vtkExtractVOI()
+    crop.SetInputData(read_scan(folder, "head_vhf_ct"))
+    crop.SetVOI(0, 199, 0, 219, 0, 109)
+    crop.Update()
+    image = crop.GetOutput()
+    material = [(35.0, 0.5), (60.0, 0.5), (68.0, 0.4), (85.0, 0.2), (100.0, 0.0)]
+    joints = [dict(Center=place_of(image, joint).tolist(), Radius=17.0, Constraint=0.8) for joint in JAW_JOINTS]
+    return Scene(image, [grab(place_of(image, CHIN), (0, 2.7, -16))], material=material, regions=joints, TissueThreshold=35.0,
+                 BackgroundValue=0.0, AnchoredFaces=[0, 0, 0, 0, 0, 1], OutputPadding=16, ModelReduction=2,
+                 RelaxationPreset="Balanced", Rotations=rotations)
