@@ -540,9 +540,8 @@ def jaw(volumes):
     return [panels]
 
 
-def film(volumes):
-    """The hooks of figure 11, as an animation: key frames of their targets, and a frame of the result at each time."""
-    scene = scenes.opened_limb()
+def strip(scene, focus, camera, size, angle):
+    """An animation: key frames of the probes' targets, and a frame of the result at each quarter of the way."""
     source, deformation = scenes.open_scene(scene)
     for probe in deformation.Probes:
         for axis in range(3):
@@ -552,17 +551,28 @@ def film(volumes):
                                for time, end in enumerate(ends)]
     animation = pv.GetAnimationScene()
     animation.PlayMode, animation.StartTime, animation.EndTime = "Sequence", 0.0, 1.0
-    focus = np.array(scene.cuts[0][0]) + [0, 14, 34]
     panels = []
     for time in (0.0, 0.25, 0.5, 0.75, 1.0):
         animation.AnimationTime = time
-        panel = Panel(210, 250, (0.86, 0.89, 0.93)).look(focus + np.array([60.0, 330.0, 60.0]), focus, (0, 0, 1), 19.0)
+        panel = Panel(*size, (0.86, 0.89, 0.93)).look(focus + np.array(camera), focus, (0, 0, 1), angle)
         panel.volume(pv.OutputPort(deformation, 0), "CT", SKIN_COLOURS, SKIN_OPACITIES, 1.0)
         panels.append(panel.title("%.2f" % time, place=(0.05, 0.03), size=13).pixels())
     return [panels]
 
 
-pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, jaw, film]
+def film(volumes):
+    """The hooks of figure 11."""
+    scene = scenes.opened_limb()
+    return strip(scene, np.array(scene.cuts[0][0]) + [0, 14, 34], (60.0, 330.0, 60.0), (210, 250), 19.0)
+
+
+def bend(volumes):
+    """The finger, whose bones turn."""
+    scene = scenes.bent_finger(1)
+    return strip(scene, middle(scene.image) + np.array([-4, 0, 2]), (30.0, -260.0, 60.0), (210, 150), 15.5)
+
+
+pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, bend, jaw, film]
 needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct", "jaw": "head_vhf_ct"}
 
 
