@@ -1,8 +1,10 @@
 #include "Readout.h"
 
 #include "ElementRule.h"
+#include "Swelling.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <unordered_map>
 #include <utility>
@@ -48,6 +50,10 @@ public:
             this->outer_.push_back(this->bricks_.address(next[0], next[1], next[2]));
             this->limits_.push_back(limit);
             this->directions_.push_back(direction);
+            if (this->swells())
+            {
+              this->addShares(at, next);
+            }
           }
         });
     }
@@ -63,6 +69,8 @@ public:
     const Spins* spins = this->bricks_.spins();
     const std::vector<float> si = spins ? this->bricks_.spinsAt(this->inner_) : std::vector<float>();
     const std::vector<float> sj = spins ? this->bricks_.spinsAt(this->outer_) : std::vector<float>();
+    const std::vector<float> ti = this->swells() ? this->bricks_.tensionsAt(this->inner_) : std::vector<float>();
+    const std::vector<float> tj = this->swells() ? this->bricks_.tensionsAt(this->outer_) : std::vector<float>();
     for (std::size_t m = 0; m < this->limits_.size(); ++m)
     {
       for (int a = 0; a < 3; ++a)
@@ -84,6 +92,16 @@ public:
           }
           results[this->handles_[m]].force[a] -=
             2.0 * this->linksPerLink_ * Elasticity::weight(this->limits_[m]) * pull;
+          if (this->swells())
+          {
+            // Both ends pull along the link as their own spin has it (swelling.clh).
+            const int direction = this->directions_[m];
+            const double way = (direction % 2 == 0 ? -1.0 : 1.0) / spins->proportions.s[direction / 2];
+            results[this->handles_[m]].force[a] -=
+              this->linksPerLink_ * way *
+              (static_cast<double>(this->shares_[m][0]) * ti[m] * armOf(&si[3 * m], direction / 2, a) +
+                static_cast<double>(this->shares_[m][1]) * tj[m] * armOf(&sj[3 * m], direction / 2, a));
+          }
         }
       }
     }
@@ -92,9 +110,47 @@ public:
     this->outer_.clear();
     this->limits_.clear();
     this->directions_.clear();
+    this->shares_.clear();
   }
 
 private:
+  bool swells() const { return this->bricks_.spins() && this->bricks_.spins()->swell(); }
+
+  /// Notes which shares of a link's strain lie in the halves of its two ends.
+  void addShares(const Index3& at, const Index3& next)
+  {
+    const float own = this->meanOf(at);
+    const float other = this->meanOf(next);
+    const bool counts = own > 0.0f && other > 0.0f;
+    this->shares_.push_back({ counts ? own / (own + other) : 0.0f, counts ? other / (own + other) : 0.0f });
+  }
+
+  /// One constraint for an element, as meanConstraint() of swelling.clh.
+  float meanOf(const Index3& at) const
+  {
+    const int axes = this->bricks_.model().axes();
+    float c[3];
+    this->bricks_.row(at[0], at[1], at[2], 1, c);
+    float sum = 0.0f;
+    for (int a = 0; a < axes; ++a)
+    {
+      if (c[a] == 0.0f)
+      {
+        return 0.0f;
+      }
+      sum += std::fabs(c[a]);
+    }
+    return sum / static_cast<float>(axes);
+  }
+
+  /// One part of where a spin turns the unit vector along an axis.
+  static double armOf(const float* spin, int along, int axis)
+  {
+    float turned[3];
+    rule::single::turnedAxis(spin, along, turned);
+    return turned[axis] + (axis == along ? 1.0 : 0.0);
+  }
+
   float constraintOf(const Index3& at) const
   {
     float c[3];
@@ -111,6 +167,7 @@ private:
   std::vector<std::uint32_t> outer_;
   std::vector<float> limits_;
   std::vector<int> directions_; ///< from inner_ to outer_
+  std::vector<std::array<float, 2>> shares_; ///< where tissue resists swelling
 };
 
 }
@@ -296,6 +353,7 @@ void Readout::addForces(std::vector<ProbeResult>& results, const Handles& handle
   const Elasticity& elasticity) const
 {
   constexpr std::size_t linksPerTransfer = std::size_t(1) << 20;
+  updateTensionAround(this->bricks_, this->bricks_.touchedSlots(), nullptr);
   const int axes = this->bricks_.model().axes();
   for (int component = 0; component < axes; ++component)
   {

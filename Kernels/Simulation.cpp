@@ -18,16 +18,35 @@
 namespace chainmail
 {
 
+namespace
+{
+
+Turning turningOf(const Settings& settings)
+{
+  if (!(settings.poissonRatio >= 0.0 && settings.poissonRatio <= 0.49))
+  {
+    throw InputError("Poisson's ratio must be a number from 0 to 0.49.");
+  }
+  if (settings.poissonRatio != 0.0 && !settings.rotations)
+  {
+    throw InputError("A Poisson's ratio other than 0 needs rotations.");
+  }
+  return { settings.rotations, settings.poissonRatio };
+}
+
+}
+
 class Simulation::Impl
 {
 public:
   Impl(std::shared_ptr<const Model> model, const Settings& settings)
     : model_(std::move(model))
     , context_(Context::of(settings.device))
-    , voxels_(this->context_, this->model_, settings.brickSize, settings.rotations && settings.modelReduction == 1)
+    , voxels_(this->context_, this->model_, settings.brickSize,
+        settings.modelReduction == 1 ? turningOf(settings) : Turning())
     , reduction_(settings.modelReduction == 1
                    ? nullptr
-                   : new ModelReduction(this->voxels_, settings.modelReduction, settings.rotations))
+                   : new ModelReduction(this->voxels_, settings.modelReduction, turningOf(settings)))
     , bricks_(this->reduction_ ? this->reduction_->bricks() : this->voxels_)
     , readout_(this->voxels_, this->bricks_, this->reduction_.get())
     , handles_(this->bricks_, [this](const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)

@@ -39,6 +39,12 @@ namespace chainmail
 /// has settled a little. Angles are below 180 degrees. Calls for Timestamp, Paper or an elastic recovery other than 1
 /// throw InputError.
 ///
+/// With Settings::poissonRatio n as well tissue resists changing its volume: an element i costs n / (1 - 2 n) v / D(i)
+/// d^2 more, with d its swelling. That is the sum over its links of what these are stretched by along R x, as a fraction
+/// of |x|, times D(i) / (D(i) + D(j)), the share of a stretch that lies in its own half. Links to rigid elements do not
+/// count. Small strains of tissue of one kind cost what Hooke's law says of a shear modulus of 1 / D. A propagation is as
+/// without, and so are limits.
+///
 /// Errors are exceptions of Error.h. Every call that needs the device may throw DeviceError or MemoryError; after that
 /// only the destructor may be called. After InputError the state is as before the call. Every call that reports
 /// progress may throw Aborted; the tissue is then at rest with all probes released, except after resample(), which
@@ -49,7 +55,7 @@ public:
   /// Called with the share that is done, 0 to 1. Returning false stops the call, which then throws Aborted.
   using Progress = std::function<bool(double)>;
 
-  /// Throws InputError where a setting cannot be used, or where the model is divided into bodies (Joints) and is to be
+  /// Throws InputError where a setting cannot be used, Poisson's ratio without rotations among them, or where the model is divided into bodies (Joints) and is to be
   /// reduced, which would make them one again; and DeviceError where there is no such device.
   Simulation(std::shared_ptr<const Model> model, const Settings& settings);
   ~Simulation();

@@ -25,11 +25,13 @@ Index3 sizeOr(const Index3& wanted, const DeviceInfo& device)
 
 }
 
-Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize, bool turning)
+Bricks::Bricks(
+  std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize, const Turning& turning)
   : BrickTable(model->grid(), sizeOr(brickSize, context->info()))
   , context_(std::move(context))
   , model_(std::move(model))
   , links_(*this)
+  , turning_(turning)
 {
   this->status_.assign(this->table_.size(), Status::Air);
   for (int k = 0; k < this->counts_[2]; ++k)
@@ -53,15 +55,18 @@ Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> mo
   {
     this->context_->write(this->constraint, sizeof(float) * a * this->tissuePitch(), air);
   }
-  if (turning)
+  if (turning.on)
   {
     this->spins_ = std::make_unique<Spins>();
     const Vector3& spacing = this->model_->grid().spacing;
     const double mean = std::cbrt(spacing[0] * spacing[1] * spacing[2]);
-    for (int a = 0; a < 4; ++a)
+    for (int a = 0; a < 3; ++a)
     {
-      this->spins_->proportions.s[a] = a < 3 ? static_cast<float>(spacing[a] / mean) : 0.0f;
+      this->spins_->proportions.s[a] = static_cast<float>(spacing[a] / mean);
     }
+    this->spins_->proportions.s[3] =
+      static_cast<float>(2.0 * turning.poissonRatio / (1.0 - 2.0 * turning.poissonRatio));
+    this->spins_->spin.runs = this->spins_->swell() ? 4 : 3;
     this->keep(this->spins_->spin);
   }
 }
@@ -411,7 +416,7 @@ void Bricks::clearDisplacements()
   if (this->spins_)
   {
     this->context_->queue().enqueueFillBuffer(
-      this->spins_->spin.buffer, cl_float(0), 0, sizeof(float) * 3 * this->pitch());
+      this->spins_->spin.buffer, cl_float(0), 0, sizeof(float) * this->spins_->spin.runs * this->pitch());
   }
   this->context_->queue().finish();
   std::fill(this->touched_.begin(), this->touched_.end(), 0);

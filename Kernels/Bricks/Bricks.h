@@ -25,11 +25,21 @@ struct Field
   cl::Buffer buffer{};
 };
 
-/// The rotations of elements and bones, where they have any (spin.clh).
+/// Whether elements turn and, where they do, how far they resist changes of volume.
+struct Turning
+{
+  bool on = false;
+  double poissonRatio = 0.0; ///< [0, 0.5)
+};
+
+/// The rotations of elements and bones, where they have any (spin.clh), and the tension of elements, where Poisson's
+/// ratio is not 0 (swelling.clh).
 struct Spins
 {
   Field spin{ 3, sizeof(float), "the rotations of the tissue reached" };
-  cl_float4 proportions; ///< the spacing, divided by the geometric mean of that of the three axes
+  cl_float4 proportions; ///< the spacing, divided by the geometric mean of that of the three axes, and 2 kappa
+
+  bool swell() const { return this->proportions.s[3] > 0.0f; }
 
   /// What elements of these two spins, of 3 values each, want u(j) - u(i) to be on an axis, as a fraction of the
   /// spacing, where element j lies beside element i in this direction.
@@ -52,8 +62,9 @@ struct Spins
 class Bricks : public BrickTable
 {
 public:
-  /// With `turning` elements have spins.
-  Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize, bool turning = false);
+  /// Where they turn elements have spins.
+  Bricks(
+    std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize, const Turning& turning = {});
   Bricks(const Bricks&) = delete;
   Bricks& operator=(const Bricks&) = delete;
 
@@ -115,9 +126,14 @@ public:
 
   /// The spins of all elements; null where elements do not turn.
   const Spins* spins() const { return this->spins_.get(); }
+  const Turning& turning() const { return this->turning_; }
+  /// The -D options of kernels that include swelling.clh.
+  std::string ofSwelling() const { return this->spins_ && this->spins_->swell() ? " -DSWELLING" : ""; }
   /// Sets or gives the spins of single elements, 3 interleaved values each. They must turn.
   void setSpins(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
   std::vector<float> spinsAt(const std::vector<std::uint32_t>& addresses);
+  /// The tension of single elements, where they have any.
+  std::vector<float> tensionsAt(const std::vector<std::uint32_t>& addresses);
 
   /// Saves the displacements as the state before a wave, or goes back to that state.
   void saveBefore();
@@ -298,6 +314,7 @@ private:
   std::vector<char> touched_;                  ///< for each slot with a state
   Links links_;
   Field before_{ 3, sizeof(float), "the displacement before a wave" };
+  Turning turning_;
   std::unique_ptr<Spins> spins_;
   std::vector<Field*> fields_; ///< the fields that keep() was called for
   cl::Buffer tableBuffer_;

@@ -49,12 +49,23 @@ std::vector<float> Bricks::displacements(const std::vector<std::uint32_t>& addre
 
 void Bricks::setSpins(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
 {
-  this->set(this->spins_->spin, addresses, values);
+  this->set(this->spins_->spin.buffer, this->pitch(), 3, addresses, values);
 }
 
 std::vector<float> Bricks::spinsAt(const std::vector<std::uint32_t>& addresses)
 {
   return this->get(this->spins_->spin.buffer, this->pitch(), 3, addresses);
+}
+
+std::vector<float> Bricks::tensionsAt(const std::vector<std::uint32_t>& addresses)
+{
+  const std::vector<float> spins = this->get(this->spins_->spin.buffer, this->pitch(), 4, addresses);
+  std::vector<float> tensions(addresses.size());
+  for (std::size_t n = 0; n < tensions.size(); ++n)
+  {
+    tensions[n] = spins[4 * n + 3];
+  }
+  return tensions;
 }
 
 std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& addresses)

@@ -10,6 +10,8 @@
 #include "element.clh"
 #include "turning.clh"
 
+#include "swelling.clh"
+
 #define FIGURES 15
 
 kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, global const float* displacement,
@@ -85,6 +87,13 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
         low[axis] = min(low[axis], u);
         high[axis] = max(high[axis], u);
       }
+#ifdef SWELLING
+      // This energy has no axis of its own. That of links is halved below.
+      real bulk;
+      const real swelling = swellingAt(
+        s.odd, &s, &state, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk);
+      energy[0] += bulk * swelling * swelling * (1.0f / proportions.x);
+#endif
       if (SOME(displaced))
       {
         firstRow[0] = min(firstRow[0], (float)s.j);

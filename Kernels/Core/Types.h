@@ -21,6 +21,7 @@ struct Settings
   Index3 brickSize{ 0, 0,
     0 }; ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
   bool rotations = false; ///< whether tissue and rigid clusters turn, see Simulation
+  double poissonRatio = 0.0; ///< how far tissue that turns goes aside where it is squeezed, [0, 0.49], see Simulation
   int modelReduction = 1; ///< 1, 2, 4 or 8: voxels per element along each axis, see Simulation
 };
 

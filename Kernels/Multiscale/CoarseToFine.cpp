@@ -54,7 +54,7 @@ public:
   explicit Level(Bricks& finer)
     : finer_(finer)
     , model_(coarserModel(finer))
-    , bricks_(finer.sharedContext(), this->model_, finer.size(), finer.spins() != nullptr)
+    , bricks_(finer.sharedContext(), this->model_, finer.size(), finer.turning())
     , propagation_(this->bricks_)
     , feasibility_(this->bricks_)
     , relaxation_(this->bricks_)

@@ -32,7 +32,7 @@ Index3 factorsFor(const Grid& whole, int factor)
 
 }
 
-ModelReduction::ModelReduction(Bricks& whole, int factor, bool turning)
+ModelReduction::ModelReduction(Bricks& whole, int factor, const Turning& turning)
   : whole_(whole)
   , factor_(factorsFor(whole.model().grid(), factor))
   , bricks_(whole.sharedContext(), reducedModel(whole, this->factor_, this->apart_), whole.size(), turning)

@@ -26,8 +26,8 @@ class ModelReduction
 {
 public:
   /// Makes the elements for `factor` (2, 4 or 8) voxels of `whole` per axis, or one on an axis with a single voxel.
-  /// With `turning` these elements have spins.
-  ModelReduction(Bricks& whole, int factor, bool turning);
+  /// Where they turn these elements have spins.
+  ModelReduction(Bricks& whole, int factor, const Turning& turning);
   ~ModelReduction();
 
   /// The number of voxels per element along an axis with more than one voxel.

@@ -1,6 +1,7 @@
 #include "ActiveConstraints.h"
 
 #include "Components.h"
+#include "ElementRule.h"
 
 #include <algorithm>
 #include <array>
@@ -23,6 +24,12 @@ struct Patch
   /// Where elements turn: what the ends of those links want u(next) - u to be, on each axis (turning.clh).
   std::vector<std::array<float, 3>> wanted[3];
   Vector3 weights{ 1.0, 1.0, 1.0 }; ///< factors for the weights of links along each axis
+  /// Where they resist swelling (swelling.clh): the tension of elements, what swelling costs them and, on each axis,
+  /// their swelling where u(next) - u, and u - u(previous), is 1.
+  std::vector<float> tension;
+  std::vector<float> bulk;
+  std::vector<std::array<std::array<float, 2>, 3>> swelling[3];
+  Vector3 scale{ 1.0, 1.0, 1.0 }; ///< the spacing, in mean spacings
 
   static constexpr std::uint32_t none = ~std::uint32_t(0);
   std::size_t size() const { return this->voxels.size(); }
@@ -35,7 +42,12 @@ struct PatchAxis
   const std::vector<float>& c;
   const std::vector<std::array<float, 3>>& wanted;
   std::vector<float>& u;
+  int number; ///< of the axis
+  std::vector<float> tension; ///< as far as groups have moved along this axis
 };
+
+/// The three axes move side by side, and the square of a sum of three is at most three times the sum of their squares.
+constexpr double axesAtOnce = 3.0;
 
 /// A link from element n to m.
 struct Link
@@ -45,6 +57,8 @@ struct Link
   float limit;
   double weight;
   float wanted; ///< what its ends want u(m) - u(n) to be
+  double swellsN; ///< how n swells where u(m) - u(n) is 1,
+  double swellsM; ///< and m
 };
 
 /// Calls f(link) for every link, in the order of voxels.
@@ -58,8 +72,14 @@ template <typename F> void forLinks(const PatchAxis& axis, F&& f)
       if (m != Patch::none && !std::isinf(axis.c[n]) && !std::isinf(axis.c[m]))
       {
         const float limit = rule::linkLimit(axis.c[n], axis.c[m]);
-        f(Link{ n, m, limit, axis.patch.weights[along] * Elasticity::weight(limit),
-          axis.wanted.empty() ? 0.0f : axis.wanted[n][along] });
+        Link link{ n, m, limit, axis.patch.weights[along] * Elasticity::weight(limit),
+          axis.wanted.empty() ? 0.0f : axis.wanted[n][along], 0.0, 0.0 };
+        if (!axis.tension.empty())
+        {
+          link.swellsN = axis.patch.swelling[axis.number][n][along][0];
+          link.swellsM = axis.patch.swelling[axis.number][m][along][1];
+        }
+        f(link);
       }
     }
   }
@@ -146,6 +166,56 @@ void readSpins(Bricks& bricks, Patch& patch)
   }
 }
 
+/// Reads what elements that resist swelling do where they move. Tension is up to date, as relaxation has seen to it.
+void readSwelling(Bricks& bricks, Patch& patch)
+{
+  const Spins& all = *bricks.spins();
+  const std::size_t axes = static_cast<std::size_t>(bricks.model().axes());
+  patch.tension = bricks.tensionsAt(patch.addresses);
+  std::vector<float> soft(patch.size());
+  for (std::size_t n = 0; n < patch.size(); ++n)
+  {
+    float sum = 0.0f;
+    bool isSoft = true;
+    for (std::size_t a = 0; a < axes; ++a)
+    {
+      const float c = std::fabs(patch.c[a][n]);
+      sum += c;
+      isSoft = isSoft && c > 0.0f && !std::isinf(c);
+    }
+    soft[n] = isSoft ? sum / static_cast<float>(axes) : 0.0f;
+    patch.bulk.push_back(isSoft ? static_cast<float>(all.proportions.s[3] * Elasticity::weight(soft[n])) : 0.0f);
+  }
+  const std::vector<float> spins = bricks.spinsAt(patch.addresses);
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    patch.scale[axis] = all.proportions.s[axis];
+    patch.swelling[axis].resize(patch.size());
+  }
+  for (std::size_t n = 0; n < patch.size(); ++n)
+  {
+    for (int along = 0; along < 3; ++along)
+    {
+      const std::uint32_t m = patch.next[n][along];
+      if (m == Patch::none || soft[n] == 0.0f || soft[m] == 0.0f)
+      {
+        continue;
+      }
+      float ofN[3];
+      float ofM[3];
+      rule::single::turnedAxis(&spins[3 * n], along, ofN);
+      rule::single::turnedAxis(&spins[3 * static_cast<std::size_t>(m)], along, ofM);
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        const float own = axis == along ? 1.0f : 0.0f;
+        const float ratio = all.proportions.s[axis] / all.proportions.s[along] / (soft[n] + soft[m]);
+        patch.swelling[axis][n][along][0] = soft[n] * ratio * (ofN[axis] + own);
+        patch.swelling[axis][m][along][1] = soft[m] * ratio * (ofM[axis] + own);
+      }
+    }
+  }
+}
+
 /// Reads the ends of links at their limits, the rigid clusters that these belong to, and all elements around both.
 Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
 {
@@ -213,6 +283,10 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
   if (bricks.spins())
   {
     readSpins(bricks, patch);
+    if (bricks.spins()->swell())
+    {
+      readSwelling(bricks, patch);
+    }
   }
   return patch;
 }
@@ -258,7 +332,13 @@ std::vector<Pull> pullsAt(const PatchAxis& axis, const Elasticity& elasticity, D
     {
       const std::size_t n = units.root(link.n);
       const std::size_t m = units.root(link.m);
-      const double force = link.weight * elasticity.pull(axis.u[link.n], axis.u[link.m] - link.wanted, link.limit);
+      double force = link.weight * elasticity.pull(axis.u[link.n], axis.u[link.m] - link.wanted, link.limit);
+      if (!axis.tension.empty())
+      {
+        const double scale = axis.patch.scale[axis.number];
+        force +=
+          0.5 / (scale * scale) * (axis.tension[link.n] * link.swellsN + axis.tension[link.m] * link.swellsM);
+      }
       if (n != m)
       {
         pulls[n].weight += link.weight;
@@ -309,9 +389,42 @@ struct Group
     double weight;
     float wanted; ///< what its ends want u(outer) - u(inner) to be
   };
+  struct Swelling
+  {
+    std::uint32_t element;
+    double byMove; ///< how it swells where the group moves by 1
+  };
   std::vector<std::uint32_t> members;
   std::vector<Outgoing> outgoing; ///< links that lead out of the group
+  std::vector<Swelling> swelling; ///< elements at the ends of these, where there is tension, in no order
 };
+
+/// Adds how the ends of a link swell where u(m) - u(n) grows by so much.
+void addSwelling(Group& group, const Link& link, double stretch)
+{
+  if (link.swellsN != 0.0 || link.swellsM != 0.0)
+  {
+    group.swelling.push_back({ static_cast<std::uint32_t>(link.n), stretch * link.swellsN });
+    group.swelling.push_back({ static_cast<std::uint32_t>(link.m), stretch * link.swellsM });
+  }
+}
+
+/// Leaves one entry for each element.
+void sumUp(std::vector<Group::Swelling>& all)
+{
+  std::stable_sort(all.begin(), all.end(),
+    [](const Group::Swelling& a, const Group::Swelling& b) { return a.element < b.element; });
+  std::vector<Group::Swelling> sums;
+  for (const Group::Swelling& one : all)
+  {
+    if (sums.empty() || sums.back().element != one.element)
+    {
+      sums.push_back({ one.element, 0.0 });
+    }
+    sums.back().byMove += one.byMove;
+  }
+  all = std::move(sums);
+}
 
 /// The blocked groups, with their members and links in the order of voxels.
 std::vector<Group> groupsOf(const PatchAxis& axis, DisjointSets& units, DisjointSets& groups)
@@ -350,18 +463,25 @@ std::vector<Group> groupsOf(const PatchAxis& axis, DisjointSets& units, Disjoint
       if (a != b && idOf[a] >= 0)
       {
         found[idOf[a]].outgoing.push_back({ n, m, link.limit, link.weight, link.wanted });
+        addSwelling(found[idOf[a]], link, -1.0);
       }
       if (a != b && idOf[b] >= 0)
       {
         found[idOf[b]].outgoing.push_back({ m, n, link.limit, link.weight, -link.wanted });
+        addSwelling(found[idOf[b]], link, 1.0);
       }
     });
+  for (Group& group : found)
+  {
+    sumUp(group.swelling);
+  }
   return found;
 }
 
 /// Moves one group and returns how far it went.
-float moveGroup(const Group& group, std::vector<float>& u, const Elasticity& elasticity, float still)
+float moveGroup(const Group& group, PatchAxis& axis, const Elasticity& elasticity, float still)
 {
+  std::vector<float>& u = axis.u;
   double weight = 0.0;
   double force = 0.0;
   float lower = -std::numeric_limits<float>::infinity();
@@ -374,6 +494,12 @@ float moveGroup(const Group& group, std::vector<float>& u, const Elasticity& ela
     lower = std::max(lower, outer - link.limit - u[link.inner]);
     upper = std::min(upper, outer + link.limit - u[link.inner]);
   }
+  const double scale = 0.5 / (axis.patch.scale[axis.number] * axis.patch.scale[axis.number]);
+  for (const Group::Swelling& swelling : group.swelling)
+  {
+    force -= scale * axis.tension[swelling.element] * swelling.byMove;
+    weight += scale * axesAtOnce * axis.patch.bulk[swelling.element] * swelling.byMove * swelling.byMove;
+  }
   const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
   const float way = std::min(std::max(wanted, lower), upper);
   // A group never goes against its pull: where rounding leaves its box empty it stays.
@@ -385,11 +511,16 @@ float moveGroup(const Group& group, std::vector<float>& u, const Elasticity& ela
   {
     u[n] += way;
   }
+  for (const Group::Swelling& swelling : group.swelling)
+  {
+    axis.tension[swelling.element] +=
+      static_cast<float>(axesAtOnce * axis.patch.bulk[swelling.element] * swelling.byMove * way);
+  }
   return std::fabs(way);
 }
 
 /// Moves the blocked groups of one axis and returns the largest move.
-float moveAxis(const PatchAxis& axis, const Elasticity& elasticity, float still)
+float moveAxis(PatchAxis axis, const Elasticity& elasticity, float still)
 {
   DisjointSets units = unitsOf(axis);
   const std::vector<Pull> pulls = pullsAt(axis, elasticity, units);
@@ -401,7 +532,7 @@ float moveAxis(const PatchAxis& axis, const Elasticity& elasticity, float still)
   float largest = 0.0f;
   for (const Group& group : groupsOf(axis, units, groups))
   {
-    largest = std::max(largest, moveGroup(group, axis.u, elasticity, still));
+    largest = std::max(largest, moveGroup(group, axis, elasticity, still));
   }
   return largest;
 }
@@ -419,7 +550,8 @@ float moveBlockedGroups(
     [&](std::size_t a)
     {
       const std::vector<float>& c = patch.c[std::min<std::size_t>(a, bricks.model().axes() - 1)];
-      moves[a] = moveAxis({ patch, c, patch.wanted[a], patch.u[a] }, elasticity, still);
+      moves[a] =
+        moveAxis({ patch, c, patch.wanted[a], patch.u[a], static_cast<int>(a), patch.tension }, elasticity, still);
     });
 
   std::vector<std::uint32_t> addresses;

@@ -61,9 +61,9 @@ void Relaxation::relaxColour(
   const std::string defines = this->bricks_.defines(true) + elasticity.defines() + (waves ? " -DWAVES" : "");
   if (this->bricks_.spins())
   {
-    context.launch(context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
-      this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), omega, still, this->bricks_.layout(),
-      this->bricks_.state(), this->bricks_.spins());
+    context.launch(context.kernel("turn.cl", defines + this->bricks_.ofSwelling(), "relaxTurning"),
+      this->schedule_.groups(), this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), omega,
+      still, this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins());
     return;
   }
   context.launch(context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(), this->bricks_.workItems(true),

@@ -1,5 +1,6 @@
 #include "SweepSchedule.h"
 
+#include "Swelling.h"
 #include "sweepaccount.clh"
 
 #include <algorithm>
@@ -68,6 +69,7 @@ void SweepSchedule::begin(Bodies bodies)
     this->activity_[slot][SWEEP_NOTED] = -1;
   }
   this->makeReady(this->bricks_.slotsAround(touched));
+  updateTensionAround(this->bricks_, touched, &this->activity());
 }
 
 void SweepSchedule::beginBatch(int sweeps)
@@ -195,12 +197,20 @@ void SweepSchedule::note(const std::vector<int>& bricks)
   }
   this->activity_.fromDevice(this->bricks_.context());
   this->fit();
+  std::vector<int> slots;
   for (const int brick : bricks)
   {
-    this->bricks_.touch(this->bricks_.slot(brick));
-    this->activity_[this->bricks_.slot(brick)][SWEEP_NOTED] = this->sweep_ - 1;
+    slots.push_back(this->bricks_.slot(brick));
+    this->bricks_.touch(slots.back());
+    this->activity_[slots.back()][SWEEP_NOTED] = this->sweep_ - 1;
   }
-  this->activity_.toDevice(this->bricks_.context());
+  if (this->bricks_.ofSwelling().empty())
+  {
+    this->activity_.toDevice(this->bricks_.context());
+    return;
+  }
+  this->makeReady(this->bricks_.slotsAround(slots));
+  updateTensionAround(this->bricks_, slots, &this->activity());
 }
 
 void SweepSchedule::touch()

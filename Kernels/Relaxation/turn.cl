@@ -8,6 +8,10 @@
 // links of a grid, with W = V / (h^2 D), V the volume of an element and h the length of the link. It costs nothing to
 // turn tissue as a whole. Where nothing turns and elements are cubes it is the energy of relax.cl.
 //
+// With SWELLING what swelling.clh says adds to E. Then a move changes the swelling of all six neighbours, which are
+// neighbours of five further elements of this colour, and the square of a sum of six is at most six times the sum of
+// their squares: counted so, each element lowers E by itself.
+//
 // The limits of links hold for the strain, |u(j) - u(i) - wanted| <= D, on every axis of the grid.
 //
 // The host guarantees what it does for relax.cl.
@@ -22,12 +26,21 @@
 #include "sweep.clh"
 #include "turning.clh"
 
+#include "swelling.clh"
+
 typedef struct
 {
   real limit[6][AXES];
   real weight[6][AXES]; // by limit alone
   real gap[6][3];       // u(j) - u(i), less half of what the neighbour's spin wants that to be
   real pull[3][3];      // for each axis, the difference of weight * (u(j) - u(i)) of its two links
+#ifdef SWELLING
+  real bulk;        // what swelling costs the element
+  real share[6];    // of the strain of each link, what counts as swelling
+  real reach[3][3]; // as pull, of share * (u(j) - u(i))
+  real tug[3];      // what the tension of neighbours pulls with [mean spacings]
+  real load[3];     // the weight of their swelling
+#endif
 } TurningLinks;
 
 // What a spin adds to each of the three axes.
@@ -40,10 +53,120 @@ RULE void axesTurned(const real* spin, real out[3][3])
   }
 }
 
+#ifdef SWELLING
+// Adds the neighbour in direction d: its place less u(i), and what its spin adds to the axis of the link.
+RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const real* apart, const real* theirs, uint pitch,
+  uint tissuePitch, global const float* constraint, global const uchar* cut, TurningLinks* links SPIN_ARGUMENTS)
+{
+  const int a = d / 2;
+  const real other = meanBeside(odd, s, tissuePitch, constraint, cut, d);
+  const real theirShare = shareOf(other, soft) * (d & 1 ? 1.0f : -1.0f) * (1.0f / proportion(proportions, a));
+  const real tension = 0.5f * theirShare * neighbour(spin + 3 * pitch, s, d, odd);
+  const real load = 3.0f * bulkOf(other, proportions) * theirShare * theirShare;
+  real arm[3], size[3];
+  UNROLL
+  for (int b = 0; b < 3; ++b)
+  {
+    arm[b] = a == b ? theirs[b] + 1.0f : theirs[b];
+    size[b] = fabs(arm[b]);
+  }
+  links->share[d] = shareOf(soft, other);
+  UNROLL
+  for (int b = 0; b < 3; ++b)
+  {
+    const real reach = links->share[d] * apart[b];
+    const real more = load * size[b] * (size[0] + size[1] + size[2]);
+    links->reach[a][b] = d & 1 ? reach + links->reach[a][b] : -reach;
+    links->tug[b] = d == 0 ? tension * arm[b] : tension * arm[b] + links->tug[b];
+    links->load[b] = d == 0 ? more : more + links->load[b];
+  }
+}
+
+// How far the halves of an element's links along each axis a are stretched along each of its turned axes b, [b][a], as a
+// fraction of their length. `mine` is what its spin adds to the three axes.
+RULE void stretchOf(const TurningLinks* links, real mine[3][3], float4 proportions, real out[3][3])
+{
+  UNROLL
+  for (int a = 0; a < 3; ++a)
+  {
+    real along[3];
+    UNROLL
+    for (int b = 0; b < 3; ++b)
+    {
+      const float ratio = proportion(proportions, b) / proportion(proportions, a);
+      along[b] = ratio * links->reach[a][b] - (links->share[2 * a] + links->share[2 * a + 1]) * mine[a][b];
+    }
+    UNROLL
+    for (int b = 0; b < 3; ++b)
+    {
+      out[b][a] = along[b] + (mine[b][0] * along[0] + mine[b][1] * along[1] + mine[b][2] * along[2]);
+    }
+  }
+}
+
+// The tension of an element.
+RULE real tensionOf(const TurningLinks* links, real mine[3][3], float4 proportions)
+{
+  real stretch[3][3];
+  stretchOf(links, mine, proportions, stretch);
+  return links->bulk * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
+}
+
+// By how much its swelling falls where an element moves along each axis of the grid [1 / mean spacing]: 0 where links of
+// both sides are alike.
+RULE void lopsided(const TurningLinks* links, real mine[3][3], float4 proportions, real* out)
+{
+  UNROLL
+  for (int b = 0; b < 3; ++b)
+  {
+    out[b] = (links->share[2 * b + 1] - links->share[2 * b]) * (1.0f / proportion(proportions, b));
+    UNROLL
+    for (int a = 0; a < 3; ++a)
+    {
+      const real more = (links->share[2 * a + 1] - links->share[2 * a]) * (1.0f / proportion(proportions, a));
+      out[b] += more * mine[a][b];
+    }
+  }
+}
+
+// Adds what swelling has to say about a rotation, to the torque and stiffness of links: linear terms alone. Returns the
+// weight that bounds what is of second order.
+RULE void torqueOfSwelling(const TurningLinks* links, real mine[3][3], float4 proportions, real* stiffness,
+  real torque[3][3], real* twist, real* arms)
+{
+  real stretch[3][3];
+  stretchOf(links, mine, proportions, stretch);
+  const real tension = links->bulk * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
+  *arms = (real)(0.0f);
+  UNROLL
+  for (int a = 0; a < 3; ++a)
+  {
+    const real both = links->share[2 * a] + links->share[2 * a + 1];
+    stiffness[a] -= tension * both;
+    UNROLL
+    for (int b = 0; b < 3; ++b)
+    {
+      torque[b][a] -= tension * stretch[b][a];
+      *arms += a == b ? both + fabs(stretch[b][a]) : fabs(stretch[b][a]);
+    }
+  }
+  UNROLL
+  for (int c = 0; c < 3; ++c)
+  {
+    const int a = (c + 1) % 3, b = (c + 2) % 3;
+    twist[c] = stretch[b][a] - stretch[a][b];
+  }
+}
+#endif
+
 RULE void loadTurningLinks(const int odd, const Site* s, const real* c, const real* u, uint pitch, uint tissuePitch,
   global const float* displacement, global const float* constraint, global const uchar* cut,
   TurningLinks* links SPIN_ARGUMENTS)
 {
+#ifdef SWELLING
+  const real soft = meanConstraint(c);
+  links->bulk = bulkOf(soft, proportions);
+#endif
   UNROLL
   for (int d = 0; d < 6; ++d)
   {
@@ -61,6 +184,9 @@ RULE void loadTurningLinks(const int odd, const Site* s, const real* c, const re
       other[axis] = neighbour(spin + axis * pitch, s, d, odd);
     }
     turnedAxis(other, a, theirs);
+#ifdef SWELLING
+    real aparts[3];
+#endif
     UNROLL
     for (int b = 0; b < 3; ++b)
     {
@@ -69,7 +195,13 @@ RULE void loadTurningLinks(const int odd, const Site* s, const real* c, const re
       const real weight = links->weight[d][min(b, AXES - 1)];
       links->gap[d][b] = apart - (d & 1 ? 0.5f : -0.5f) * ratio * theirs[b];
       links->pull[a][b] = d & 1 ? weight * apart + links->pull[a][b] : -weight * apart;
+#ifdef SWELLING
+      aparts[b] = apart;
+#endif
     }
+#ifdef SWELLING
+    loadSwelling(odd, s, soft, d, aparts, theirs, pitch, tissuePitch, constraint, cut, links SPIN_PASSED_ON);
+#endif
   }
 }
 
@@ -77,6 +209,10 @@ RULE void loadTurningLinks(const int odd, const Site* s, const real* c, const re
 // Newton. `mine` is what its spin adds to the three axes. Where constraints are the same for all axes, a rotation s
 // changes the energy by (s H s / 2 - moment s) / (1 + s^2 / 4), and adding what its rows have beside its diagonal to
 // that of H makes sure that the energy falls; else H is an upper bound.
+//
+// With SWELLING a rotation changes the swelling by x = (twist s - s Q s / 2) / (1 + s^2 / 4), of which the energy has
+// tension x + bulk x^2 / 2. The first term is of the same form as that of links. The second one is at most bulk times
+// (twist s)^2 + (s Q s)^2 / 4, no row of Q is more than `arms`, and s is no longer than it is without this term.
 RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proportions, real* rotation)
 {
   real stiffness[3], arms[3][3];
@@ -105,6 +241,10 @@ RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proporti
       torque[b][a] = arms[b][0] * pull[0] + arms[b][1] * pull[1] + arms[b][2] * pull[2];
     }
   }
+#ifdef SWELLING
+  real twist[3], reachOfAxes, moments[3], inertias[3];
+  torqueOfSwelling(links, mine, proportions, stiffness, torque, twist, &reachOfAxes);
+#endif
   UNROLL
   for (int c = 0; c < 3; ++c)
   {
@@ -114,7 +254,22 @@ RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proporti
     const real inertia = stiffness[a] + stiffness[b] + torque[a][a] + torque[b][b] + 0.5f * coupling;
     const real size = max(inertia, fabs(moment)); // at most about a radian
     rotation[c] = select((real)(0.0f), moment / size, size > 0.0f);
+#ifdef SWELLING
+    moments[c] = moment;
+    inertias[c] = inertia;
+#endif
   }
+#ifdef SWELLING
+  const real square = rotation[0] * rotation[0] + rotation[1] * rotation[1] + rotation[2] * rotation[2];
+  const real twists = fabs(twist[0]) + fabs(twist[1]) + fabs(twist[2]);
+  UNROLL
+  for (int c = 0; c < 3; ++c)
+  {
+    const real more = links->bulk * (2.0f * fabs(twist[c]) * twists + 0.5f * reachOfAxes * reachOfAxes * square);
+    const real size = max(inertias[c] + more, fabs(moments[c]));
+    rotation[c] = select((real)(0.0f), moments[c] / size, size > 0.0f);
+  }
+#endif
 }
 
 // By how much a link would be strained on an axis if the element's spin added `mine` to the axes of the grid. That is
@@ -128,6 +283,9 @@ RULE real strainOf(const TurningLinks* links, real mine[3][3], int d, int axis, 
 typedef struct
 {
   real weight[AXES]; // sum of W
+#ifdef SWELLING
+  real load[3];      // what swelling adds to that
+#endif
   real pull[3];      // sum of W * strain
   real room;         // how far the element may move at least, whichever way; negative where a link is beyond its limit
 } TurningNeighbours;
@@ -157,6 +315,18 @@ RULE TurningNeighbours askNeighbours(const TurningLinks* links, real mine[3][3],
       all.room = min(all.room, links->limit[d][axis] - most[axis]);
     }
   }
+#ifdef SWELLING
+  real own[3];
+  lopsided(links, mine, proportions, own);
+  const real tension = tensionOf(links, mine, proportions);
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const real size = fabs(own[0]) + fabs(own[1]) + fabs(own[2]);
+    all.pull[axis] += (links->tug[axis] + 0.5f * tension * own[axis]) * (1.0f / proportion(proportions, axis));
+    all.load[axis] = links->load[axis] + 0.5f * links->bulk * fabs(own[axis]) * size;
+  }
+#endif
   return all;
 }
 
@@ -223,6 +393,27 @@ RULE void moveWithin(const TurningLinks* links, real mine[3][3], float4 proporti
 }
 #endif
 
+#ifdef SWELLING
+// Stores the tension of elements after a move. Where it changes, neighbours have to look at it: returns the faces.
+RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const real* move, uint pitch SPIN_ARGUMENTS)
+{
+  UNROLL
+  for (int m = 0; m < 9; ++m)
+  {
+    const int a = m / 3;
+    links->reach[a][m % 3] -= (links->share[2 * a + 1] - links->share[2 * a]) * move[m % 3];
+  }
+  const real next = tensionOf(links, mine, proportions);
+  global float* own = spin + 3 * pitch + s->self;
+  const mask changed = next != LOAD(own);
+  if (SOME(changed))
+  {
+    STORE(next, own);
+  }
+  return movedFaces(s, changed);
+}
+#endif
+
 // Relaxes one piece of work and returns the largest move. `odd`: see BY_PARITY.
 RULE float turnPiece(const int odd, const Site* s, float omega, float still, uint pitch, uint tissuePitch,
   global float* displacement, global const float* constraint, global const uchar* cut, int* faces SPIN_ARGUMENTS)
@@ -282,7 +473,11 @@ RULE float turnPiece(const int odd, const Site* s, float omega, float still, uin
   for (int axis = 0; axis < 3; ++axis)
   {
     const int which = min(axis, AXES - 1);
+#ifdef SWELLING
+    const real residual = all.pull[axis] * (1.0f / (all.weight[which] + all.load[axis]));
+#else
     const real residual = all.pull[axis] * (1.0f / all.weight[which]);
+#endif
     // An element without links does not move, as its residual compares false.
     move[axis] = select((real)(STAY), omega * residual, relaxes[which] & (fabs(residual) > still));
     far |= fabs(move[axis]) > all.room;
@@ -302,6 +497,9 @@ RULE float turnPiece(const int odd, const Site* s, float omega, float still, uin
     moved = max(moved, max(fabs(nextPlace[axis] - u[axis]), fabs(next[axis] - own[axis])));
   }
   const float largest = largestOf(moved);
+#ifdef SWELLING
+  *faces |= storeTension(s, &links, turnedTo, move, pitch SPIN_PASSED_ON);
+#endif
   if (largest > 0.0f)
   {
     UNROLL

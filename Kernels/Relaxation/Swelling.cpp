@@ -1,0 +1,40 @@
+#include "Swelling.h"
+
+namespace chainmail
+{
+
+void updateTensionAround(Bricks& bricks, const std::vector<int>& slots, const cl::Buffer* activity)
+{
+  if (bricks.ofSwelling().empty() || slots.empty())
+  {
+    return;
+  }
+  std::vector<int> around;
+  for (const int slot : bricks.slotsAround(slots))
+  {
+    around.push_back(bricks.brick(slot));
+  }
+  bricks.require(around); // which may give them other slots
+  std::vector<int> ready;
+  for (const int brick : around)
+  {
+    ready.push_back(bricks.slot(brick));
+  }
+  Context& context = bricks.context();
+  const cl::Buffer list = context.upload(ready, "the list of bricks");
+  const std::string defines = bricks.defines(true) + bricks.ofSwelling();
+  const std::size_t items = bricks.workItems(true);
+  if (activity)
+  {
+    context.launch(context.kernel("swelling.cl", defines + " -DNOTED", "swell"), ready.size(), items, list,
+      bricks.layout(), bricks.state(), bricks.spins(), *activity);
+  }
+  else
+  {
+    context.launch(context.kernel("swelling.cl", defines, "swell"), ready.size(), items, list, bricks.layout(),
+      bricks.state(), bricks.spins());
+  }
+  context.queue().finish();
+}
+
+}

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "Bricks.h"
+
+#include <vector>
+
+namespace chainmail
+{
+
+/// Brings the tension of elements (swelling.clh) up to date in these slots and beside them, which become ready: after
+/// anything but a relaxation has moved them. Does nothing where Poisson's ratio is 0. What is found is noted in the
+/// activity of a relaxation's sweeps (sweep.clh), where there is one. It must have a row for every slot.
+void updateTensionAround(Bricks& bricks, const std::vector<int>& slots, const cl::Buffer* activity);
+
+}

@@ -1,0 +1,45 @@
+// Brings the tension of elements up to date where something else than relaxation moved them. A relaxation does so by
+// itself.
+//
+// activity: see sweepaccount.clh, with NOTED. Elements with a tension, now or before, count as moved in it: what is beside
+// them has to have its turn.
+//
+// The host guarantees that all 26 neighbours of a listed brick have a slot (brick.clh), and that it has a state.
+
+#include "brick.clh"
+
+#include "element.clh"
+#include "sweepaccount.clh"
+#include "turning.clh"
+
+#include "swelling.clh"
+
+#ifdef NOTED
+#define NOTED_ARGUMENTS , global int *activity
+#else
+#define NOTED_ARGUMENTS
+#endif
+
+kernel void swell(global const int* list, LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint,
+  global const uchar* cut SPIN_ARGUMENTS NOTED_ARGUMENTS)
+{
+  const uint slot = list[get_group_id(0)];
+  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
+  {
+    const int colour = work / VECTORS;
+    const Site s = siteOf(slot, colour, work % VECTORS, pitch, table, place, strideY, strideZ);
+    real bulk;
+    const real swelling =
+      swellingAt(s.odd, &s, &s, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk);
+    const real next = bulk * swelling;
+    global float* own = spin + 3 * pitch + s.self;
+#ifdef NOTED
+    const int faces = movedFaces(&s, (next != 0.0f) | (LOAD(own) != 0.0f));
+    if (faces)
+    {
+      atomic_or(activity + SWEEP_ROW * slot + colour, faces);
+    }
+#endif
+    STORE(next, own);
+  }
+}
