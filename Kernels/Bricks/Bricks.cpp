@@ -66,7 +66,7 @@ Bricks::Bricks(
     }
     this->spins_->proportions.s[3] =
       static_cast<float>(2.0 * turning.poissonRatio / (1.0 - 2.0 * turning.poissonRatio));
-    this->spins_->spin.runs = this->spins_->swell() ? 4 : 3;
+    this->spins_->spin.runs = this->spins_->swell() ? 10 : 3;
     this->keep(this->spins_->spin);
   }
 }

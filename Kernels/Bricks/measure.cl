@@ -89,9 +89,9 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
       }
 #ifdef SWELLING
       // This energy has no axis of its own. That of links is halved below.
-      real bulk;
+      real bulk, middle[3];
       const real swelling = swellingAt(
-        s.odd, &s, &state, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk);
+        s.odd, &s, &state, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk, middle);
       energy[0] += bulk * swelling * swelling * (1.0f / proportions.x);
 #endif
       if (SOME(displaced))

@@ -4,6 +4,7 @@
 #include "StillResidual.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace chainmail
 {
@@ -24,12 +25,27 @@ constexpr int sweepsPerBatch = 8;
 /// The over-relaxation factor in the long run.
 constexpr double finalOmega = 1.9; // = 2 / (1 + sqrt(1 - rho2))
 
+/// Where tissue resists swelling an element weighs more than its links, and errors live longer: how many times as far
+/// factors go towards 2. Measured on pulled and dragged blocks at Poisson's ratios 0.3 and 0.45; more gains nothing.
+double furtherFor(double poissonRatio)
+{
+  const double weight = 1.0 + 0.5 * poissonRatio / (1.0 - 2.0 * poissonRatio); // that of elements, by that of links
+  return std::min(5.0, weight * std::sqrt(weight));
+}
+
+/// Takes a factor so many times as far towards 2.
+double further(double omega, double times)
+{
+  return times == 1.0 ? omega : 2.0 / (1.0 + (2.0 / omega - 1.0) / times);
+}
+
 /// The over-relaxation factor of a sweep that reaches far: the Chebyshev semi-iterative sequence (G. Golub and R.
 /// Varga, Numerische Mathematik 3, 1961). It starts at 1, best for the first sweep, in which most energy goes, leaps to
 /// almost 2 and falls to finalOmega.
-double farOmega(int sweep)
+double farOmega(int sweep, double times)
 {
-  constexpr double rho2 = 1.0 - (2.0 / finalOmega - 1.0) * (2.0 / finalOmega - 1.0);
+  const double last = 2.0 / further(finalOmega, times) - 1.0;
+  const double rho2 = 1.0 - last * last;
   double omega = 1.0;
   for (int s = 0; s < sweep && s < 200; ++s)
   {
@@ -42,14 +58,14 @@ double farOmega(int sweep)
 /// for tens of sweeps. For an error `length` elements long the best factor is 2 / (1 + sin(pi / length)), and every
 /// sweep leaves an error that is longer by about 2 pi. Errors are long in thin tissue, which coarser grids do not see,
 /// so the factor ends a little above finalOmega.
-double nearOmega(int sweep)
+double nearOmega(int sweep, double times)
 {
-  return std::min(1.93, 2.0 / (1.0 + 0.5 / (sweep + 1)));
+  return further(std::min(1.93, 2.0 / (1.0 + 0.5 / (sweep + 1))), times);
 }
 
-float omegaOf(Reach reach, int sweep)
+float omegaOf(Reach reach, int sweep, double times)
 {
-  return static_cast<float>(reach == Reach::Far ? farOmega(sweep) : nearOmega(sweep));
+  return static_cast<float>(reach == Reach::Far ? farOmega(sweep, times) : nearOmega(sweep, times));
 }
 
 }
@@ -78,6 +94,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
                               : SweepSchedule::Bodies{ [&] { return clusters.inactiveBricks(); },
                                   [&](const std::vector<int>& bricks) { clusters.activate(bricks); } });
   const float still = stillResidual(tolerance);
+  const double times = furtherFor(this->bricks_.turning().poissonRatio);
 
   if (firstSweep == 0)
   {
@@ -100,7 +117,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
     {
       launched = std::max(launched, result.iterations + n);
       checkpoint(launched);
-      const float omega = omegaOf(reach, firstSweep + result.iterations + n);
+      const float omega = omegaOf(reach, firstSweep + result.iterations + n, times);
       this->schedule_.beginSweep(restingMoveAfter(n));
       for (int colour = 0; colour < 2; ++colour)
       {

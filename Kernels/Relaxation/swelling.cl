@@ -1,5 +1,5 @@
-// Brings the tension of elements up to date where something else than relaxation moved them. A relaxation does so by
-// itself.
+// Brings the tension of elements up to date where something else than relaxation moved them, and takes from them what
+// they carried on (turn.cl). A relaxation does so by itself.
 //
 // activity: see sweepaccount.clh, with NOTED. Elements with a tension, now or before, count as moved in it: what is beside
 // them has to have its turn.
@@ -28,9 +28,9 @@ kernel void swell(global const int* list, LAYOUT_ARGUMENTS, global float* displa
   {
     const int colour = work / VECTORS;
     const Site s = siteOf(slot, colour, work % VECTORS, pitch, table, place, strideY, strideZ);
-    real bulk;
+    real bulk, middle[3];
     const real swelling =
-      swellingAt(s.odd, &s, &s, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk);
+      swellingAt(s.odd, &s, &s, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk, middle);
     const real next = bulk * swelling;
     global float* own = spin + 3 * pitch + s.self;
 #ifdef NOTED
@@ -41,5 +41,11 @@ kernel void swell(global const int* list, LAYOUT_ARGUMENTS, global float* displa
     }
 #endif
     STORE(next, own);
+    UNROLL
+    for (int a = 0; a < 3; ++a)
+    {
+      STORE((real)(0.0f), own + (1 + a) * pitch);
+      STORE(middle[a], own + (4 + a) * pitch);
+    }
   }
 }
