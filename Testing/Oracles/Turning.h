@@ -4,8 +4,10 @@
 //
 //   E = 1/2 sum over links of W ( |u(j) - u(i) - s(i) x h e|^2 + |u(j) - u(i) - s(j) x h e|^2 ),  W = v / (h^2 D),
 //
-// where e and h are a link's direction and length and v is the cube root of an element's volume [mm]. Rigid parts have
-// one displacement and one spin. Limits are left out. Conjugate gradients on the normal equations, in double.
+// where e and h are a link's direction and length and v is the cube root of an element's volume [mm]. With a Poisson's
+// ratio n each element adds n / (1 - 2 n) v / D swelling^2, where its swelling is the sum of its shares of the strains of
+// its links along themselves; links of rigid elements do not count. Rigid parts have one displacement and one spin.
+// Limits are left out. Conjugate gradients on the normal equations, in double.
 
 #include "Block.h"
 
@@ -28,12 +30,19 @@ class TurningProblem
 {
 public:
   /// `held`: 1 where an element's displacement is given. A rigid part of which elements are held must not be.
-  TurningProblem(const Block& block, std::vector<char> held)
+  TurningProblem(const Block& block, std::vector<char> held, double poissonRatio = 0.0)
     : block_(block)
     , links_(links(block))
     , held_(std::move(held))
     , body_(block.count(), -1)
+    , bulk_(block.count(), 0.0)
   {
+    const Vector3& h = block.spacing;
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      this->bulk_[v] =
+        2.0 * poissonRatio / (1.0 - 2.0 * poissonRatio) * std::cbrt(h[0] * h[1] * h[2]) / (block.give[v][0] + 1e-6);
+    }
     std::vector<int> part = parts(block, [&](const Link& link) { return limit(block, link, 0) == 0.0; });
     std::vector<Vector3> sum;
     std::vector<double> count;
@@ -117,6 +126,11 @@ public:
           sum += 0.5 * weight * (byFrom[a] * byFrom[a] + byTo[a] * byTo[a]);
         }
       });
+    const std::vector<double> swelling = this->swelling(u);
+    for (std::size_t v = 0; v < swelling.size(); ++v)
+    {
+      sum += 0.5 * this->bulk_[v] * swelling[v] * swelling[v];
+    }
     return sum;
   }
 
@@ -197,6 +211,32 @@ private:
     }
   }
 
+  /// Calls f(link, length, share of the element it comes from, of the one it leads to) for each link between soft ones.
+  template <typename F> void eachSoft(F&& f) const
+  {
+    for (const Link& link : this->links_)
+    {
+      const double from = this->block_.give[link.from][0], to = this->block_.give[link.to][0];
+      if (from > 0.0 && to > 0.0)
+      {
+        f(link, this->block_.spacing[link.direction], from / (from + to), to / (from + to));
+      }
+    }
+  }
+
+  std::vector<double> swelling(const std::vector<Vector3>& u) const
+  {
+    std::vector<double> sum(this->block_.count(), 0.0);
+    this->eachSoft(
+      [&](const Link& link, double length, double ofFrom, double ofTo)
+      {
+        const double strain = (u[link.to][link.direction] - u[link.from][link.direction]) / length;
+        sum[link.from] += ofFrom * strain;
+        sum[link.to] += ofTo * strain;
+      });
+    return sum;
+  }
+
   std::vector<double> gradient(const State& state) const
   {
     std::vector<Vector3> force(this->block_.count(), Vector3{}), torque(this->block_.count(), Vector3{});
@@ -212,6 +252,16 @@ private:
           torque[link.from][a] -= weight * from[a];
           torque[link.to][a] -= weight * to[a];
         }
+      });
+    const std::vector<double> swelling = this->swelling(state.u);
+    this->eachSoft(
+      [&](const Link& link, double length, double ofFrom, double ofTo)
+      {
+        const double pull = (this->bulk_[link.from] * swelling[link.from] * ofFrom +
+                              this->bulk_[link.to] * swelling[link.to] * ofTo) /
+                            length;
+        force[link.to][link.direction] += pull;
+        force[link.from][link.direction] -= pull;
       });
     std::vector<double> result(6 * (this->block_.count() + this->middle_.size()), 0.0);
     for (std::size_t v = 0; v < this->block_.count(); ++v)
@@ -236,6 +286,7 @@ private:
   std::vector<Link> links_;
   std::vector<char> held_;
   std::vector<int> body_;
+  std::vector<double> bulk_; ///< what swelling costs each element
   std::vector<Vector3> middle_;
 };
 
