@@ -581,6 +581,7 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "RelaxationMethod: " << name(this->RelaxationMethod, { "Projected", "Paper" }) << "\n";
   os << indent << "ElasticRecovery: " << this->ElasticRecovery << "\n";
   os << indent << "Rotations: " << (this->Rotations ? "On" : "Off") << "\n";
+  os << indent << "PoissonRatio: " << this->PoissonRatio << "\n";
   os << indent << "RelaxationIterations: " << this->RelaxationIterations << "\n";
   os << indent << "RelaxationTolerance: " << this->RelaxationTolerance << "\n";
   os << indent << "ModelReduction: " << this->ModelReduction << "\n";

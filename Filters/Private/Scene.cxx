@@ -65,6 +65,10 @@ Method ReadMethod(vtkChainMailDeformation* filter)
     throw chainmail::InputError("Rotations need the PropagationMethod Envelope, the RelaxationMethod Projected and an "
                                 "ElasticRecovery of 1. Choose these, or turn Rotations off.");
   }
+  if (filter->GetPoissonRatio() != 0.0 && !filter->GetRotations())
+  {
+    throw chainmail::InputError("A PoissonRatio other than 0 needs Rotations. Turn these on, or set PoissonRatio to 0.");
+  }
   return method;
 }
 
@@ -266,6 +270,7 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
   std::copy_n(filter->GetBrickSize(), 3, tissue.BrickSize.begin());
   tissue.ModelReduction = filter->GetModelReduction();
   tissue.Rotations = filter->GetRotations();
+  tissue.PoissonRatio = filter->GetPoissonRatio();
 }
 
 void Scene::ReadBodies(vtkChainMailDeformation* filter, const TissueSource& before)

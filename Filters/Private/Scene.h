@@ -47,6 +47,7 @@ struct TissueSource
   chainmail::Index3 BrickSize{};
   int ModelReduction = 1;
   bool Rotations = false;
+  double PoissonRatio = 0.0;
 
   chainmail::Grid GetGrid() const
   {
@@ -62,7 +63,7 @@ struct TissueSource
     {
       return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.Regions, t.Size, t.Spacing,
         t.Threshold, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction,
-        t.Rotations);
+        t.Rotations, t.PoissonRatio);
     };
     return all(*this) == all(other);
   }

@@ -139,6 +139,7 @@ void Session::Build(const Scene& scene)
   settings.brickSize = tissue.BrickSize;
   settings.modelReduction = tissue.ModelReduction;
   settings.rotations = tissue.Rotations;
+  settings.poissonRatio = tissue.PoissonRatio;
 
   const auto model = std::make_shared<const chainmail::Model>(tissue.GetGrid(), View(scalars), material, anchors);
   if (model->nonFinite() > 0)

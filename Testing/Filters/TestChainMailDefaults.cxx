@@ -115,6 +115,7 @@ int TestChainMailDefaults(int, char*[])
   word("vtkGetMacro(CoarseToFine,", filter->GetCoarseToFine() ? "on" : "off");
   number("ElasticRecovery", filter->GetElasticRecovery());
   word("vtkGetMacro(Rotations,", filter->GetRotations() ? "on" : "off");
+  number("PoissonRatio", filter->GetPoissonRatio());
   number("RelaxationIterations", filter->GetRelaxationIterations());
   number("RelaxationTolerance", filter->GetRelaxationTolerance());
   word("vtkGetMacro(Interpolation,", interpolations[filter->GetInterpolation()]);
@@ -132,6 +133,10 @@ int TestChainMailDefaults(int, char*[])
   check.Equal(filter->GetElasticRecovery(), 0.0, "ElasticRecovery from 0");
   filter->SetElasticRecovery(1.1);
   check.Equal(filter->GetElasticRecovery(), 1.0, "ElasticRecovery to 1");
+  filter->SetPoissonRatio(-0.1);
+  check.Equal(filter->GetPoissonRatio(), 0.0, "PoissonRatio from 0");
+  filter->SetPoissonRatio(0.5);
+  check.Equal(filter->GetPoissonRatio(), 0.49, "PoissonRatio to 0.49");
   filter->SetRelaxationIterations(-1);
   check.Equal(filter->GetRelaxationIterations(), 0, "RelaxationIterations from 0");
   filter->SetRelaxationTolerance(-1.0);
@@ -185,6 +190,7 @@ int TestChainMailDefaults(int, char*[])
     { "RelaxationMethod", [&] { filter->SetRelaxationMethodToPaper(); } },
     { "ElasticRecovery", [&] { filter->SetElasticRecovery(0.8); } },
     { "Rotations", [&] { filter->SetRotations(true); } },
+    { "PoissonRatio", [&] { filter->SetPoissonRatio(0.3); } },
     { "RelaxationIterations", [&] { filter->SetRelaxationIterations(7); } },
     { "RelaxationTolerance", [&] { filter->SetRelaxationTolerance(0.5); } },
     { "Interpolation", [&] { filter->SetInterpolationToNearest(); } },
@@ -240,7 +246,7 @@ int TestChainMailDefaults(int, char*[])
          "BodyArray: bones", "JointSize: 4", "JointConstraint: 0.25", "TissueThreshold: nan", "AnchorRigid: On",
          "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive", "PropagationMethod: Timestamp", "PropagationIterations: 10",
          "ConflictPolicy: Latest", "PropagationTimes: On", "ModelArrays: Displacement Element no Constraint Cluster",
-         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "RelaxationIterations: 7", "RelaxationTolerance: 0.5",
+         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "PoissonRatio: 0.3", "RelaxationIterations: 7", "RelaxationTolerance: 0.5",
          "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3", "Device: some",
          "BrickSize: 8 4 2", "ModelReduction: 4" })
   {

@@ -59,6 +59,7 @@ void Apply(Scene& scene, vtkChainMailDeformation* filter)
   filter->SetBrickSize(0, 0, 0);
   filter->SetModelReduction(1);
   filter->SetRotations(false);
+  filter->SetPoissonRatio(0.0);
   filter->SetElasticRecovery(1.0);
   filter->SetBodyArray("");
   filter->SetJointSize(0);
@@ -209,6 +210,8 @@ int TestChainMailErrors(int, char*[])
         f->SetRotations(true);
         f->SetElasticRecovery(0.5);
       } },
+    { "Poisson's ratio of tissue that does not turn", { "PoissonRatio", "needs Rotations" },
+      [](Scene&, vtkChainMailDeformation* f) { f->SetPoissonRatio(0.3); } },
     { "material preset of no name", { "MaterialPreset is 3", "0 (Function), 1 (CT) or 2 (MR)" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetMaterialPreset(3); } },
     { "mode of no name", { "Mode is -1", "0 (FromRest) or 1 (Interactive)" },

@@ -90,6 +90,7 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
   to->SetCoarseToFine(from->GetCoarseToFine());
   to->SetElasticRecovery(from->GetElasticRecovery());
   to->SetRotations(from->GetRotations());
+  to->SetPoissonRatio(from->GetPoissonRatio());
   to->SetRelaxationIterations(from->GetRelaxationIterations());
   to->SetRelaxationTolerance(from->GetRelaxationTolerance());
   to->SetInterpolation(from->GetInterpolation());
@@ -239,6 +240,10 @@ int TestChainMailUpdates(int, char*[])
   update("ElasticRecovery back", relaxed);
   filter->SetRotations(true);
   update("Rotations", rebuilt);
+  filter->SetPoissonRatio(0.4);
+  update("PoissonRatio", rebuilt);
+  filter->SetPoissonRatio(0.0);
+  update("PoissonRatio back", rebuilt);
   filter->SetRotations(false);
   update("Rotations off", rebuilt);
   filter->CoarseToFineOn();

@@ -341,6 +341,7 @@ struct Good
     filter->SetRelaxationPresetToCustom();
     filter->CoarseToFineOff();
     filter->RotationsOff();
+    filter->SetPoissonRatio(0.0);
     filter->SetElasticRecovery(1.0);
     filter->SetRelaxationIterations(12);
     filter->SetRelaxationTolerance(0.0);
@@ -432,6 +433,7 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
     filter->SetRelaxationPreset(chance.oneIn(3) ? choice(3) : 0);
     filter->SetCoarseToFine(chance.oneIn(2));
     filter->SetRotations(chance.oneIn(3));
+    filter->SetPoissonRatio(chance.oneIn(2) ? chance.number(-0.2, 0.6) : 0.0);
   }
   if (now())
   {

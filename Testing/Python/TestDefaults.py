@@ -10,7 +10,7 @@ FIXED = {"MaterialPreset": 0, "AnchorRigid": 0, "AnchoredFaces": (1,) * 6, "Rela
          "ModelReduction": 1, "BodyArray": "", "JointSize": 0, "JointConstraint": 0.5,
          "ConstraintArray": "", "Mode": 0, "PropagationMethod": 0, "PropagationIterations": 0, "ConflictPolicy": 0,
          "PropagationTimes": False, "RelaxationMethod": 0, "RelaxationPreset": 0, "CoarseToFine": False,
-         "ElasticRecovery": 1.0, "Rotations": False}
+         "ElasticRecovery": 1.0, "Rotations": False, "PoissonRatio": 0.0}
 
 
 def nodes(function):

@@ -27,7 +27,7 @@ CHANGED = {"MaterialPreset": "Function", "TissueThreshold": 60.0, "AnchorRigid":
 # What the filter did not have at first.
 LATER = {"Mode": "FromRest", "PropagationMethod": "Envelope", "PropagationIterations": 0, "ConflictPolicy": "Limit",
          "PropagationTimes": 0, "RelaxationMethod": "Projected", "RelaxationPreset": "Custom",
-         "CoarseToFine": 0, "ElasticRecovery": 1.0, "Rotations": 0, "BodyArray": "", "JointSize": 0, "JointConstraint": 0.5,
+         "CoarseToFine": 0, "ElasticRecovery": 1.0, "Rotations": 0, "PoissonRatio": 0.0, "BodyArray": "", "JointSize": 0, "JointConstraint": 0.5,
          "ModelReduction": "1", "ModelArrays": ["Displacement", "Element"]}
 OLD_STATE = os.path.join(OUTPUT, "TestState-old.pvsm")
 POINTS = [60.0, 0.35, 0.5, 0.0, 150.0, 0.25, 0.5, 0.0, 277.0, 0.15, 0.5, 0.0]
