@@ -353,7 +353,7 @@ void Readout::addForces(std::vector<ProbeResult>& results, const Handles& handle
   const Elasticity& elasticity) const
 {
   constexpr std::size_t linksPerTransfer = std::size_t(1) << 20;
-  updateTensionAround(this->bricks_, this->bricks_.touchedSlots(), nullptr);
+  updateTensionAround(this->bricks_, this->bricks_.touchedSlots());
   const int axes = this->bricks_.model().axes();
   for (int component = 0; component < axes; ++component)
   {

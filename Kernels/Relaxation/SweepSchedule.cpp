@@ -69,7 +69,7 @@ void SweepSchedule::begin(Bodies bodies)
     this->activity_[slot][SWEEP_NOTED] = -1;
   }
   this->makeReady(this->bricks_.slotsAround(touched));
-  updateTensionAround(this->bricks_, touched, &this->activity());
+  updateTensionAround(this->bricks_, touched, &this->activity(), -1);
 }
 
 void SweepSchedule::beginBatch(int sweeps)
@@ -197,20 +197,20 @@ void SweepSchedule::note(const std::vector<int>& bricks)
   }
   this->activity_.fromDevice(this->bricks_.context());
   this->fit();
-  std::vector<int> slots;
   for (const int brick : bricks)
   {
-    slots.push_back(this->bricks_.slot(brick));
-    this->bricks_.touch(slots.back());
-    this->activity_[slots.back()][SWEEP_NOTED] = this->sweep_ - 1;
+    this->bricks_.touch(this->bricks_.slot(brick));
+    this->activity_[this->bricks_.slot(brick)][SWEEP_NOTED] = this->sweep_ - 1;
   }
   if (this->bricks_.ofSwelling().empty())
   {
     this->activity_.toDevice(this->bricks_.context());
     return;
   }
-  this->makeReady(this->bricks_.slotsAround(slots));
-  updateTensionAround(this->bricks_, slots, &this->activity());
+  // Of all elements, so that it does not depend on bricks which of them carry something on.
+  const std::vector<int> touched = this->bricks_.touchedSlots();
+  this->makeReady(this->bricks_.slotsAround(touched));
+  updateTensionAround(this->bricks_, touched, &this->activity(), this->sweep_ - 1);
 }
 
 void SweepSchedule::touch()

@@ -3,7 +3,7 @@
 namespace chainmail
 {
 
-void updateTensionAround(Bricks& bricks, const std::vector<int>& slots, const cl::Buffer* activity)
+void updateTensionAround(Bricks& bricks, const std::vector<int>& slots, const cl::Buffer* activity, int sweep)
 {
   if (bricks.ofSwelling().empty() || slots.empty())
   {
@@ -27,7 +27,7 @@ void updateTensionAround(Bricks& bricks, const std::vector<int>& slots, const cl
   if (activity)
   {
     context.launch(context.kernel("swelling.cl", defines + " -DNOTED", "swell"), ready.size(), items, list,
-      bricks.layout(), bricks.state(), bricks.spins(), *activity);
+      bricks.layout(), bricks.state(), bricks.spins(), *activity, static_cast<cl_int>(sweep));
   }
   else
   {

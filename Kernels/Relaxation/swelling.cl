@@ -1,8 +1,8 @@
 // Brings the tension of elements up to date where something else than relaxation moved them, and takes from them what
 // they carried on (turn.cl). A relaxation does so by itself.
 //
-// activity: see sweepaccount.clh, with NOTED. Elements with a tension, now or before, count as moved in it: what is beside
-// them has to have its turn.
+// With NOTED, bricks of elements with a tension, now or before, count as moved in this sweep: what is beside them has to
+// have its turn. activity: see sweepaccount.clh.
 //
 // The host guarantees that all 26 neighbours of a listed brick have a slot (brick.clh), and that it has a state.
 
@@ -15,7 +15,7 @@
 #include "swelling.clh"
 
 #ifdef NOTED
-#define NOTED_ARGUMENTS , global int *activity
+#define NOTED_ARGUMENTS , global int *activity, int sweep
 #else
 #define NOTED_ARGUMENTS
 #endif
@@ -26,18 +26,16 @@ kernel void swell(global const int* list, LAYOUT_ARGUMENTS, global float* displa
   const uint slot = list[get_group_id(0)];
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
-    const int colour = work / VECTORS;
-    const Site s = siteOf(slot, colour, work % VECTORS, pitch, table, place, strideY, strideZ);
+    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     real bulk, middle[3];
     const real swelling =
       swellingAt(s.odd, &s, &s, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk, middle);
     const real next = bulk * swelling;
     global float* own = spin + 3 * pitch + s.self;
 #ifdef NOTED
-    const int faces = movedFaces(&s, (next != 0.0f) | (LOAD(own) != 0.0f));
-    if (faces)
+    if (SOME((next != 0.0f) | (LOAD(own) != 0.0f)))
     {
-      atomic_or(activity + SWEEP_ROW * slot + colour, faces);
+      atomic_max(activity + SWEEP_ROW * slot + SWEEP_NOTED, sweep);
     }
 #endif
     STORE(next, own);
