@@ -437,8 +437,8 @@ public:
   ///@{
   /**
    * Poisson's ratio n of tissue that turns, in [0, 0.49]: squeezed by a share s it goes n s aside, and loses (1 - 2 n) s of
-   * its volume. Other than 0 it needs Rotations, and memory; relaxation takes 1.5 times as long an iteration, and more of
-   * them from 0.4 on (Data/Method.md). A change starts from rest. Default: 0.
+   * its volume. Other than 0 it needs Rotations and twice their memory; an iteration takes 2 to 3 times as long, and from
+   * 0.4 on more of them are needed (Data/Choosing.md). A change starts from rest. Default: 0.
    */
   vtkSetClampMacro(PoissonRatio, double, 0.0, 0.49);
   vtkGetMacro(PoissonRatio, double);

@@ -166,7 +166,7 @@ private:
   std::vector<std::uint32_t> inner_;
   std::vector<std::uint32_t> outer_;
   std::vector<float> limits_;
-  std::vector<int> directions_; ///< from inner_ to outer_
+  std::vector<int> directions_;              ///< from inner_ to outer_
   std::vector<std::array<float, 2>> shares_; ///< where tissue resists swelling
 };
 

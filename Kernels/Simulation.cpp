@@ -23,13 +23,10 @@ namespace
 
 Turning turningOf(const Settings& settings)
 {
-  if (!(settings.poissonRatio >= 0.0 && settings.poissonRatio <= 0.49))
+  const double ratio = settings.poissonRatio;
+  if (!(ratio >= 0.0 && ratio <= 0.49) || (ratio != 0.0 && !settings.rotations))
   {
-    throw InputError("Poisson's ratio must be a number from 0 to 0.49.");
-  }
-  if (settings.poissonRatio != 0.0 && !settings.rotations)
-  {
-    throw InputError("A Poisson's ratio other than 0 needs rotations.");
+    throw InputError("Poisson's ratio must be a number from 0 to 0.49, and 0 without rotations.");
   }
   return { settings.rotations, settings.poissonRatio };
 }

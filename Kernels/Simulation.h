@@ -30,20 +30,20 @@ namespace chainmail
 /// n - 1 voxels thicker.
 ///
 /// With Settings::rotations every element has a rotation R, too, and a rigid cluster moves and turns as a body. A link
-/// from i to j, of the vector x at rest, obeys |u(j) - u(i) - w| <= D(i,j) with w the mean of (R - I) x of its two ends,
-/// and its energy is W / 2 times the squares of what u(j) - u(i) is away from either, with W = v / (|x|^2 D) and v the
-/// length of a cube as large as an element. So it costs nothing to turn tissue as a whole; where nothing turns and
-/// elements are cubes the energy is as without. A cluster of which a probe holds one element turns about that, one of
-/// which elements in a line are held about this line; with more, or an anchor, it does not turn, nor where constraints
-/// differ by axis. A wave moves and does not turn, so a probe that comes less far than it asks tries again after tissue
-/// has settled a little. Angles are below 180 degrees. Calls for Timestamp, Paper or an elastic recovery other than 1
-/// throw InputError.
+/// from i to j, of the vector x at rest, obeys |u(j) - u(i) - w| <= D(i,j) with w the mean of (R - I) x of its two
+/// ends, and its energy is W / 2 times the squares of what u(j) - u(i) is away from either, with W = v / (|x|^2 D) and
+/// v the length of a cube as large as an element. So it costs nothing to turn tissue as a whole; where nothing turns
+/// and elements are cubes the energy is as without. A cluster of which a probe holds one element turns about that, one
+/// of which elements in a line are held about this line; with more, or an anchor, it does not turn, nor where
+/// constraints differ by axis. A wave moves and does not turn, so a probe that comes less far than it asks tries again
+/// after tissue has settled a little. Angles are below 180 degrees. Calls for Timestamp, Paper or an elastic recovery
+/// other than 1 throw InputError.
 ///
 /// With Settings::poissonRatio n as well tissue resists changing its volume: an element i costs n / (1 - 2 n) v / D(i)
-/// d^2 more, with d its swelling. That is the sum over its links of what these are stretched by along R x, as a fraction
-/// of |x|, times D(i) / (D(i) + D(j)), the share of a stretch that lies in its own half. Links to rigid elements do not
-/// count. Small strains of tissue of one kind cost what Hooke's law says of a shear modulus of 1 / D. A propagation is as
-/// without, and so are limits.
+/// d^2 more, with d its swelling. That is the sum over its links of what these are stretched by along R x, as a
+/// fraction of |x|, times D(i) / (D(i) + D(j)), the share of a stretch that lies in its own half. Links to rigid
+/// elements do not count. Small strains of tissue of one kind cost what Hooke's law says of a shear modulus of 1 / D. A
+/// propagation is as without, and so are limits.
 ///
 /// Errors are exceptions of Error.h. Every call that needs the device may throw DeviceError or MemoryError; after that
 /// only the destructor may be called. After InputError the state is as before the call. Every call that reports
@@ -55,8 +55,9 @@ public:
   /// Called with the share that is done, 0 to 1. Returning false stops the call, which then throws Aborted.
   using Progress = std::function<bool(double)>;
 
-  /// Throws InputError where a setting cannot be used, Poisson's ratio without rotations among them, or where the model is divided into bodies (Joints) and is to be
-  /// reduced, which would make them one again; and DeviceError where there is no such device.
+  /// Throws InputError where a setting cannot be used, Poisson's ratio without rotations among them, or where the model
+  /// is divided into bodies (Joints) and is to be reduced, which would make them one again; and DeviceError where there
+  /// is no such device.
   Simulation(std::shared_ptr<const Model> model, const Settings& settings);
   ~Simulation();
   Simulation(Simulation&&) noexcept;

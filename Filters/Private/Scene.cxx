@@ -67,7 +67,8 @@ Method ReadMethod(vtkChainMailDeformation* filter)
   }
   if (filter->GetPoissonRatio() != 0.0 && !filter->GetRotations())
   {
-    throw chainmail::InputError("A PoissonRatio other than 0 needs Rotations. Turn these on, or set PoissonRatio to 0.");
+    throw chainmail::InputError(
+      "A PoissonRatio other than 0 needs Rotations. Turn these on, or set PoissonRatio to 0.");
   }
   return method;
 }

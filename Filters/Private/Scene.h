@@ -62,8 +62,8 @@ struct TissueSource
     const auto all = [](const TissueSource& t)
     {
       return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.Regions, t.Size, t.Spacing,
-        t.Threshold, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction,
-        t.Rotations, t.PoissonRatio);
+        t.Threshold, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction, t.Rotations,
+        t.PoissonRatio);
     };
     return all(*this) == all(other);
   }

@@ -63,8 +63,8 @@ class Bricks : public BrickTable
 {
 public:
   /// Where they turn elements have spins.
-  Bricks(
-    std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize, const Turning& turning = {});
+  Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize,
+    const Turning& turning = {});
   Bricks(const Bricks&) = delete;
   Bricks& operator=(const Bricks&) = delete;
 

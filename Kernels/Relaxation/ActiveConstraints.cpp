@@ -42,7 +42,7 @@ struct PatchAxis
   const std::vector<float>& c;
   const std::vector<std::array<float, 3>>& wanted;
   std::vector<float>& u;
-  int number; ///< of the axis
+  int number;                 ///< of the axis
   std::vector<float> tension; ///< as far as groups have moved along this axis
 };
 
@@ -56,7 +56,7 @@ struct Link
   std::size_t m;
   float limit;
   double weight;
-  float wanted; ///< what its ends want u(m) - u(n) to be
+  float wanted;   ///< what its ends want u(m) - u(n) to be
   double swellsN; ///< how n swells where u(m) - u(n) is 1,
   double swellsM; ///< and m
 };
@@ -336,8 +336,7 @@ std::vector<Pull> pullsAt(const PatchAxis& axis, const Elasticity& elasticity, D
       if (!axis.tension.empty())
       {
         const double scale = axis.patch.scale[axis.number];
-        force +=
-          0.5 / (scale * scale) * (axis.tension[link.n] * link.swellsN + axis.tension[link.m] * link.swellsM);
+        force += 0.5 / (scale * scale) * (axis.tension[link.n] * link.swellsN + axis.tension[link.m] * link.swellsM);
       }
       if (n != m)
       {
@@ -412,8 +411,8 @@ void addSwelling(Group& group, const Link& link, double stretch)
 /// Leaves one entry for each element.
 void sumUp(std::vector<Group::Swelling>& all)
 {
-  std::stable_sort(all.begin(), all.end(),
-    [](const Group::Swelling& a, const Group::Swelling& b) { return a.element < b.element; });
+  std::stable_sort(
+    all.begin(), all.end(), [](const Group::Swelling& a, const Group::Swelling& b) { return a.element < b.element; });
   std::vector<Group::Swelling> sums;
   for (const Group::Swelling& one : all)
   {

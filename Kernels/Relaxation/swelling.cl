@@ -1,8 +1,8 @@
 // Brings the tension of elements up to date where something else than relaxation moved them, and takes from them what
 // they carried on (turn.cl). A relaxation does so by itself.
 //
-// With NOTED, bricks of elements with a tension, now or before, count as moved in this sweep: what is beside them has to
-// have its turn. activity: see sweepaccount.clh.
+// With NOTED, bricks of elements with a tension, now or before, count as moved in this sweep: what is beside them has
+// to have its turn. activity: see sweepaccount.clh.
 //
 // The host guarantees that all 26 neighbours of a listed brick have a slot (brick.clh), and that it has a state.
 

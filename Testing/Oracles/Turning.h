@@ -5,8 +5,8 @@
 //   E = 1/2 sum over links of W ( |u(j) - u(i) - s(i) x h e|^2 + |u(j) - u(i) - s(j) x h e|^2 ),  W = v / (h^2 D),
 //
 // where e and h are a link's direction and length and v is the cube root of an element's volume [mm]. With a Poisson's
-// ratio n each element adds n / (1 - 2 n) v / D swelling^2, where its swelling is the sum of its shares of the strains of
-// its links along themselves; links of rigid elements do not count. Rigid parts have one displacement and one spin.
+// ratio n each element adds n / (1 - 2 n) v / D swelling^2, where its swelling is the sum of its shares of the strains
+// of its links along themselves; links of rigid elements do not count. Rigid parts have one displacement and one spin.
 // Limits are left out. Conjugate gradients on the normal equations, in double.
 
 #include "Block.h"
@@ -257,9 +257,9 @@ private:
     this->eachSoft(
       [&](const Link& link, double length, double ofFrom, double ofTo)
       {
-        const double pull = (this->bulk_[link.from] * swelling[link.from] * ofFrom +
-                              this->bulk_[link.to] * swelling[link.to] * ofTo) /
-                            length;
+        const double pull =
+          (this->bulk_[link.from] * swelling[link.from] * ofFrom + this->bulk_[link.to] * swelling[link.to] * ofTo) /
+          length;
         force[link.to][link.direction] += pull;
         force[link.from][link.direction] -= pull;
       });

@@ -124,4 +124,3 @@ inline chainmail::Probe onBone(
   probe.radius = radius;
   return probe;
 }
-

@@ -1,5 +1,5 @@
-// Tissue that keeps its volume (Settings::poissonRatio): against an optimum in double precision, against what a Poisson's
-// ratio is, and the invariants of every sweep.
+// Tissue that keeps its volume (Settings::poissonRatio): against an optimum in double precision, against what a
+// Poisson's ratio is, and the invariants of every sweep.
 
 #include "TurningScene.h"
 
@@ -186,8 +186,7 @@ TEST(Swelling, MirroredScenesAreAlike)
   const Index3& n = scene.grid.size;
   Scene other({ n[0], n[2], n[1] }, 0.35f);
   other.constraint.assign(other.constraint.size(), 0.35f);
-  scene.each([&](int i, int j, int k)
-    { other.give(n[0] - 1 - i, k, j, scene.constraint[scene.grid.at(i, j, k)]); });
+  scene.each([&](int i, int j, int k) { other.give(n[0] - 1 - i, k, j, scene.constraint[scene.grid.at(i, j, k)]); });
   other.anchors = scene.anchors;
   other.anchors.faces = { false, false, true, false, false, false };
   Simulation one = simulateSwelling(scene, 0.4);
