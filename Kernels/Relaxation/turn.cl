@@ -10,11 +10,12 @@
 //
 // With SWELLING what swelling.clh says adds to E. Then a move changes the swelling of all six neighbours, which are
 // neighbours of five further elements of this colour, and the square of a sum of six, y, is the least of
-// 6 sum |y - z|^2 over all z of sum 0. With z given each element lowers E by itself. Elements find z anew when they have
-// their turn, over-relaxed as all else: from the best z to that plus (1 - omega) times what z was away from it, of which
-// the parts along each axis count, the difference of the two neighbours. Without that, over-relaxation gains nothing, as
-// z holds back what goes the same way everywhere, for 200 instead of 20 sweeps a digit at Poisson's ratio 0.3. A
-// relaxation starts with the best z, and the sum with z falls in every pass, so E falls from its start to its end.
+// 6 sum |y - z|^2 over all z of sum 0. With z given each element lowers E by itself. Elements find z anew when they
+// have their turn, over-relaxed as all else: from the best z to that plus (1 - omega) times what z was away from it, of
+// which the parts along each axis count, the difference of the two neighbours. Without that, over-relaxation gains
+// nothing, as z holds back what goes the same way everywhere, for 200 instead of 20 sweeps a digit at Poisson's ratio
+// 0.3. A relaxation starts with the best z, and the sum with z falls in every pass, so E falls from its start to its
+// end.
 //
 // The limits of links hold for the strain, |u(j) - u(i) - wanted| <= D, on every axis of the grid.
 //
@@ -39,11 +40,11 @@ typedef struct
   real gap[6][3];       // u(j) - u(i), less half of what the neighbour's spin wants that to be
   real pull[3][3];      // for each axis, the difference of weight * (u(j) - u(i)) of its two links
 #ifdef SWELLING
-  real bulk;        // what swelling costs the element
-  real share[6];    // of the strain of each link, what counts as swelling
-  real reach[3][3]; // as pull, of share * (u(j) - u(i))
-  real tug[3];      // what the tension of neighbours pulls with [mean spacings]
-  real load[3];     // the weight of their swelling
+  real bulk;         // what swelling costs the element
+  real share[6];     // of the strain of each link, what counts as swelling
+  real reach[3][3];  // as pull, of share * (u(j) - u(i))
+  real tug[3];       // what the tension of neighbours pulls with [mean spacings]
+  real load[3];      // the weight of their swelling
   real middle[3][3]; // for each axis, the sum of share * (u(j) - u(i))
 #endif
 } TurningLinks;
@@ -60,16 +61,19 @@ RULE void axesTurned(const real* spin, real out[3][3])
 
 #ifdef SWELLING
 // Adds the neighbour in direction d: its place less u(i), and what its spin adds to the axis of the link.
-RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const real* apart, const real* theirs, uint pitch,
-  uint tissuePitch, global const float* constraint, global const uchar* cut, TurningLinks* links SPIN_ARGUMENTS)
+RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const real* apart, const real* theirs,
+  uint pitch, uint tissuePitch, global const float* constraint, global const uchar* cut,
+  TurningLinks* links SPIN_ARGUMENTS)
 {
   const int a = d / 2;
   const real other = meanBeside(odd, s, tissuePitch, constraint, cut, d);
-  const real theirShare = shareOf(other, soft) * (d & 1 ? 1.0f : -1.0f) * (1.0f / proportion(proportions, a));
+  const real each = shareByConstraint(soft, other);
+  const float way = (d & 1 ? 1.0f : -1.0f) * (1.0f / proportion(proportions, a));
   const real carried = neighbour(spin + (4 + a) * pitch, s, d, odd);
   const real tension = neighbour(spin + 3 * pitch, s, d, odd) + (d & 1 ? carried : -carried);
-  const real pull = 0.5f * theirShare * tension;
-  const real load = 3.0f * bulkOf(other, proportions) * theirShare * theirShare;
+  const real theirShare = select((real)(0.0f), other * each, isSoft(other));
+  const real pull = 0.5f * way * theirShare * tension;
+  const real load = 3.0f * proportions.w * way * way * theirShare * each; // bulkOf() times the square of their share
   real arm[3], size[3];
   UNROLL
   for (int b = 0; b < 3; ++b)
@@ -77,7 +81,7 @@ RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const rea
     arm[b] = a == b ? theirs[b] + 1.0f : theirs[b];
     size[b] = fabs(arm[b]);
   }
-  links->share[d] = shareOf(soft, other);
+  links->share[d] = select((real)(0.0f), soft * each, isSoft(soft));
   UNROLL
   for (int b = 0; b < 3; ++b)
   {
@@ -90,8 +94,8 @@ RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const rea
   }
 }
 
-// How far the halves of an element's links along each axis a are stretched along each of its turned axes b, [b][a], as a
-// fraction of their length. `mine` is what its spin adds to the three axes.
+// How far the halves of an element's links along each axis a are stretched along each of its turned axes b, [b][a], as
+// a fraction of their length. `mine` is what its spin adds to the three axes.
 RULE void stretchOf(const TurningLinks* links, real mine[3][3], float4 proportions, real out[3][3])
 {
   UNROLL
@@ -120,8 +124,8 @@ RULE real tensionOf(const TurningLinks* links, real mine[3][3], float4 proportio
   return links->bulk * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
 }
 
-// By how much its swelling falls where an element moves along each axis of the grid [1 / mean spacing]: 0 where links of
-// both sides are alike.
+// By how much its swelling falls where an element moves along each axis of the grid [1 / mean spacing]: 0 where links
+// of both sides are alike.
 RULE void lopsided(const TurningLinks* links, real mine[3][3], float4 proportions, real* out)
 {
   UNROLL
@@ -292,10 +296,10 @@ typedef struct
 {
   real weight[AXES]; // sum of W
 #ifdef SWELLING
-  real load[3];      // what swelling adds to that
+  real load[3]; // what swelling adds to that
 #endif
-  real pull[3];      // sum of W * strain
-  real room;         // how far the element may move at least, whichever way; negative where a link is beyond its limit
+  real pull[3]; // sum of W * strain
+  real room;    // how far the element may move at least, whichever way; negative where a link is beyond its limit
 } TurningNeighbours;
 
 RULE TurningNeighbours askNeighbours(const TurningLinks* links, real mine[3][3], float4 proportions)
@@ -415,6 +419,16 @@ RULE real middleOf(const TurningLinks* links, real mine[3][3], int a, float4 pro
   return sum;
 }
 
+// What the neighbours along each axis are compared to, less where they are now.
+RULE void lateBy(const Site* s, const TurningLinks* links, real mine[3][3], uint pitch, real* out SPIN_ARGUMENTS)
+{
+  UNROLL
+  for (int a = 0; a < 3; ++a)
+  {
+    out[a] = LOAD(spin + (7 + a) * pitch + s->self) - middleOf(links, mine, a, proportions);
+  }
+}
+
 // Stores the tension of elements after a move, and what they carry on. Where these change, neighbours have to look at
 // them: returns the faces.
 RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const real* move, const real* late,
@@ -479,11 +493,7 @@ RULE float turnPiece(const int odd, const Site* s, float omega, float still, uin
   axesTurned(own, mine);
 #ifdef SWELLING
   real late[3];
-  UNROLL
-  for (int a = 0; a < 3; ++a)
-  {
-    late[a] = LOAD(spin + (7 + a) * pitch + s->self) - middleOf(&links, mine, a, proportions);
-  }
+  lateBy(s, &links, mine, pitch, late SPIN_PASSED_ON);
 #endif
 
   real rotation[3], next[3], turnedTo[3][3];
