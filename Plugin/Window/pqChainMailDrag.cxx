@@ -11,6 +11,7 @@
 
 #include "vtkPVArrayInformation.h"
 #include "vtkPVDataInformation.h"
+#include "vtkPVLogger.h"
 #include "vtkSMPropertyHelper.h"
 #include "vtkSMProxy.h"
 #include "vtkSMSourceProxy.h"
@@ -20,6 +21,12 @@
 
 bool pqChainMailDrag::IsOn = true;
 
+namespace
+{
+// Of a whole frame, for ten a second.
+constexpr double AllowedMilliseconds = 100.0;
+}
+
 //------------------------------------------------------------------------------
 pqChainMailDrag::pqChainMailDrag(pqInteractivePropertyWidget* widget)
   : QObject(widget)
@@ -27,6 +34,9 @@ pqChainMailDrag::pqChainMailDrag(pqInteractivePropertyWidget* widget)
 {
   this->Next.setSingleShot(true);
   QObject::connect(&this->Next, &QTimer::timeout, this, &pqChainMailDrag::follow);
+  this->Rest.setSingleShot(true);
+  this->Rest.setInterval(400);
+  QObject::connect(&this->Rest, &QTimer::timeout, this, &pqChainMailDrag::refine);
   QObject::connect(widget, &pqInteractivePropertyWidget::startInteraction, this, &pqChainMailDrag::start);
   QObject::connect(widget, &pqInteractivePropertyWidget::interaction, &this->Next, QOverload<>::of(&QTimer::start));
   QObject::connect(widget, &pqInteractivePropertyWidget::endInteraction, this, &pqChainMailDrag::finish);
@@ -42,47 +52,113 @@ pqChainMailDrag::~pqChainMailDrag()
 void pqChainMailDrag::start()
 {
   this->Deformation = pqChainMailDrag::IsOn ? vtkChainMail::DeformationOf(this->Widget->proxy()) : nullptr;
-  if (this->Deformation)
+  if (this->Deformation == nullptr)
   {
-    BEGIN_UNDO_SET(tr("Drag"));
-    this->Trace.reset(new vtkSMTrace::TraceItem("PropertiesModified"));
-    *this->Trace = vtkSMTrace::TraceItemArgs().arg("proxy", this->Widget->proxy());
-    this->TooSlow = false;
-    this->IsFirst = true;
+    return;
+  }
+  this->View = this->Widget->view();
+  BEGIN_UNDO_SET(tr("Drag"));
+  this->Trace.reset(new vtkSMTrace::TraceItem("PropertiesModified"));
+  *this->Trace = vtkSMTrace::TraceItemArgs().arg("proxy", this->Widget->proxy());
+  this->TooSlow = false;
+  this->IsFirst = true;
+  this->IsOfNewModel = false;
+  this->IsSketching = this->View && this->Canvas.open(this->Deformation, this->View->getViewProxy()) &&
+                      pqChainMailSketch::canShow(this->Deformation);
+  if (this->IsSketching)
+  {
+    if (this->Sketch == nullptr || this->Sketched != this->Deformation)
+    {
+      this->Sketch = std::make_unique<pqChainMailSketch>(this->Deformation, this->Widget->proxy());
+      this->Sketched = this->Deformation;
+    }
+    this->Sketch->begin();
+  }
+  else
+  {
     this->borrow("RelaxationPreset", this->KeptPreset, 1);
   }
+  this->setDrawnByParaView(false);
 }
 
 //------------------------------------------------------------------------------
 void pqChainMailDrag::follow()
 {
-  pqView* view = this->Widget->view();
-  if (this->Deformation == nullptr || this->IsDrawing || this->TooSlow || view == nullptr)
+  if (this->Deformation == nullptr || this->IsDrawing || this->TooSlow || this->View == nullptr)
   {
     return;
   }
   this->IsDrawing = true;
+  if (this->IsSketching)
+  {
+    this->drawSketch();
+  }
+  else
+  {
+    this->drawItself();
+  }
+  this->IsDrawing = false;
+  this->Rest.start();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailDrag::drawSketch()
+{
+  QElapsedTimer clock;
+  clock.start();
+  vtkImageData* image = this->Sketch->update(vtkSMPropertyHelper(this->View->getProxy(), "ViewTime").GetAsDouble());
+  this->Canvas.draw(image, false);
+  vtkVLogF(PARAVIEW_LOG_APPLICATION_VERBOSITY(),
+    "Tissue followed in %d ms: sketch of every %d. voxel %.0f, rays for every %d. pixel %.0f",
+    static_cast<int>(clock.elapsed()), this->Sketch->step(), this->Sketch->milliseconds(),
+    this->Canvas.mapper()->GetStep(), this->Canvas.mapper()->GetMilliseconds());
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailDrag::drawItself()
+{
   QElapsedTimer clock;
   clock.start();
   this->Widget->apply();
-  // As ParaView draws while the camera is dragged: a volume is sampled as finely as time allows.
-  view->getViewProxy()->InteractiveRender();
+  this->View->getViewProxy()->InteractiveRender();
+  const double drawing = this->Canvas.isOpen() ? this->Canvas.mapper()->GetMilliseconds() : 0.0;
   this->adapt(static_cast<double>(clock.elapsed()));
-  this->IsDrawing = false;
+  vtkVLogF(PARAVIEW_LOG_APPLICATION_VERBOSITY(), "Tissue followed in %d ms: drawing %.0f",
+    static_cast<int>(clock.elapsed()), drawing);
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailDrag::refine()
+{
+  // The hand rests with the button held: it must not wait long when it goes on.
+  if (this->Deformation && this->Canvas.isOpen() && !this->IsDrawing && !this->TooSlow &&
+      this->Canvas.mapper()->GetStep() > 1 && this->Canvas.mapper()->GetFineMilliseconds() < 1000.0)
+  {
+    this->IsDrawing = true;
+    this->Canvas.redraw(true);
+    this->IsDrawing = false;
+  }
 }
 
 //------------------------------------------------------------------------------
 void pqChainMailDrag::finish()
 {
   this->Next.stop();
+  this->Rest.stop();
   if (this->Deformation == nullptr)
   {
     return;
   }
+  this->setDrawnByParaView(true);
+  this->KeptRenders = -1;
+  this->Canvas.close();
   this->giveBack("RelaxationPreset", this->KeptPreset);
   this->giveBack("ModelReduction", this->KeptReduction);
   this->Deformation = nullptr;
-  this->Widget->apply();
+  if (this->Widget)
+  {
+    this->Widget->apply();
+  }
   this->Trace.reset();
   // As with the button Apply: the states of the panel, and the views. All of it is one step of Undo.
   QWidget* window = pqCoreUtilities::mainWidget();
@@ -101,10 +177,23 @@ void pqChainMailDrag::finish()
 }
 
 //------------------------------------------------------------------------------
+void pqChainMailDrag::setDrawnByParaView(bool drawn)
+{
+  // Each frame shows the probe where the mouse has it. What ParaView draws besides, for every movement, is the tissue
+  // of the frame before once more.
+  if (this->View)
+  {
+    vtkSMPropertyHelper helper(this->View->getProxy(), "EnableRenderOnInteraction", true);
+    this->KeptRenders = this->KeptRenders < 0 ? helper.GetAsInt() : this->KeptRenders;
+    helper.Set(drawn ? this->KeptRenders : 0);
+  }
+}
+
+//------------------------------------------------------------------------------
 void pqChainMailDrag::borrow(const char* property, int& kept, int value)
 {
   vtkSMPropertyHelper helper(this->Deformation, property);
-  kept = helper.GetAsInt();
+  kept = kept < 0 ? helper.GetAsInt() : kept;
   helper.Set(value);
   this->Deformation->UpdateVTKObjects();
 }
@@ -122,27 +211,36 @@ void pqChainMailDrag::giveBack(const char* property, int& kept)
 //------------------------------------------------------------------------------
 void pqChainMailDrag::adapt(double milliseconds)
 {
-  this->TooSlow = milliseconds > 1000.0 && !this->IsFirst;
-  this->IsFirst = false;
+  const bool isOfNewModel = this->IsOfNewModel;
+  const bool isFirst = this->IsFirst;
+  this->IsOfNewModel = this->IsFirst = false;
+  const int reduction = vtkSMPropertyHelper(this->Deformation, "ModelReduction").GetAsInt();
+  if (milliseconds > 1.3 * AllowedMilliseconds && !isOfNewModel && reduction < 8 && this->isReducible() &&
+      this->millisecondsOfElements() > 0.4 * milliseconds)
+  {
+    this->borrow("ModelReduction", this->KeptReduction, 2 * reduction);
+    this->IsOfNewModel = true;
+  }
+  else if (milliseconds > 1000.0 && !isOfNewModel && !isFirst)
+  {
+    this->TooSlow = true;
+    this->setDrawnByParaView(true);
+  }
+}
+
+bool pqChainMailDrag::isReducible() const
+{
+  // Step by step, another model would start from rest, and bodies cannot be told apart in it.
+  const char* bodies = vtkSMPropertyHelper(this->Deformation, "BodyArray").GetAsString();
+  return vtkSMPropertyHelper(this->Deformation, "Mode").GetAsInt() == 0 && (bodies == nullptr || *bodies == '\0') &&
+         vtkSMPropertyHelper(this->Deformation, "JointSize").GetAsInt() == 0;
+}
+
+double pqChainMailDrag::millisecondsOfElements() const
+{
   auto* source = vtkSMSourceProxy::SafeDownCast(this->Deformation);
   vtkPVDataInformation* data = source ? source->GetDataInformation(0) : nullptr;
   vtkPVArrayInformation* times = data ? data->GetArrayInformation("Milliseconds", vtkDataObject::FIELD) : nullptr;
-  if (milliseconds < 150.0 || this->KeptReduction >= 0 || times == nullptr || times->GetNumberOfComponents() != 5)
-  {
-    return;
-  }
-  // Fewer elements help where they are what takes the time. Step by step, another model would start from rest, and
-  // bodies cannot be told apart in it.
-  const double elements = times->GetComponentRange(1)[0] + times->GetComponentRange(2)[0];
-  const bool fromRest = vtkSMPropertyHelper(this->Deformation, "Mode").GetAsInt() == 0;
-  const char* bodies = vtkSMPropertyHelper(this->Deformation, "BodyArray").GetAsString();
-  const bool reducible =
-    (bodies == nullptr || *bodies == '\0') && vtkSMPropertyHelper(this->Deformation, "JointSize").GetAsInt() == 0;
-  if (fromRest && reducible && elements > 0.4 * milliseconds &&
-      vtkSMPropertyHelper(this->Deformation, "ModelReduction").GetAsInt() == 1)
-  {
-    this->borrow("ModelReduction", this->KeptReduction, 2);
-    this->TooSlow = false;
-    this->IsFirst = true;
-  }
+  return times && times->GetNumberOfComponents() == 5 ? times->GetComponentRange(1)[0] + times->GetComponentRange(2)[0]
+                                                      : 0.0;
 }

@@ -2,20 +2,28 @@
 #ifndef pqChainMailDrag_h
 #define pqChainMailDrag_h
 
+#include "pqChainMailCanvas.h"
+#include "pqChainMailSketch.h"
+
 #include <QObject>
+#include <QPointer>
 #include <QTimer>
 
 #include "vtkSMTrace.h"
 
 #include <memory>
 
-class pqInteractivePropertyWidget;
+#include "pqInteractivePropertyWidget.h"
+#include "pqView.h"
+
 class vtkSMProxy;
 
-/// Lets the tissue follow while a probe, blade or drill is dragged, without Apply. Frames that the hand waits for relax
-/// with the preset for dragging, with fewer elements where that makes them faster, and are drawn coarsely. When the
-/// hand lets go, everything is as it was set, the tissue settles, and the drag is one step of Undo. Where a frame takes
-/// longer than a second, the tissue waits for the end of the drag.
+/// Lets the tissue follow while a probe, blade or drill is dragged, without Apply. Frames that the hand waits for are
+/// sketches: made of fewer voxels, relaxed with the preset for dragging, and drawn with fewer rays, as few as it takes
+/// for ten frames a second. Where a sketch would not do, the deformation itself follows, with that preset, with fewer
+/// elements where that makes it faster, and drawn with fewer rays where this process draws; where a frame then takes
+/// longer than a second, the tissue waits for the end of the drag. When the hand lets go, everything is as it was set,
+/// the tissue settles, and the drag is one step of Undo.
 class pqChainMailDrag : public QObject
 {
   Q_OBJECT
@@ -32,23 +40,39 @@ private:
 
   void start();
   void follow();
+  void refine();
   void finish();
 
+  void drawSketch();
+  void drawItself();
+
+  /// Whether ParaView draws the view for each movement of the mouse, too.
+  void setDrawnByParaView(bool drawn);
   /// Sets a property of the deformation, keeping what it was.
   void borrow(const char* property, int& kept, int value);
   void giveBack(const char* property, int& kept);
-  /// After a frame that took so long.
+  /// After a frame of the deformation itself.
   void adapt(double milliseconds);
+  bool isReducible() const;
+  double millisecondsOfElements() const;
 
-  pqInteractivePropertyWidget* Widget;
+  QPointer<pqInteractivePropertyWidget> Widget;
+  QPointer<pqView> View;             // of the drag that is under way
   vtkSMProxy* Deformation = nullptr; // of the drag that is under way
   QTimer Next;
+  QTimer Rest;
   bool IsDrawing = false;
-  bool IsFirst = true; // frame of a drag, or of another model: it takes longer than those to come
+  bool IsFirst = true; // frame of a drag, which may take longer than those to come, as does that of another model
+  bool IsOfNewModel = false;
   bool TooSlow = false;
+  bool IsSketching = false;
+  int KeptRenders = -1;
   int KeptPreset = -1;
   int KeptReduction = -1;
   std::unique_ptr<vtkSMTrace::TraceItem> Trace;
+  pqChainMailCanvas Canvas;
+  std::unique_ptr<pqChainMailSketch> Sketch; // of the drag that is under way or of the last one
+  vtkSMProxy* Sketched = nullptr;            // the deformation that it stands for
 };
 
 #endif

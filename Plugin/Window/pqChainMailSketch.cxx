@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pqChainMailSketch.h"
+
+#include "vtkAlgorithm.h"
+#include "vtkAlgorithmOutput.h"
+#include "vtkCallbackCommand.h"
+#include "vtkChainMailDeformation.h"
+#include "vtkCommand.h"
+#include "vtkDataArraySelection.h"
+#include "vtkExtractVOI.h"
+#include "vtkImageData.h"
+#include "vtkSMDoubleVectorProperty.h"
+#include "vtkSMPropertyHelper.h"
+#include "vtkSMPropertyIterator.h"
+#include "vtkSMProxy.h"
+#include "vtkSMRepresentationProxy.h"
+#include "vtkSMSessionProxyManager.h"
+#include "vtkSMSourceProxy.h"
+#include "vtkTimerLog.h"
+
+#include "pqUndoStack.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace
+{
+// As many as a drag begins with, and the fewest along an axis of a volume that has more.
+constexpr double FirstVoxels = 1e6;
+constexpr int FewestVoxels = 24;
+constexpr int LargestStep = 6;
+
+/// Another proxy with the same settings and no inputs, which nobody sees.
+vtkSmartPointer<vtkSMProxy> TwinOf(vtkSMProxy* proxy)
+{
+  vtkSmartPointer<vtkSMProxy> twin;
+  twin.TakeReference(proxy->GetSessionProxyManager()->NewProxy(proxy->GetXMLGroup(), proxy->GetXMLName()));
+  twin->Copy(proxy, "vtkSMInputProperty");
+  twin->UpdateVTKObjects();
+  twin->PrototypeOn(); // nothing for Undo
+  return twin;
+}
+
+vtkAlgorithm* AlgorithmOf(vtkSMProxy* proxy)
+{
+  return vtkAlgorithm::SafeDownCast(proxy->GetClientSideObject());
+}
+
+/// Whether a connection comes from a source, perhaps through the filter that ParaView puts behind each.
+bool IsFrom(vtkAlgorithmOutput* connection, vtkAlgorithm* source)
+{
+  vtkAlgorithm* producer = connection->GetProducer();
+  return producer == source || (producer->IsA("vtkPVPostFilter") && producer->GetInputAlgorithm() == source);
+}
+}
+
+//------------------------------------------------------------------------------
+bool pqChainMailSketch::canShow(vtkSMProxy* deformation)
+{
+  auto* filter = vtkChainMailDeformation::SafeDownCast(deformation->GetClientSideObject());
+  if (filter == nullptr || filter->GetMode() != vtkChainMailDeformation::MODE_FROM_REST ||
+      !std::string(filter->GetBodyArray() ? filter->GetBodyArray() : "").empty() || filter->GetJointSize() != 0)
+  {
+    return false;
+  }
+  for (unsigned int n = 0; n < deformation->GetNumberOfConsumers(); ++n)
+  {
+    vtkSMProxy* consumer = deformation->GetConsumerProxy(n);
+    if (vtkSMSourceProxy::SafeDownCast(consumer) && !vtkSMRepresentationProxy::SafeDownCast(consumer))
+    {
+      return false;
+    }
+  }
+  auto* image = vtkImageData::SafeDownCast(filter->GetInputDataObject(0, 0));
+  return image && image->GetDataDimension() == 3;
+}
+
+//------------------------------------------------------------------------------
+pqChainMailSketch::pqChainMailSketch(vtkSMProxy* deformation, vtkSMProxy* dragged)
+  : Deformation(deformation)
+  , Dragged(dragged)
+{
+  BEGIN_UNDO_EXCLUDE();
+  this->Twin = TwinOf(deformation);
+  this->DraggedTwin = TwinOf(dragged);
+  END_UNDO_EXCLUDE();
+  this->Filter = vtkChainMailDeformation::SafeDownCast(this->Twin->GetClientSideObject());
+  this->Filter->SetController(nullptr);
+  // The deformation itself will say what is wrong, once, when the drag has ended.
+  vtkNew<vtkCallbackCommand> silence;
+  silence->SetCallback([](vtkObject*, unsigned long, void*, void*) {});
+  this->Filter->AddObserver(vtkCommand::ErrorEvent, silence);
+  this->Filter->AddObserver(vtkCommand::WarningEvent, silence);
+}
+
+//------------------------------------------------------------------------------
+pqChainMailSketch::~pqChainMailSketch() = default;
+
+//------------------------------------------------------------------------------
+void pqChainMailSketch::begin()
+{
+  BEGIN_UNDO_EXCLUDE();
+  this->Twin->Copy(this->Deformation, "vtkSMInputProperty");
+  vtkSMPropertyHelper(this->Twin, "RelaxationPreset").Set(vtkChainMailDeformation::RELAXATION_FAST);
+  this->Twin->UpdateVTKObjects();
+  this->DraggedTwin->Copy(this->Dragged, "vtkSMInputProperty");
+  this->DraggedTwin->UpdateVTKObjects();
+  END_UNDO_EXCLUDE();
+  this->Filter->GetModelArraySelection()->DisableAllArrays();
+
+  int size[3];
+  vtkImageData::SafeDownCast(AlgorithmOf(this->Deformation)->GetInputDataObject(0, 0))->GetDimensions(size);
+  const double voxels = static_cast<double>(size[0]) * size[1] * size[2];
+  if (this->Step == 0)
+  {
+    this->Step = std::clamp(static_cast<int>(std::ceil(std::cbrt(voxels / FirstVoxels))), 1, LargestStep);
+  }
+  else if (this->Step > 1 && this->Milliseconds > 0.0 &&
+           this->Milliseconds * std::pow(this->Step / (this->Step - 1.0), 3) < this->allowedMilliseconds)
+  {
+    --this->Step;
+  }
+  this->Milliseconds = this->LastMilliseconds = 0.0;
+  this->connect();
+  this->thin();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailSketch::connect()
+{
+  vtkAlgorithm* whole = AlgorithmOf(this->Deformation);
+  vtkAlgorithm* dragged = AlgorithmOf(this->Dragged);
+  this->Thinned->SetInputConnection(whole->GetInputConnection(0, 0));
+  this->Filter->SetInputConnection(0, this->Thinned->GetOutputPort());
+  for (int port = 1; port < whole->GetNumberOfInputPorts(); ++port)
+  {
+    this->Filter->SetInputConnection(port, nullptr);
+    for (int n = 0; n < whole->GetNumberOfInputConnections(port); ++n)
+    {
+      vtkAlgorithmOutput* source = whole->GetInputConnection(port, n);
+      this->Filter->AddInputConnection(
+        port, IsFrom(source, dragged) ? AlgorithmOf(this->DraggedTwin)->GetOutputPort() : source);
+    }
+  }
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailSketch::thin()
+{
+  auto* scan = vtkImageData::SafeDownCast(AlgorithmOf(this->Deformation)->GetInputDataObject(0, 0));
+  int extent[6], size[3], step[3];
+  scan->GetExtent(extent);
+  scan->GetDimensions(size);
+  for (int a = 0; a < 3; ++a)
+  {
+    step[a] = std::max(1, std::min(this->Step, size[a] / FewestVoxels));
+  }
+  this->Thinned->SetVOI(extent);
+  this->Thinned->SetSampleRate(step);
+  const int padding = vtkSMPropertyHelper(this->Deformation, "OutputPadding").GetAsInt();
+  this->Filter->SetOutputPadding((padding + this->Step - 1) / this->Step);
+}
+
+//------------------------------------------------------------------------------
+vtkImageData* pqChainMailSketch::update(double time)
+{
+  const auto properties = vtkSmartPointer<vtkSMPropertyIterator>::Take(this->Dragged->NewPropertyIterator());
+  for (properties->Begin(); !properties->IsAtEnd(); properties->Next())
+  {
+    auto* from = vtkSMDoubleVectorProperty::SafeDownCast(properties->GetProperty());
+    auto* to = vtkSMDoubleVectorProperty::SafeDownCast(this->DraggedTwin->GetProperty(properties->GetKey()));
+    for (unsigned int n = 0; from && to && n < from->GetNumberOfUncheckedElements(); ++n)
+    {
+      to->SetElement(n, from->GetUncheckedElement(n));
+    }
+  }
+  this->DraggedTwin->UpdateVTKObjects();
+  vtkNew<vtkTimerLog> timer;
+  timer->StartTimer();
+  this->Filter->UpdateTimeStep(time);
+  timer->StopTimer();
+  this->Milliseconds = 1e3 * timer->GetElapsedTime();
+  this->adapt();
+  return this->Filter->GetOutput();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailSketch::adapt()
+{
+  // The first update of a model takes longer than those to come, and one slow one may be chance.
+  const bool isSlow = std::min(this->Milliseconds, this->LastMilliseconds) > 1.3 * this->allowedMilliseconds;
+  this->LastMilliseconds = this->Milliseconds;
+  if (isSlow && this->Step < LargestStep)
+  {
+    ++this->Step;
+    this->LastMilliseconds = 0.0;
+    this->thin();
+  }
+}

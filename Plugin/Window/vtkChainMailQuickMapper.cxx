@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkChainMailQuickMapper.h"
+
+#include "vtkGPUVolumeRayCastMapper.h"
+#include "vtkImageData.h"
+#include "vtkNew.h"
+#include "vtkObjectFactory.h"
+#include "vtkTimerLog.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace
+{
+// Beyond the last one the picture would say little.
+const int Steps[] = { 1, 2, 3, 4, 6 };
+}
+
+vtkStandardNewMacro(vtkChainMailQuickMapper);
+
+//------------------------------------------------------------------------------
+vtkChainMailQuickMapper::vtkChainMailQuickMapper()
+{
+  // As ParaView's mapper for images has it. The distance of samples along a ray is as here, and time is saved between
+  // the rays: that blurs, where samples that are too far apart make rings.
+  this->GPUMapper->UseJitteringOn();
+  this->GPUMapper->LockSampleDistanceToInputSpacingOff();
+  this->InteractiveAdjustSampleDistancesOff();
+  this->AutoAdjustSampleDistancesOff();
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailQuickMapper::SetImage(vtkImageData* image)
+{
+  this->Image = image;
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailQuickMapper::Render(vtkRenderer* renderer, vtkVolume* volume)
+{
+  if (this->Image)
+  {
+    this->SetInputDataObject(this->Image);
+  }
+  auto* image = vtkImageData::SafeDownCast(this->GetInput());
+  if (image)
+  {
+    const double* spacing = image->GetSpacing();
+    this->SetSampleDistance(static_cast<float>(std::min({ spacing[0], spacing[1], spacing[2] })));
+  }
+  this->GPUMapper->SetImageSampleDistance(this->Fine ? 1.0f : static_cast<float>(this->Step));
+  vtkNew<vtkTimerLog> timer;
+  timer->StartTimer();
+  this->Superclass::Render(renderer, volume);
+  timer->StopTimer();
+  if (!this->Fine)
+  {
+    this->Milliseconds = 1e3 * timer->GetElapsedTime();
+    this->FineMilliseconds = this->Milliseconds * this->Step * this->Step;
+    this->Adapt();
+  }
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailQuickMapper::Adapt()
+{
+  // One slow frame may be chance; of two the faster one tells.
+  const double milliseconds = std::min(this->Milliseconds, this->LastMilliseconds);
+  this->LastMilliseconds = this->Milliseconds;
+  const int* now = std::find(std::begin(Steps), std::end(Steps), this->Step);
+  const int* wanted = now;
+  if (milliseconds > 1.3 * this->AllowedMilliseconds)
+  {
+    wanted = std::min(now + 1, std::end(Steps) - 1);
+  }
+  else if (now != std::begin(Steps) && milliseconds > 0.0)
+  {
+    const double growth = static_cast<double>(now[0]) / now[-1];
+    wanted = milliseconds * growth * growth < 0.8 * this->AllowedMilliseconds ? now - 1 : now;
+  }
+  if (wanted != now)
+  {
+    this->Step = *wanted;
+    this->LastMilliseconds = 0.0;
+  }
+}
