@@ -4,6 +4,7 @@
 #include "vtkImageData.h"
 #include "vtkImageVolumeRepresentation.h"
 #include "vtkMultiBlockVolumeMapper.h"
+#include "vtkPVRenderView.h"
 #include "vtkSMProperty.h"
 #include "vtkSMPropertyHelper.h"
 #include "vtkSMRepresentationProxy.h"
@@ -71,6 +72,7 @@ bool pqChainMailCanvas::open(vtkSMProxy* source, vtkSMViewProxy* view)
   this->Mapper->SetVolumetricScatteringBlending(paraviews->GetVolumetricScatteringBlending());
   this->Mapper->SetComputeNormalFromOpacity(paraviews->GetComputeNormalFromOpacity());
   Volume::MapperOf(volume) = this->Mapper;
+  this->setSmoothing(false);
   return true;
 }
 
@@ -80,10 +82,22 @@ void pqChainMailCanvas::close()
   if (this->Representation)
   {
     Volume::MapperOf(this->Representation) = this->Kept;
+    this->setSmoothing(true);
     this->Representation = nullptr;
     this->Kept = nullptr;
     this->Step = this->Mapper->GetStep();
     this->Mapper = nullptr;
+  }
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailCanvas::setSmoothing(bool smooth)
+{
+  // A pass over all pixels, for edges that a volume does not have. Where a processor draws it takes as long as the
+  // volume.
+  if (auto* client = this->View ? vtkPVRenderView::SafeDownCast(this->View->GetClientSideObject()) : nullptr)
+  {
+    client->SetUseFXAA(smooth && NumberOf(this->View, "UseFXAA") != 0);
   }
 }
 

@@ -39,6 +39,8 @@ private:
   pqChainMailCanvas(const pqChainMailCanvas&) = delete;
   void operator=(const pqChainMailCanvas&) = delete;
 
+  void setSmoothing(bool smooth);
+
   vtkWeakPointer<vtkSMViewProxy> View;
   vtkSmartPointer<vtkImageVolumeRepresentation> Representation;
   vtkSmartPointer<vtkVolumeMapper> Kept; // ParaView's

@@ -26,10 +26,11 @@
 
 namespace
 {
-// As many as a drag begins with, and the fewest along an axis of a volume that has more.
+// As many as a drag begins with; the fewest along an axis of a volume that has more; and what still shows where the
+// tissue goes.
 constexpr double FirstVoxels = 1e6;
 constexpr int FewestVoxels = 24;
-constexpr int LargestStep = 6;
+constexpr int LargestStep = 4;
 
 /// Another proxy with the same settings and no inputs, which nobody sees.
 vtkSmartPointer<vtkSMProxy> TwinOf(vtkSMProxy* proxy)
