@@ -65,16 +65,7 @@ void pqChainMailDrag::start()
   this->IsOfNewModel = false;
   this->IsSketching = this->View && this->Canvas.open(this->Deformation, this->View->getViewProxy()) &&
                       pqChainMailSketch::canShow(this->Deformation);
-  if (this->IsSketching)
-  {
-    if (this->Sketch == nullptr || this->Sketched != this->Deformation)
-    {
-      this->Sketch = std::make_unique<pqChainMailSketch>(this->Deformation, this->Widget->proxy());
-      this->Sketched = this->Deformation;
-    }
-    this->Sketch->begin();
-  }
-  else
+  if (!this->IsSketching)
   {
     this->borrow("RelaxationPreset", this->KeptPreset, 1);
   }
@@ -102,8 +93,22 @@ void pqChainMailDrag::follow()
 }
 
 //------------------------------------------------------------------------------
+void pqChainMailDrag::beginSketch()
+{
+  if (this->Sketch == nullptr || this->Sketch->deformation() != this->Deformation)
+  {
+    this->Sketch = std::make_unique<pqChainMailSketch>(this->Deformation, this->Widget->proxy());
+  }
+  this->Sketch->begin();
+  this->IsFirst = false;
+}
+
 void pqChainMailDrag::drawSketch()
 {
+  if (this->IsFirst)
+  {
+    this->beginSketch();
+  }
   QElapsedTimer clock;
   clock.start();
   vtkImageData* image = this->Sketch->update(vtkSMPropertyHelper(this->View->getProxy(), "ViewTime").GetAsDouble());

@@ -43,6 +43,7 @@ private:
   void refine();
   void finish();
 
+  void beginSketch();
   void drawSketch();
   void drawItself();
 
@@ -72,7 +73,6 @@ private:
   std::unique_ptr<vtkSMTrace::TraceItem> Trace;
   pqChainMailCanvas Canvas;
   std::unique_ptr<pqChainMailSketch> Sketch; // of the drag that is under way or of the last one
-  vtkSMProxy* Sketched = nullptr;            // the deformation that it stands for
 };
 
 #endif

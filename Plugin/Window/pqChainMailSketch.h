@@ -4,6 +4,7 @@
 
 #include "vtkNew.h"
 #include "vtkSmartPointer.h"
+#include "vtkWeakPointer.h"
 
 class vtkChainMailDeformation;
 class vtkExtractVOI;
@@ -34,6 +35,8 @@ public:
   /// more.
   double allowedMilliseconds = 50.0;
 
+  /// Null when that is deleted.
+  vtkSMProxy* deformation() const { return this->Deformation; }
   double milliseconds() const { return this->Milliseconds; }
   /// Every n-th voxel counts, along each axis.
   int step() const { return this->Step; }
@@ -46,8 +49,8 @@ private:
   void thin();
   void adapt();
 
-  vtkSmartPointer<vtkSMProxy> Deformation;
-  vtkSmartPointer<vtkSMProxy> Dragged;
+  vtkWeakPointer<vtkSMProxy> Deformation;
+  vtkWeakPointer<vtkSMProxy> Dragged;
   vtkSmartPointer<vtkSMProxy> Twin;        // of the deformation, with its settings
   vtkSmartPointer<vtkSMProxy> DraggedTwin; // of the source, with the places of the mouse
   vtkChainMailDeformation* Filter;         // the twin's

@@ -1,6 +1,7 @@
 """checkGrabTissue.py FOLDER: the volume, the state and the pictures that TestGrabTissue.sh saved."""
 
 import os
+import re
 import sys
 import xml.etree.ElementTree as ElementTree
 
@@ -74,6 +75,19 @@ if probe.Position[2] < 10:
 deformation.Cuts, deformation.Carves, deformation.AnchoredFaces = [], [], [1] * 6
 if (values(OutputPort(deformation, 0)) != dragged).any() or not (dragged != before).any():
     sys.exit("FAILED: after the drag the window shows something else than a script")
+
+# While it was dragged the window drew sketches, of the example with every second voxel or fewer along each axis. The
+# deformation learned of it when the drag had ended.
+with open(os.path.join(folder, "drag.log"), encoding="utf-8", errors="replace") as log:
+    steps = [int(step) for step in re.findall(r"Tissue followed in \d+ ms: sketch of every (\d+)\. voxel", log.read())]
+if len(steps) < 6 or steps[0] != 1 or steps[-1] < 2:
+    sys.exit("FAILED: the sketches of the drags have every n-th voxel, n = %s" % steps)
+with open(os.path.join(folder, "watched.txt"), encoding="utf-8") as watched:
+    frames = [line.split() for line in watched]
+for count in ("1", "2"):
+    states = {state for sources, state in frames if sources == count}
+    if len(states) != 1:
+        sys.exit("FAILED: in the drag with %s deformations these had %d states" % (count, len(states)))
 
 
 def picture(name):
