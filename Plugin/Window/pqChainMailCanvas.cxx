@@ -34,15 +34,15 @@ vtkImageVolumeRepresentation* VolumeOf(vtkSMProxy* source, vtkSMViewProxy* view)
 {
   vtkSMProxy* shown = view->FindRepresentation(vtkSMSourceProxy::SafeDownCast(source), 0);
   const char* kind = shown ? vtkSMPropertyHelper(shown, "Representation", true).GetAsString() : nullptr;
-  vtkSMProxy* volume =
-    kind && std::strcmp(kind, "Volume") == 0 ? shown->GetProperty("BlendMode")->GetParent() : nullptr;
-  // 0 to 2 are vtkSmartVolumeMapper's own ways to draw.
-  if (volume == nullptr || NumberOf(shown, "Visibility") == 0 || NumberOf(shown, "VolumeRenderingMode") > 2 ||
-      NumberOf(shown, "UseTransfer2D") != 0 || NumberOf(shown, "UseSeparateOpacityArray") != 0)
+  vtkSMProperty* blend = kind && std::strcmp(kind, "Volume") == 0 ? shown->GetProperty("BlendMode") : nullptr;
+  // 0 to 2 are vtkSmartVolumeMapper's own ways to draw. Where a server has the data, it draws them.
+  if (blend == nullptr || source->GetClientSideObject() == nullptr || NumberOf(shown, "Visibility") == 0 ||
+      NumberOf(shown, "VolumeRenderingMode") > 2 || NumberOf(shown, "UseTransfer2D") != 0 ||
+      NumberOf(shown, "UseSeparateOpacityArray") != 0 || NumberOf(view, "EnableRayTracing") != 0)
   {
     return nullptr;
   }
-  return vtkImageVolumeRepresentation::SafeDownCast(volume->GetClientSideObject());
+  return vtkImageVolumeRepresentation::SafeDownCast(blend->GetParent()->GetClientSideObject());
 }
 }
 

@@ -9,9 +9,12 @@
 #include "pqUndoStack.h"
 #include "pqView.h"
 
+#include "vtkCommand.h"
 #include "vtkPVArrayInformation.h"
 #include "vtkPVDataInformation.h"
 #include "vtkPVLogger.h"
+#include "vtkRenderWindow.h"
+#include "vtkRenderWindowInteractor.h"
 #include "vtkSMPropertyHelper.h"
 #include "vtkSMProxy.h"
 #include "vtkSMSourceProxy.h"
@@ -25,6 +28,23 @@ namespace
 {
 // Of a whole frame, for ten a second.
 constexpr double AllowedMilliseconds = 100.0;
+
+/// As the button Apply does: the states of the panel, and the views. Ends the step of Undo that the drag is.
+void ApplyAll(const QPointer<pqView>& view)
+{
+  QWidget* window = pqCoreUtilities::mainWidget();
+  if (auto* panel = window ? window->findChild<pqPropertiesPanel*>() : nullptr)
+  {
+    panel->apply();
+  }
+  END_UNDO_SET();
+  // Where nothing has changed in the end, the view still shows the last picture of the drag.
+  vtkRenderWindow* drawn = view ? view->getViewProxy()->GetRenderWindow() : nullptr;
+  if (drawn && drawn->GetDesiredUpdateRate() >= 1.0)
+  {
+    view->forceRender();
+  }
+}
 }
 
 //------------------------------------------------------------------------------
@@ -32,30 +52,61 @@ pqChainMailDrag::pqChainMailDrag(pqInteractivePropertyWidget* widget)
   : QObject(widget)
   , Widget(widget)
 {
+  this->Silence->SetCallback([](vtkObject*, unsigned long, void*, void*) {});
+  this->Silence->AbortFlagOnExecuteOn();
   this->Next.setSingleShot(true);
   QObject::connect(&this->Next, &QTimer::timeout, this, &pqChainMailDrag::follow);
   this->Rest.setSingleShot(true);
   this->Rest.setInterval(400);
   QObject::connect(&this->Rest, &QTimer::timeout, this, &pqChainMailDrag::refine);
+  this->Applying.setSingleShot(true);
+  QObject::connect(&this->Applying, &QTimer::timeout, this, &pqChainMailDrag::apply);
   QObject::connect(widget, &pqInteractivePropertyWidget::startInteraction, this, &pqChainMailDrag::start);
   QObject::connect(widget, &pqInteractivePropertyWidget::interaction, &this->Next, QOverload<>::of(&QTimer::start));
   QObject::connect(widget, &pqInteractivePropertyWidget::endInteraction, this, &pqChainMailDrag::finish);
+  // Another view is active, as this one is closed, or another source is selected: nobody will see the button go up.
+  QObject::connect(widget, &pqPropertyWidget::viewChanged, this, &pqChainMailDrag::finish);
+  QObject::connect(widget, &pqInteractivePropertyWidget::widgetVisibilityUpdated, this,
+    [this](bool visible)
+    {
+      if (!visible)
+      {
+        this->finish();
+      }
+    });
 }
 
 //------------------------------------------------------------------------------
 pqChainMailDrag::~pqChainMailDrag()
 {
-  this->finish(); // the source was deleted, or another was selected
+  this->IsDrawing = false;
+  this->finish(); // the source is deleted
+  this->setDrawnByParaView(true);
+  if (this->Applying.isActive())
+  {
+    QTimer::singleShot(0, [view = this->View] { ApplyAll(view); });
+  }
 }
 
 //------------------------------------------------------------------------------
 void pqChainMailDrag::start()
 {
+  this->finish(); // the last drag, where nobody has seen the button go up
+  if (this->IsUnderWay)
+  {
+    return;
+  }
+  if (this->Applying.isActive())
+  {
+    this->Applying.stop();
+    this->apply();
+  }
   this->Deformation = pqChainMailDrag::IsOn ? vtkChainMail::DeformationOf(this->Widget->proxy()) : nullptr;
   if (this->Deformation == nullptr)
   {
     return;
   }
+  this->IsUnderWay = true;
   this->View = this->Widget->view();
   BEGIN_UNDO_SET(tr("Drag"));
   this->Trace.reset(new vtkSMTrace::TraceItem("PropertiesModified"));
@@ -75,7 +126,7 @@ void pqChainMailDrag::start()
 //------------------------------------------------------------------------------
 void pqChainMailDrag::follow()
 {
-  if (this->Deformation == nullptr || this->IsDrawing || this->TooSlow || this->View == nullptr)
+  if (!this->canDraw())
   {
     return;
   }
@@ -88,8 +139,22 @@ void pqChainMailDrag::follow()
   {
     this->drawItself();
   }
-  this->IsDrawing = false;
   this->Rest.start();
+  this->endDrawing();
+}
+
+bool pqChainMailDrag::canDraw() const
+{
+  return this->IsUnderWay && this->Deformation && this->View && !this->IsDrawing && !this->TooSlow;
+}
+
+void pqChainMailDrag::endDrawing()
+{
+  this->IsDrawing = false;
+  if (this->IsOver)
+  {
+    this->finish();
+  }
 }
 
 //------------------------------------------------------------------------------
@@ -136,12 +201,12 @@ void pqChainMailDrag::drawItself()
 void pqChainMailDrag::refine()
 {
   // The hand rests with the button held: it must not wait long when it goes on.
-  if (this->Deformation && this->Canvas.isOpen() && !this->IsDrawing && !this->TooSlow &&
-      this->Canvas.mapper()->GetStep() > 1 && this->Canvas.mapper()->GetFineMilliseconds() < 1000.0)
+  if (this->canDraw() && this->Canvas.isOpen() && this->Canvas.mapper()->GetStep() > 1 &&
+      this->Canvas.mapper()->GetFineMilliseconds() < 1000.0)
   {
     this->IsDrawing = true;
     this->Canvas.redraw(true);
-    this->IsDrawing = false;
+    this->endDrawing();
   }
 }
 
@@ -150,13 +215,17 @@ void pqChainMailDrag::finish()
 {
   this->Next.stop();
   this->Rest.stop();
-  if (this->Deformation == nullptr)
+  this->IsOver = this->IsUnderWay && this->IsDrawing;
+  if (!this->IsUnderWay || this->IsDrawing)
   {
     return;
   }
-  this->setDrawnByParaView(true);
-  this->KeptRenders = -1;
+  this->IsUnderWay = false;
   this->Canvas.close();
+  if (this->Sketch)
+  {
+    this->Sketch->end();
+  }
   this->giveBack("RelaxationPreset", this->KeptPreset);
   this->giveBack("ModelReduction", this->KeptReduction);
   this->Deformation = nullptr;
@@ -165,32 +234,32 @@ void pqChainMailDrag::finish()
     this->Widget->apply();
   }
   this->Trace.reset();
-  // As with the button Apply: the states of the panel, and the views. All of it is one step of Undo.
-  QWidget* window = pqCoreUtilities::mainWidget();
-  auto* panel = window ? window->findChild<pqPropertiesPanel*>() : nullptr;
-  if (panel == nullptr)
-  {
-    END_UNDO_SET();
-    return;
-  }
-  QTimer::singleShot(0, panel,
-    [panel]
-    {
-      panel->apply();
-      END_UNDO_SET();
-    });
+  this->setDrawnByParaView(false);
+  this->Applying.start();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailDrag::apply()
+{
+  this->setDrawnByParaView(true);
+  ApplyAll(this->View);
 }
 
 //------------------------------------------------------------------------------
 void pqChainMailDrag::setDrawnByParaView(bool drawn)
 {
-  // Each frame shows the probe where the mouse has it. What ParaView draws besides, for every movement, is the tissue
-  // of the frame before once more.
-  if (this->View)
+  if (this->Silenced)
   {
-    vtkSMPropertyHelper helper(this->View->getProxy(), "EnableRenderOnInteraction", true);
-    this->KeptRenders = this->KeptRenders < 0 ? helper.GetAsInt() : this->KeptRenders;
-    helper.Set(drawn ? this->KeptRenders : 0);
+    this->Silenced->RemoveObserver(this->Silence);
+    this->Silenced = nullptr;
+  }
+  vtkRenderWindow* window = this->View && !drawn ? this->View->getViewProxy()->GetRenderWindow() : nullptr;
+  if (window && window->GetInteractor())
+  {
+    // Each frame shows the probe where the mouse has it. What ParaView draws besides, for every movement, is the tissue
+    // of the frame before once more; and when the button goes up, what is drawn again at once for what is applied.
+    this->Silenced = window->GetInteractor();
+    this->Silenced->AddObserver(vtkCommand::RenderEvent, this->Silence, 1.0f);
   }
 }
 
@@ -205,12 +274,12 @@ void pqChainMailDrag::borrow(const char* property, int& kept, int value)
 
 void pqChainMailDrag::giveBack(const char* property, int& kept)
 {
-  if (kept >= 0)
+  if (kept >= 0 && this->Deformation)
   {
     vtkSMPropertyHelper(this->Deformation, property).Set(kept);
     this->Deformation->UpdateVTKObjects();
-    kept = -1;
   }
+  kept = -1;
 }
 
 //------------------------------------------------------------------------------

@@ -9,14 +9,17 @@
 #include <QPointer>
 #include <QTimer>
 
+#include "vtkCallbackCommand.h"
+#include "vtkNew.h"
+#include "vtkRenderWindowInteractor.h"
+#include "vtkSMProxy.h"
 #include "vtkSMTrace.h"
+#include "vtkWeakPointer.h"
 
 #include <memory>
 
 #include "pqInteractivePropertyWidget.h"
 #include "pqView.h"
-
-class vtkSMProxy;
 
 /// Lets the tissue follow while a probe, blade or drill is dragged, without Apply. Frames that the hand waits for are
 /// sketches: made of fewer voxels, relaxed with the preset for dragging, and drawn with fewer rays, as few as it takes
@@ -42,7 +45,10 @@ private:
   void follow();
   void refine();
   void finish();
+  void apply();
 
+  bool canDraw() const;
+  void endDrawing();
   void beginSketch();
   void drawSketch();
   void drawItself();
@@ -58,16 +64,20 @@ private:
   double millisecondsOfElements() const;
 
   QPointer<pqInteractivePropertyWidget> Widget;
-  QPointer<pqView> View;             // of the drag that is under way
-  vtkSMProxy* Deformation = nullptr; // of the drag that is under way
   QTimer Next;
   QTimer Rest;
+  QTimer Applying;
+  bool IsUnderWay = false; // a drag
+  QPointer<pqView> View;   // of it, as all that follows
+  vtkWeakPointer<vtkSMProxy> Deformation;
+  vtkWeakPointer<vtkRenderWindowInteractor> Silenced;
+  vtkNew<vtkCallbackCommand> Silence;
   bool IsDrawing = false;
+  bool IsOver = false; // while a frame is drawn
   bool IsFirst = true; // frame of a drag, which may take longer than those to come, as does that of another model
   bool IsOfNewModel = false;
   bool TooSlow = false;
   bool IsSketching = false;
-  int KeptRenders = -1;
   int KeptPreset = -1;
   int KeptReduction = -1;
   std::unique_ptr<vtkSMTrace::TraceItem> Trace;

@@ -9,6 +9,7 @@
 #include "vtkDataArraySelection.h"
 #include "vtkExtractVOI.h"
 #include "vtkImageData.h"
+#include "vtkInformation.h"
 #include "vtkSMDoubleVectorProperty.h"
 #include "vtkSMPropertyHelper.h"
 #include "vtkSMPropertyIterator.h"
@@ -16,6 +17,7 @@
 #include "vtkSMRepresentationProxy.h"
 #include "vtkSMSessionProxyManager.h"
 #include "vtkSMSourceProxy.h"
+#include "vtkStreamingDemandDrivenPipeline.h"
 #include "vtkTimerLog.h"
 
 #include "pqUndoStack.h"
@@ -109,10 +111,10 @@ void pqChainMailSketch::begin()
   this->DraggedTwin->UpdateVTKObjects();
   END_UNDO_EXCLUDE();
   this->Filter->GetModelArraySelection()->DisableAllArrays();
-
-  int size[3];
-  vtkImageData::SafeDownCast(AlgorithmOf(this->Deformation)->GetInputDataObject(0, 0))->GetDimensions(size);
-  const double voxels = static_cast<double>(size[0]) * size[1] * size[2];
+  this->end();
+  this->connect();
+  const std::array<int, 6> extent = this->extentOfScan();
+  const double voxels = (extent[1] - extent[0] + 1.0) * (extent[3] - extent[2] + 1.0) * (extent[5] - extent[4] + 1.0);
   if (this->Step == 0)
   {
     this->Step = std::clamp(static_cast<int>(std::ceil(std::cbrt(voxels / FirstVoxels))), 1, LargestStep);
@@ -123,8 +125,17 @@ void pqChainMailSketch::begin()
     --this->Step;
   }
   this->Milliseconds = this->LastMilliseconds = 0.0;
-  this->connect();
   this->thin();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailSketch::end()
+{
+  this->Thinned->SetInputConnection(nullptr);
+  for (int port = 0; port < this->Filter->GetNumberOfInputPorts(); ++port)
+  {
+    this->Filter->SetInputConnection(port, nullptr);
+  }
 }
 
 //------------------------------------------------------------------------------
@@ -136,7 +147,6 @@ void pqChainMailSketch::connect()
   this->Filter->SetInputConnection(0, this->Thinned->GetOutputPort());
   for (int port = 1; port < whole->GetNumberOfInputPorts(); ++port)
   {
-    this->Filter->SetInputConnection(port, nullptr);
     for (int n = 0; n < whole->GetNumberOfInputConnections(port); ++n)
     {
       vtkAlgorithmOutput* source = whole->GetInputConnection(port, n);
@@ -147,17 +157,25 @@ void pqChainMailSketch::connect()
 }
 
 //------------------------------------------------------------------------------
+std::array<int, 6> pqChainMailSketch::extentOfScan()
+{
+  // What the deformation read the last time may be another image than what it would read now.
+  std::array<int, 6> extent{ { 0, -1, 0, -1, 0, -1 } };
+  this->Thinned->GetInputAlgorithm()->UpdateInformation();
+  this->Thinned->GetInputInformation()->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent.data());
+  return extent;
+}
+
+//------------------------------------------------------------------------------
 void pqChainMailSketch::thin()
 {
-  auto* scan = vtkImageData::SafeDownCast(AlgorithmOf(this->Deformation)->GetInputDataObject(0, 0));
-  int extent[6], size[3], step[3];
-  scan->GetExtent(extent);
-  scan->GetDimensions(size);
+  std::array<int, 6> extent = this->extentOfScan();
+  int step[3];
   for (int a = 0; a < 3; ++a)
   {
-    step[a] = std::max(1, std::min(this->Step, size[a] / FewestVoxels));
+    step[a] = std::max(1, std::min(this->Step, (extent[2 * a + 1] - extent[2 * a] + 1) / FewestVoxels));
   }
-  this->Thinned->SetVOI(extent);
+  this->Thinned->SetVOI(extent.data());
   this->Thinned->SetSampleRate(step);
   const int padding = vtkSMPropertyHelper(this->Deformation, "OutputPadding").GetAsInt();
   this->Filter->SetOutputPadding((padding + this->Step - 1) / this->Step);

@@ -6,6 +6,8 @@
 #include "vtkSmartPointer.h"
 #include "vtkWeakPointer.h"
 
+#include <array>
+
 class vtkChainMailDeformation;
 class vtkExtractVOI;
 class vtkImageData;
@@ -26,6 +28,8 @@ public:
 
   /// Takes over what is set and connected, where that has changed since. To be called when a drag begins.
   void begin();
+  /// Lets go of the scan, which may be gone before the next drag. To be called when a drag has ended.
+  void end();
 
   /// Computes with the places that the mouse has dragged to, at a time of the pipeline. The image stays as it is until
   /// the next update.
@@ -46,6 +50,7 @@ private:
   void operator=(const pqChainMailSketch&) = delete;
 
   void connect();
+  std::array<int, 6> extentOfScan();
   void thin();
   void adapt();
 

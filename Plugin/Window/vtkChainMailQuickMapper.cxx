@@ -5,7 +5,10 @@
 #include "vtkImageData.h"
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
+#include "vtkRenderWindow.h"
+#include "vtkRenderer.h"
 #include "vtkTimerLog.h"
+#include "vtkVersionMacros.h"
 
 #include <algorithm>
 #include <iterator>
@@ -23,7 +26,11 @@ vtkChainMailQuickMapper::vtkChainMailQuickMapper()
 {
   // As ParaView's mapper for images has it. The distance of samples along a ray is as here, and time is saved between
   // the rays: that blurs, where samples that are too far apart make rings.
+#if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 3, 0)
+  this->UseJitteringOn(); // which tells it to the other one before each picture
+#else
   this->GPUMapper->UseJitteringOn();
+#endif
   this->GPUMapper->LockSampleDistanceToInputSpacingOff();
   this->InteractiveAdjustSampleDistancesOff();
   this->AutoAdjustSampleDistancesOff();
@@ -52,6 +59,7 @@ void vtkChainMailQuickMapper::Render(vtkRenderer* renderer, vtkVolume* volume)
   vtkNew<vtkTimerLog> timer;
   timer->StartTimer();
   this->Superclass::Render(renderer, volume);
+  renderer->GetRenderWindow()->WaitForCompletion(); // a graphics device goes on by itself
   timer->StopTimer();
   if (!this->Fine)
   {

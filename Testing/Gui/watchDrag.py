@@ -1,4 +1,5 @@
-"""Runs in ParaView's window: writes a line for every picture of a drag, with the number of the deformation's state."""
+"""Runs in ParaView's window: writes a line for every picture, with how many deformations there are, the number of their
+state, and whether the hand waited for it."""
 
 import os
 
@@ -10,9 +11,10 @@ view = GetActiveViewOrCreate("RenderView")
 
 def note(*_):
     sources = [proxy for (name, _), proxy in GetSources().items() if name.startswith("ChainMailDeformation")]
-    if sources and view.EnableRenderOnInteraction == 0:  # in a drag that the tissue follows ParaView does not draw by itself
+    if sources:
         states = [source.GetClientSideObject().GetOutputDataObject(0).GetMTime() for source in sources]
-        print(len(sources), max(states), file=watched, flush=True)
+        dragged = not view.SMProxy.GetClientSideObject().GetUseFXAA()  # then edges are not smoothed
+        print(len(sources), max(states), "quick" if dragged else "fine", file=watched, flush=True)
 
 
 view.SMProxy.AddObserver("EndEvent", note)
