@@ -13,7 +13,7 @@ rm -rf "$output" && mkdir -p "$output" || fail "cannot write to $output"
 wait=$(for ((n = 0; n < 12; ++n)); do printf '<pqevent object="pqClientMainWindow" command="pause" arguments="50" />'; done)
 sed -e "s|@SCAN@|$output/scan.vti|; s|@OUTPUT@|$output|; s|@WAIT@|$wait|" "$here/GrabTissue.xml.in" >"$output/events.xml"
 CHAINMAIL_WATCHED=$output/watched.txt PARAVIEW_LOG_APPLICATION_VERBOSITY=INFO \
-  play "$output" --script="$here/watchDrag.py" "-l=$output/drag.log,INFO"
+  play "$output" --script="$here/watchDrag.py" "--log=$output/drag.log,INFO"
 status=$?
 if [ $status -ne 0 ] && grep -q "menuTissue" "$output/log.txt"; then
   ldd "$CHAINMAIL_PLUGIN" | grep -qi qt || { echo "SKIPPED: the plugin was built without Qt's development files"; exit 125; }
