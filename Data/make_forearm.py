@@ -12,6 +12,7 @@ Hounsfield units. The same size and seed give the same voxels.
 """
 
 import argparse
+import os
 import sys
 import time
 
@@ -332,7 +333,10 @@ def write(image, path):
         raise ValueError("make_forearm: '%s' ends neither in .vti nor in .mhd." % path)
     writer.SetFileName(path)
     writer.SetInputDataObject(image)
-    if not writer.Write():
+    mistakes = []
+    writer.AddObserver("ErrorEvent", lambda *_: mistakes.append(1))
+    writer.Write()  # of the two writers only one tells here whether it could
+    if mistakes or writer.GetErrorCode() != 0 or not os.path.isfile(path):
         raise OSError("make_forearm: could not write '%s'." % path)
 
 
