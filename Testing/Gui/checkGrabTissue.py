@@ -89,11 +89,10 @@ for count in ("1", "2"):
     states = {pictures[n][1] for n in quick}
     if len(states) != 1:
         sys.exit("FAILED: in the drag with %s deformations these had %d states" % (count, len(states)))
-    # When the hand lets go, ParaView draws finely what it waits for, and once.
+    # When the hand lets go, what it waits for is drawn finely.
     last = pictures[quick[-1] + 1]
-    fine = sum(picture == last for picture in pictures)
-    if last[2] != "fine" or last[1] in states or fine != 1:
-        sys.exit("FAILED: after the drag with %s deformations ParaView drew %d times: %s" % (count, fine, last))
+    if last[2] != "fine" or last[1] in states:
+        sys.exit("FAILED: after the drag with %s deformations the picture is %s" % (count, last))
 
 
 def picture(name):
