@@ -257,9 +257,11 @@ void pqChainMailDrag::setDrawnByParaView(bool drawn)
   if (window && window->GetInteractor())
   {
     // Each frame shows the probe where the mouse has it. What ParaView draws besides, for every movement, is the tissue
-    // of the frame before once more; and when the button goes up, what is drawn again at once for what is applied.
+    // of the frame before once more; and when the button goes up after an interaction that it has seen, what is drawn
+    // again at once for what is applied.
     this->Silenced = window->GetInteractor();
     this->Silenced->AddObserver(vtkCommand::RenderEvent, this->Silence, 1.0f);
+    this->Silenced->AddObserver(vtkCommand::InteractionEvent, this->Silence, 1.0f);
   }
 }
 
