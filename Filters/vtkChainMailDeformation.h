@@ -391,8 +391,8 @@ public:
   /**
    * How long tissue settles in an update. RELAXATION_CUSTOM (0): as CoarseToFine, RelaxationIterations and
    * RelaxationTolerance say. The others stand for values of these three, in this order, and leave the properties alone
-   * (costs and errors: Data/Choosing.md). RELAXATION_FAST (1), for dragging: off, 10, 1e-3. RELAXATION_BALANCED (2), for
-   * a picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), for a measurement: on, 1000, 1e-5. Default: RELAXATION_CUSTOM.
+   * (costs and errors: Data/Choosing.md). RELAXATION_FAST (1), to drag: off, 10, 1e-3. RELAXATION_BALANCED (2), for a
+   * picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), to measure: on, 170 (Rotations, Paper: 1000), 1e-5. Default: RELAXATION_CUSTOM.
    */
   vtkSetMacro(RelaxationPreset, int);
   vtkGetMacro(RelaxationPreset, int);

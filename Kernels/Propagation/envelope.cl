@@ -175,7 +175,6 @@ kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* dis
   }
 }
 
-#ifdef TURNING
 // Sets the shifts in the bricks of a list to what handles have been moved by.
 kernel void beginShifts(
   global const int* list, uint pitch, global const float* displacement, global const float* before, global float* shift)
@@ -190,4 +189,3 @@ kernel void beginShifts(
     }
   }
 }
-#endif

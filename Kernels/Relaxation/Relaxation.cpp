@@ -19,11 +19,16 @@ namespace
 constexpr float restingMove = 1e-3f;
 constexpr int sweepsPerGroupTurn = 8;
 
+/// Where much tissue is to settle, some of it is in motion for long while chains elsewhere block each other. So after
+/// many sweeps groups also get a turn every so often.
+constexpr int sweepsPerTimedGroupTurn = 30;
+
 /// Sweeps in one batch of launches.
 constexpr int sweepsPerBatch = 8;
 
-/// The over-relaxation factor in the long run.
+/// The over-relaxation factors that the opening sweeps come to.
 constexpr double finalOmega = 1.9; // = 2 / (1 + sqrt(1 - rho2))
+constexpr double finalNearOmega = 1.93;
 
 /// Where tissue resists swelling an element weighs more than its links, and errors live longer: how many times as far
 /// factors go towards 2. Measured on pulled and dragged blocks at Poisson's ratios 0.3 and 0.45; more gains nothing.
@@ -60,11 +65,40 @@ double farOmega(int sweep, double times)
 /// so the factor ends a little above finalOmega.
 double nearOmega(int sweep, double times)
 {
-  return further(std::min(1.93, 2.0 / (1.0 + 0.5 / (sweep + 1))), times);
+  return further(std::min(finalNearOmega, 2.0 / (1.0 + 0.5 / (sweep + 1))), times);
 }
 
-float omegaOf(Reach reach, int sweep, double times)
+/// Sweeps that reach less far open with the factors of nearOmega().
+constexpr int openingSweeps = 20;
+
+/// The over-relaxation factor of a sweep after the opening. What is left is long, and takes a factor as near to 2 as
+/// the longest displacement that fits into the grid asks for, twice as long as its `longest` axis. Such a factor leaves
+/// roughness, which a smaller one takes away. So sweeps come in rounds of 50, 100, 200, ..., in which the factor falls
+/// to what the opening came to; the last round ends with the last of the sweeps that are asked for. `late` counts
+/// the sweeps since the opening, `left` those that are still to come, with this one.
+double lateOmega(int late, int left, int longest)
 {
+  constexpr int firstRound = 50;
+  constexpr double fall = 0.6;
+  constexpr double pi = 3.14159265358979323846;
+  int roundsEnd = firstRound;
+  for (int round = 2 * firstRound; roundsEnd <= late; round *= 2)
+  {
+    roundsEnd += round;
+  }
+  const int leftInRound = std::min(roundsEnd - late, left);
+  const double longestOmega = 2.0 / (1.0 + std::sin(pi / (2.0 * std::max(longest, 1))));
+  return std::max(finalNearOmega, std::min(longestOmega, 2.0 / (1.0 + fall / leftInRound)));
+}
+
+/// The over-relaxation factor of a sweep. With `longest` 0 the opening never ends.
+float omegaOf(Reach reach, int sweep, int left, int longest, double times)
+{
+  const int late = sweep - openingSweeps;
+  if (longest > 0 && late >= 0)
+  {
+    return static_cast<float>(lateOmega(late, left, longest));
+  }
   return static_cast<float>(reach == Reach::Far ? farOmega(sweep, times) : nearOmega(sweep, times));
 }
 
@@ -87,6 +121,26 @@ void Relaxation::relaxColour(
     this->bricks_.state(), waves);
 }
 
+/// Gives blocked groups their turn. Returns the largest move of any.
+float Relaxation::turnOfGroups(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest)
+{
+  this->sweepsSinceGroups_ = 0;
+  this->schedule_.touch();
+  std::vector<int> moved;
+  const float largest = moveBlockedGroups(this->bricks_, clusters, elasticity, still, moved);
+  if (largest > 0.0f)
+  {
+    this->groupPeriod_ = sweepsPerGroupTurn;
+  }
+  else if (atRest)
+  {
+    this->groupPeriod_ *= 2;
+  }
+  this->schedule_.note(moved);
+  clusters.refresh();
+  return largest;
+}
+
 RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves,
   Reach reach, int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
 {
@@ -107,17 +161,26 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
     const bool groupsMayMove = !waves && this->sweepsSinceGroups_ + sweeps >= this->groupPeriod_;
     return std::max(static_cast<float>(tolerance), groupsMayMove ? restingMove : 0.0f);
   };
+  // Where elements turn, or no coarser grids went before, sweeps go on as they open.
+  const Index3& size = this->bricks_.model().grid().size;
+  const int longest =
+    reach == Reach::Far || waves || this->bricks_.spins() ? 0 : *std::max_element(size.begin(), size.end());
+  // How many sweeps there are, after so many, to the next timed turn of blocked groups.
+  const auto sweepsToGroups = [longest](int sweep)
+  { return longest > 0 ? sweepsPerTimedGroupTurn - sweep % sweepsPerTimedGroupTurn : sweepsPerBatch; };
   RelaxResult result;
   int launched = 0;
   while (result.iterations < iterations && !result.converged)
   {
-    const int sweeps = std::min(sweepsPerBatch, iterations - result.iterations);
+    const int sweeps =
+      std::min({ sweepsPerBatch, iterations - result.iterations, sweepsToGroups(firstSweep + result.iterations) });
     this->schedule_.beginBatch(sweeps);
     for (int n = 0; n < sweeps; ++n)
     {
       launched = std::max(launched, result.iterations + n);
       checkpoint(launched);
-      const float omega = omegaOf(reach, firstSweep + result.iterations + n, times);
+      const int done = result.iterations + n;
+      const float omega = omegaOf(reach, firstSweep + done, iterations - done, longest, times);
       this->schedule_.beginSweep(restingMoveAfter(n));
       for (int colour = 0; colour < 2; ++colour)
       {
@@ -139,16 +202,13 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
     {
       ++result.iterations;
       result.largestMove = largest;
-      if (!waves && elasticity.limited && largest <= restingMoveAfter(1))
+      const int sweep = firstSweep + result.iterations;
+      const bool atRest = largest <= restingMoveAfter(1);
+      const bool timed = longest > 0 && sweep > sweepsPerTimedGroupTurn && sweep % sweepsPerTimedGroupTurn == 0;
+      if (!waves && elasticity.limited && (atRest || timed))
       {
-        this->sweepsSinceGroups_ = 0;
-        this->schedule_.touch();
-        std::vector<int> moved;
-        const float ofGroups = moveBlockedGroups(this->bricks_, clusters, elasticity, still, moved);
-        this->groupPeriod_ = ofGroups > 0.0f ? sweepsPerGroupTurn : 2 * this->groupPeriod_;
+        const float ofGroups = this->turnOfGroups(clusters, elasticity, still, atRest);
         result.largestMove = std::max(result.largestMove, static_cast<double>(ofGroups));
-        this->schedule_.note(moved);
-        clusters.refresh();
       }
       else
       {

@@ -38,6 +38,7 @@ public:
 
 private:
   void relaxColour(int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
+  float turnOfGroups(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest);
 
   Bricks& bricks_;
   SweepSchedule schedule_;
