@@ -151,6 +151,8 @@ struct Way
   double recovery;
   bool coarseToFine;
   int reduction;
+  bool rotations = false;
+  double poissonRatio = 0.0;
 };
 
 void play(const Way& way, const Index3& size)
@@ -161,6 +163,8 @@ void play(const Way& way, const Index3& size)
   settings.device = device ? device : "";
   settings.brickSize = way.brick;
   settings.modelReduction = way.reduction;
+  settings.rotations = way.rotations;
+  settings.poissonRatio = way.poissonRatio;
   Simulation simulation(tissue.model(way.axes == 1), settings);
   simulation.setPropagation(way.propagation, way.policy);
   simulation.setPropagationTimes(true);
@@ -197,7 +201,7 @@ void play(const Way& way, const Index3& size)
   simulation.mend();
   simulation.pull({ apart[0] });
   lookAt(simulation);
-  if (way.coarseToFine)
+  if (way.coarseToFine && !way.rotations)
   {
     // Tissue that has settled is known better by the finest grid than by coarser ones: the way back is gone in part.
     simulation.relax(30, 0.0);
@@ -243,6 +247,15 @@ int main(int argc, char** argv)
     },
     [&] {
       play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false, 2 }, { 14, 12, 4 });
+    },
+    [&] {
+      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false, 1, true }, block);
+    },
+    [&] {
+      play({ large, 1, P::Envelope, C::Latest, R::Projected, 1.0, true, 1, true, 0.3 }, { 9, 6, 4 });
+    },
+    [&] {
+      play({ large, 3, P::Envelope, C::Limit, R::Projected, 1.0, false, 1, true, 0.45 }, { 7, 6, 1 });
     },
   };
   const std::string argument = argc > 1 ? argv[1] : "";
