@@ -32,6 +32,12 @@ file(WRITE "${PROJECT_BINARY_DIR}/package/${listFile}" "${list}")
 install(DIRECTORY "${PROJECT_BINARY_DIR}/package/" DESTINATION . COMPONENT Package EXCLUDE_FROM_ALL)
 install(FILES LICENSE DESTINATION share/doc/chainmail RENAME copyright COMPONENT Package EXCLUDE_FROM_ALL)
 
+# What to read after the installation, with the pages, pictures and scripts that it names, as they lie in the source.
+install(FILES Plugin/README.Debian README.md DESTINATION share/doc/chainmail COMPONENT Package EXCLUDE_FROM_ALL)
+install(DIRECTORY Data/ DESTINATION share/doc/chainmail/Data COMPONENT Package EXCLUDE_FROM_ALL FILES_MATCHING PATTERN "*.md"
+  PATTERN "*.png" PATTERN "main_job.py" PATTERN "find_scene.py" PATTERN "make_forearm.py" PATTERN "carry.py"
+  PATTERN Baselines EXCLUDE PATTERN __pycache__ EXCLUDE)
+
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME chainmail)
 set(CPACK_PACKAGE_CONTACT "The ChainMail authors <chainmail@localhost>")
