@@ -4,6 +4,7 @@
 #include "ChainMailPresets.h"
 #include "Sight.h"
 #include "pqChainMailDrag.h"
+#include "pqChainMailStop.h"
 
 #include "pqActiveObjects.h"
 #include "pqApplicationCore.h"
@@ -175,6 +176,7 @@ pqChainMailActions::pqChainMailActions(QObject* parent)
   : Superclass(parent)
 {
   this->setExclusive(false);
+  new pqChainMailStop(this);
   this->Grab = this->addAction("GrabTissue", tr("Grab Tissue"),
     tr("Grab the tissue of the selected scan with a probe, and pull it a little. Drag the ends of the probe's line."));
   QObject::connect(this->Grab, &QAction::triggered, this, &pqChainMailActions::grab);
