@@ -27,6 +27,8 @@ namespace
 // Updates that take less are not worth a click, and dragged tissue must not wait for events.
 constexpr int MillisecondsBefore = 500;
 constexpr int MillisecondsBetween = 100;
+// What ParaView draws a moment later, for what was stopped, must not begin it anew.
+constexpr int MillisecondsAfter = 500;
 
 bool IsOver(const QWidget* widget, const QMouseEvent* event)
 {
@@ -201,7 +203,7 @@ void pqChainMailStop::stop(vtkAlgorithm* deformation)
     deformation->SetAbortExecute(1);
     if (this->Stopped.empty())
     {
-      QTimer::singleShot(0, this, &pqChainMailStop::release);
+      QTimer::singleShot(MillisecondsAfter, this, &pqChainMailStop::release);
     }
     this->Stopped.emplace_back(deformation);
   }

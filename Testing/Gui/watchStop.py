@@ -18,8 +18,9 @@ def note(_, event):
     global last
     what = "begins" if event == "StartEvent" else algorithm.GetProgressText()
     if event == "EndEvent":
-        used = algorithm.GetOutput().GetFieldData().GetArray("RelaxationIterationsUsed")
-        what = "ends: %s; %s iterations" % (algorithm.GetReport().split("\n")[0], used.GetValue(0) if used else "no")
+        fields = algorithm.GetOutput().GetFieldData()
+        error, used = fields.GetAbstractArray("Error"), fields.GetArray("RelaxationIterationsUsed")
+        what = "ends: %s; %s iterations" % (error and error.GetValue(0), used and int(used.GetValue(0)))
     if what != last:
         print(what, file=watched, flush=True)
     last = what
@@ -28,3 +29,4 @@ def note(_, event):
 for event in ("StartEvent", "ProgressEvent", "EndEvent"):
     algorithm.AddObserver(event, note)
 Show(deformation, GetActiveViewOrCreate("RenderView"))
+Render()
