@@ -1,0 +1,133 @@
+// B13: the presets Balanced and Accurate on whole scans, from rest: what an update of the filter takes, and how far the
+// tissue then is from the optimum.
+
+#include "Scans.h"
+
+#include "vtkFloatArray.h"
+
+#include <cmath>
+
+namespace
+{
+
+/// Port 1's displacements [mm].
+std::vector<float> displacementsOf(vtkChainMailDeformation* filter)
+{
+  filter->Update(1);
+  auto atRest = vtkImageData::SafeDownCast(filter->GetOutputDataObject(1));
+  auto array = atRest ? vtkFloatArray::SafeDownCast(atRest->GetPointData()->GetArray("Displacement")) : nullptr;
+  if (!array)
+  {
+    throw std::runtime_error("the filter has no displacements");
+  }
+  return std::vector<float>(array->GetPointer(0), array->GetPointer(0) + array->GetNumberOfValues());
+}
+
+double length(const float* v)
+{
+  return std::sqrt(double(v[0]) * v[0] + double(v[1]) * v[1] + double(v[2]) * v[2]);
+}
+
+/// The root mean square distance between two states, over what moves in the second by more than a thousandth of its
+/// longest way, as a fraction of that way.
+double distance(const std::vector<float>& state, const std::vector<float>& optimum)
+{
+  double pull = 0.0;
+  for (std::size_t v = 0; v < optimum.size(); v += 3)
+  {
+    pull = std::max(pull, length(&optimum[v]));
+  }
+  double sum = 0.0;
+  double touched = 0.0;
+  for (std::size_t v = 0; v < optimum.size(); v += 3)
+  {
+    if (length(&optimum[v]) > 1e-3 * pull)
+    {
+      const float away[3] = { state[v] - optimum[v], state[v + 1] - optimum[v + 1], state[v + 2] - optimum[v + 2] };
+      sum += std::pow(length(away), 2);
+      touched += 1.0;
+    }
+  }
+  if (touched == 0.0)
+  {
+    throw std::runtime_error("nothing moves");
+  }
+  return std::sqrt(sum / touched) / pull;
+}
+
+/// A pull from rest with both presets, in turns.
+void presets(bench::Session& session, const std::string& name, bench::Drag& drag, double far)
+{
+  vtkChainMailDeformation* filter = drag.filter();
+  filter->SetModeToFromRest();
+  const std::pair<const char*, int> rows[] = { { "Balanced", vtkChainMailDeformation::RELAXATION_BALANCED },
+    { "Accurate", vtkChainMailDeformation::RELAXATION_ACCURATE } };
+  std::vector<std::vector<float>> states(std::size(rows));
+  std::vector<double> relax(std::size(rows));
+  std::vector<bench::Task> tasks;
+  for (std::size_t n = 0; n < std::size(rows); ++n)
+  {
+    bench::Task task;
+    task.prepare = [&, n]
+    {
+      filter->SetRelaxationPreset(rows[n].second);
+      drag.rest();
+    };
+    task.run = [&] { drag.to(far); };
+    task.check = [&, n]
+    {
+      drag.requireSound(false);
+      states[n] = displacementsOf(filter);
+      relax[n] = drag.field("Milliseconds", FilterTest::RELAX);
+    };
+    tasks.push_back(task);
+  }
+  const auto milliseconds = session.time(tasks);
+
+  // Twice as many change nothing but the last bits.
+  filter->SetRelaxationPresetToCustom();
+  filter->SetCoarseToFine(true);
+  filter->SetRelaxationIterations(session.small() ? 200 : 3000);
+  filter->SetRelaxationTolerance(1e-7);
+  drag.rest();
+  drag.to(far);
+  const std::vector<float> optimum = displacementsOf(filter);
+
+  for (std::size_t n = 0; n < std::size(rows); ++n)
+  {
+    session.report({ name, rows[n].first, milliseconds[n],
+      { { "relax [ms]", relax[n] },
+        { "distance from the optimum [% of the pull]", 100.0 * distance(states[n], optimum) },
+        { "times Balanced", bench::median(milliseconds[n]) / bench::median(milliseconds[0]) } } });
+  }
+}
+
+}
+
+int main(int argc, char** argv)
+{
+  return bench::run(argc, argv, "B13", "presets",
+    [](bench::Session& session)
+    {
+      {
+        const std::string name = bench::scanName(session, "heart_cta");
+        bench::Drag drag(session, bench::readScan(name), -300.0, 600.0);
+        // The lateral wall of the left ventricle, out towards the lung; calcium and bone are rigid.
+        vtkNew<vtkPiecewiseFunction> material;
+        material->AddPoint(-300.0, 0.35);
+        material->AddPoint(-100.0, 0.4);
+        material->AddPoint(250.0, 0.5);
+        material->AddPoint(600.0, 0.5);
+        material->AddPoint(1000.0, 0.0);
+        drag.filter()->SetMaterialFunction(material);
+        drag.grabAt({ -0.29, 0.164, -0.12 }, 12.0);
+        presets(session, name, drag, session.small() ? -2.0 : -16.0);
+      }
+      if (!session.small())
+      {
+        bench::Drag drag(session, bench::readScan("head_vhf_ct"), 35.0, 110.0); // bytes, (HU + 1024) / 16
+        drag.grabAt({ 0.3, -0.1, -0.1 }, 6.0);                                  // a cheek
+        presets(session, "head_vhf_ct", drag, 5.0);
+      }
+    });
+}
