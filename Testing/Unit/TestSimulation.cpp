@@ -300,10 +300,11 @@ TEST(Simulation, PeakOfTheDevicesMemory)
   EXPECT_GE(now, held);
   EXPECT_LT(now, 1.5 * held);
   simulation.relax(1, 1e-3);
-  // Grids of an eighth and less, and beside them copies of the state: those of 12 bytes of its 28.
+  // Grids of an eighth and less, and beside them copies of the state: those of 12 bytes of its 28. That is 2.3 times with
+  // the bricks of processors, and 3.1 times with those of GPUs, which hold fewer places around the tissue in motion.
   const std::size_t peak = simulation.takePeakDeviceBytes();
   EXPECT_GT(peak, 1.4 * now);
-  EXPECT_LT(peak, 3.0 * now);
+  EXPECT_LT(peak, 3.5 * now);
   const std::size_t after = simulation.takePeakDeviceBytes();
   EXPECT_GT(after, now) << "grids are kept";
   EXPECT_LT(after, 0.85 * peak) << "copies are given back";
