@@ -17,6 +17,7 @@ import concurrent.futures
 import glob
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -52,6 +53,11 @@ def gather(data, kernels):
     return lines, branches, len(paths)
 
 
+def only_names(source):
+    """Whether a file has nothing but comments and definitions of the preprocessor, which leave nothing to reach."""
+    return all(re.match(r"\s*(//|#|$)", line) for line in source)
+
+
 def report(name, found):
     """Prints one row; `found`: {kind: (reached, all)}."""
     print("%-24s" % name + "  ".join("%4d of %4d %s" % (*found[kind], kind) for kind in ("lines", "branches")))
@@ -82,7 +88,8 @@ def main():
     for name in sorted(kernels):
         places = [place for place in lines if place[0] == name]
         if not places:
-            problems.append(name + ": no test builds it")
+            if not only_names(kernels[name]):
+                problems.append(name + ": no test builds it")
             continue
         taken = [times for place in places for times in branches[place].values()]
         found = {"lines": (sum(lines[place] > 0 for place in places), len(places)),
