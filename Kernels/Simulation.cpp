@@ -289,11 +289,13 @@ PropagateResult Simulation::Impl::propagate(int iterations)
       if (iterations == 0 && this->bricks_.spins())
       {
         constexpr int sweeps = 8; // turn bones about as far as a wave moves them
+        bool coarse = true;       // once spins contradict each other there, they go on to, as bones only turn further
         const auto settle = [&]
         {
           this->relaxer().restart();
-          this->relaxer().run({ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
-            nullptr, sweeps, 0.0, [&](int) { checkpoint(); } });
+          const RelaxationTask task{ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
+            nullptr, sweeps, 0.0, [&](int) { checkpoint(); }, coarse };
+          coarse = this->relaxer().run(task).coarseStep > 0.0;
         };
         result.iterations += reachFurther(this->waves_, this->handles_, settle, checkpoint);
         this->relaxer().restart();

@@ -17,7 +17,7 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
   bool coarse = false;
   if (this->sweep_ == 0)
   {
-    coarse = this->startsCoarse_ && !task.waves &&
+    coarse = this->startsCoarse_ && task.mayStartCoarse && !task.waves &&
              this->coarseToFine_.run(clusters, task.elasticity, task.tolerance, [&] { task.checkpoint(0); });
     this->reach_ = coarse ? Reach::Near : Reach::Far;
   }

@@ -9,7 +9,7 @@ namespace
 {
 
 /// Bounds that still change after so many passes over all bricks have no end, since spins contradict each other.
-constexpr int mostPasses = 64;
+constexpr int mostPasses = 16;
 
 /// Held elements that strain a link too far by no more than this are compatible.
 constexpr double rounding = 1e-5;

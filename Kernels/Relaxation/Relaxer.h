@@ -19,6 +19,7 @@ struct RelaxationTask
   int iterations;             ///< the most iterations, 1 or more
   double tolerance;
   std::function<void(int)> checkpoint; ///< to be called with the number of iterations done; throws to stop
+  bool mayStartCoarse = true;          ///< whether it may start on coarser grids, where it is told to
 };
 
 /// A method by which tissue settles. To add one, derive a class, add a value to RelaxationMethod (Types.h) and a line
