@@ -605,9 +605,10 @@ private:
     vtkImageData* model = filter->GetModelOutput();
     const bool empty =
       volume->GetPointData()->GetNumberOfArrays() == 0 && model->GetPointData()->GetNumberOfArrays() == 0;
-    if (failed || image->GetNumberOfPoints() == 0) // which the pipeline does not ask about a second time
+    const bool says = !ErrorOf(volume).empty(); // also later, as the pipeline does not ask a second time
+    if (failed || says || image->GetNumberOfPoints() == 0)
     {
-      Require(empty, "an update that failed has outputs");
+      Require(empty || says, "an update that failed has outputs that do not say so");
       return;
     }
     if (stopped && empty)
