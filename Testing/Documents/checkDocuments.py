@@ -47,7 +47,8 @@ COMMANDS = [
         'ctest --test-dir "$build" --output-on-failure']}),
     (r'export HWLOC_SYNTHETIC="numa:1\(memory=\d+\) core:\d+ pu:1"', "", {"Testing/prepare.sh": [
         'export HWLOC_SYNTHETIC="numa:1(memory=', ') core:', ' pu:1"']}),
-    (r"export ASAN_OPTIONS=detect_leaks=0", "", {ROLES + "EngineAlone.cmake": ["ENV{ASAN_OPTIONS} detect_leaks=0"]}),
+    (r"export ASAN_OPTIONS=detect_leaks=0:use_sigaltstack=0", "",
+        {ROLES + "EngineAlone.cmake": ["ENV{ASAN_OPTIONS} detect_leaks=0:use_sigaltstack=0"]}),
     (r"cmake -S \. -B build -DBUILD_TESTING=OFF", "", {"Data/main-job.sh": ["configure_and_build -DBUILD_TESTING=OFF"]}),
     (r"cpack --config build/CPackConfig\.cmake -B build", "", {ROLES + "Package.cmake": ['--config "${BUILD}/CPackConfig.cmake" -B']}),
     (r"apt install \./build/chainmail_\S+\.deb", "", {ROLES + "tryPackage.sh": ['apt-get install --yes "/root/']}),
