@@ -71,7 +71,7 @@ kernel void survey(global const int* list, uint pitch, global const float* displ
       const real u = LOAD(displacement + axis * pitch + first + n);
       low[axis] = min(low[axis], u);
       high[axis] = max(high[axis], u);
-      displaced |= u != 0.0f;
+      displaced |= fabs(u) >= NEGLIGIBLE;
       word h = AS_WORD(u) + (uint)(3 * n + axis) * 0x9e3779b9u;
       STIR(h)
       sums[0] += h;

@@ -125,8 +125,10 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
   const cl::Buffer& places = this->places_.holding(context, batch.places);
   const auto cover = [&](bool claiming)
   {
-    context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(), items, list, tissue, boxes,
-      places, claims, contested, found, again, static_cast<cl_int>(claiming));
+    // One work-item at a time is what a processor runs anyway, and then most claims need no second pass.
+    context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(),
+      this->bricks_.width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, contested, found, again,
+      static_cast<cl_int>(claiming));
   };
   context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
   context.queue().enqueueFillBuffer(contested, cl_uchar(0), 0, voxels);

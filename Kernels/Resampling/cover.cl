@@ -17,6 +17,7 @@ typedef struct
   global uchar* contested;      // 1 where several cells claim the voxel
   global float* offsets;
   bool claiming; // in the first pass
+  int3 brick;    // the first of the cells of the group
 } Output;
 
 // The number of a voxel, given by brick and offset in it, in the arrays of the output; -1 where it has none, or where
@@ -40,8 +41,16 @@ RULE int soughtAt(const Output* o, int3 at, uint key)
     offset.x + BX * (offset.y + BY * offset.z), key);
 }
 
-// Claims a voxel, or, if that claim has won, says where its material came from. While no other cell has claimed it, it
-// has won.
+// Whether a claim was made by the same work-item, so that what this one writes now comes after what that one wrote.
+RULE bool isOfOwnBrick(const Output* o, uint claim)
+{
+  const uint cell = (claim & ~BORDER) / 8, row = cell / o->cellsSize.x;
+  const int3 at = o->cellsFirst.xyz + (int3)(cell % o->cellsSize.x, row % o->cellsSize.y, row / o->cellsSize.y);
+  return get_local_size(0) == 1 && all(at >= o->brick) && all(at < o->brick + (int3)(BX, BY, BZ));
+}
+
+// Claims a voxel, or, if that claim has won, says where its material came from. While no other work-item has claimed it,
+// the lowest claim so far has won.
 inline void take(const Output* o, int voxel, uint claim, float3 offset)
 {
   bool won = true;
@@ -51,7 +60,12 @@ inline void take(const Output* o, int voxel, uint claim, float3 offset)
     won = before >= RESTS || ((before ^ claim) & ~BORDER) == 0;
     if (!won)
     {
-      o->contested[voxel] = 1;
+      const bool own = isOfOwnBrick(o, before);
+      won = own && claim < before;
+      if (!own)
+      {
+        o->contested[voxel] = 1;
+      }
     }
   }
   if (won && (o->claiming || o->claims[voxel] == claim))
@@ -88,13 +102,13 @@ typedef struct
   uint elements[WIDTH]; // of the cell
 } Lanes;
 
-// Takes those voxels that lie in their cells, which have the coefficients `c`. `cell` is null, or a cell for all lanes
-// of which only the share of one component counts.
-RULE void takeInside(const Output* o, real (*c)[8], const Lanes* lanes, const Cell* cell, int component)
+// Takes those voxels that lie in their cells. `cell` is null, or a cell for all lanes of which only the share of one
+// component counts.
+RULE void takeInside(const Output* o, const CellMap* map, const Lanes* lanes, const Cell* cell, int component)
 {
   const real target[3] = { LOAD(lanes->target[0]), LOAD(lanes->target[1]), LOAD(lanes->target[2]) };
   real x[3];
-  const mask inside = inverted(c, target, x);
+  const mask inside = inverted(map, target, LOAD(lanes->voxel) >= 0, x);
   if (!SOME(inside))
   {
     return;
@@ -111,7 +125,7 @@ RULE void takeInside(const Output* o, real (*c)[8], const Lanes* lanes, const Ce
   for (int lane = 0; lane < WIDTH; ++lane)
   {
     const float3 place = (float3)(found[0][lane], found[1][lane], found[2][lane]);
-    if (lanes->voxel[lane] >= 0 && hits[lane] && (!cell || isShareOf(cell, component, place)))
+    if (hits[lane] && (!cell || isShareOf(cell, component, place)))
     {
       const int nearest = (place.x > 0.5f) | (place.y > 0.5f) << 1 | (place.z > 0.5f) << 2;
       const uint border = lanes->elements[lane] >> nearest & 1 ? 0 : BORDER;
@@ -162,7 +176,7 @@ inline float3 virtualCorner(const Tissue* t, local const Part* part, int3 at, in
 
 // Takes the voxels that a component of a cell covers.
 inline void coverComponent(
-  const Tissue* t, const Output* o, local const Part* part, int3 at, const Cell* cell, int component)
+  const Tissue* t, const Output* o, local const Part* part, int3 at, const Cell* cell, int component, bool smooth)
 {
   float3 u[8], low = (float3)(INFINITY), high = (float3)(-INFINITY);
   bool rests = true;
@@ -191,20 +205,15 @@ inline void coverComponent(
     lanes.elements[lane] = cell->elements;
   }
   takeCorners(t, o, cell->base, air, u, lanes.key[0]);
-  real c[3][8];
-  for (int a = 0; a < 3; ++a)
+  real corners[3][8];
+  for (int n = 0; n < 8; ++n)
   {
-    float values[8], coefficients[8];
-    for (int n = 0; n < 8; ++n)
-    {
-      values[n] = a == 0 ? u[n].x : a == 1 ? u[n].y : u[n].z;
-    }
-    TRILINEAR(values, coefficients)
-    for (int n = 0; n < 8; ++n)
-    {
-      c[a][n] = (real)(coefficients[n]);
-    }
+    corners[0][n] = (real)(u[n].x);
+    corners[1][n] = (real)(u[n].y);
+    corners[2][n] = (real)(u[n].z);
   }
+  CellMap map;
+  mapOf(corners, (mask)(smooth ? -1 : 0), &map);
   const int3 base = cell->base, end = o->boxFirst.xyz + o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
   const int3 flat = t->flat.xyz;
   const int3 first = select(max(convert_int3(ceil(low - SLACK)) + base, o->boxFirst.xyz), base, flat != 0);
@@ -229,13 +238,13 @@ inline void coverComponent(
       {
         lanes.voxel[lane] = -1;
       }
-      takeInside(o, c, &lanes, cell, component);
+      takeInside(o, &map, &lanes, cell, component);
       used = 0;
     }
   }
 }
 
-inline void coverCell(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base)
+inline void coverCell(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, bool smooth)
 {
   Cell cell = cellOf(t, base, cornerBits(t, part->elements, at));
   findComponents(t, &cell);
@@ -243,7 +252,7 @@ inline void coverCell(const Tissue* t, const Output* o, local const Part* part, 
   {
     if (isOwn(&cell, component, component))
     {
-      coverComponent(t, o, part, at, &cell, component);
+      coverComponent(t, o, part, at, &cell, component, smooth);
     }
   }
 }
@@ -306,81 +315,115 @@ inline void cornersOfRow(
 }
 
 // Takes the voxels that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`, and looks at
-// the voxels `first` to `last` from that cell's lowest corner, where it `moves`.
-inline void takeReached(
-  const Output* o, real (*c)[8], const real* first, const real* last, mask moves, const mask* start, Lanes* lanes)
+// the voxels `first` to `last` from that cell's lowest corner, where it `moves`. A cell covers about one voxel, which is
+// another for each: all those that may be inside are collected first, and inverted together.
+inline void takeReached(const Output* o, const CellMap* map, const real* first, const real* last, mask moves,
+  const mask* start, Lanes* lanes)
 {
-  int most[3];
+  int most[3], voxels[LONG][WIDTH], count[WIDTH], rounds = 0;
+  float targets[LONG][3][WIDTH];
   UNROLL
   for (int a = 0; a < 3; ++a)
   {
     most[a] = (int)largestOf(select((real)(-1.0f), last[a] - first[a], moves));
   }
+  for (int lane = 0; lane < WIDTH; ++lane)
+  {
+    count[lane] = 0;
+  }
   int3 step = (int3)(0, 0, 0);
   while (step.x <= most[0] && step.y <= most[1] && step.z <= most[2])
   {
     const real target[3] = { first[0] + (float)step.x, first[1] + (float)step.y, first[2] + (float)step.z };
-    int within[WIDTH], brick[WIDTH], offset[WIDTH];
-    STORE(moves & (target[0] <= last[0]) & (target[1] <= last[1]) & (target[2] <= last[2]), within);
-    const mask x = start[0] + TO_INT(target[0]), y = start[1] + TO_INT(target[1]), z = start[2] + TO_INT(target[2]);
-    STORE(x / BX + o->boxBricks.x * (y / BY + o->boxBricks.y * (z / BZ)), brick);
-    STORE((x & (BX - 1)) + BX * ((y & (BY - 1)) + BY * (z & (BZ - 1))), offset);
-    bool some = false;
-    for (int lane = 0; lane < WIDTH; ++lane)
+    const mask may = moves & (target[0] <= last[0]) & (target[1] <= last[1]) & (target[2] <= last[2]);
+    const mask within = may & mayBeInside(map, target);
+    if (SOME(within))
     {
-      lanes->voxel[lane] = within[lane] ? soughtIn(o, brick[lane], offset[lane], lanes->key[lane]) : -1;
-      some = some || lanes->voxel[lane] >= 0;
-    }
-    if (some)
-    {
+      float places[3][WIDTH];
+      int wanted[WIDTH], brick[WIDTH], offset[WIDTH];
+      STORE(within, wanted);
+      const mask x = start[0] + TO_INT(target[0]), y = start[1] + TO_INT(target[1]), z = start[2] + TO_INT(target[2]);
+      STORE(x / BX + o->boxBricks.x * (y / BY + o->boxBricks.y * (z / BZ)), brick);
+      STORE((x & (BX - 1)) + BX * ((y & (BY - 1)) + BY * (z & (BZ - 1))), offset);
       UNROLL
       for (int a = 0; a < 3; ++a)
       {
-        STORE(target[a], lanes->target[a]);
+        STORE(target[a], places[a]);
       }
-      takeInside(o, c, lanes, 0, 0);
+      for (int lane = 0; lane < WIDTH; ++lane)
+      {
+        const int voxel = wanted[lane] ? soughtIn(o, brick[lane], offset[lane], lanes->key[lane]) : -1;
+        if (voxel < 0)
+        {
+          continue;
+        }
+        const int n = count[lane]++;
+        if (n == rounds)
+        {
+          STORE((mask)(-1), voxels[n]);
+          rounds = n + 1;
+        }
+        voxels[n][lane] = voxel;
+        for (int a = 0; a < 3; ++a)
+        {
+          targets[n][a][lane] = places[a][lane];
+        }
+      }
     }
     const bool endsRow = step.x == most[0], endsLayer = endsRow && step.y == most[1];
     step = (int3)(endsRow ? 0 : step.x + 1, endsLayer ? 0 : step.y + endsRow, step.z + endsLayer);
+  }
+  for (int round = 0; round < rounds; ++round)
+  {
+    STORE(LOAD(voxels[round]), lanes->voxel);
+    UNROLL
+    for (int a = 0; a < 3; ++a)
+    {
+      STORE(LOAD(targets[round][a]), lanes->target[a]);
+    }
+    takeInside(o, map, lanes, 0, 0);
   }
 }
 
 // Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
 // and has its lowest corner at `base`.
 inline void coverRow(
-  const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted, uint ambiguous)
+  const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted, uint ambiguous,
+  uint smooth)
 {
   Lanes lanes;
   Corners corners;
-  int numbers[WIDTH], moving[WIDTH];
+  int numbers[WIDTH], moving[WIDTH], isSmooth[WIDTH];
   for (int lane = 0; lane < WIDTH; ++lane)
   {
     lanes.elements[lane] = cornerBits(t, part->elements, at + (int3)(lane, 0, 0));
     lanes.key[lane] = keyOf(o, base + (int3)(lane, 0, 0)) + lowest(lanes.elements[lane]);
     numbers[lane] = lane;
     moving[lane] = wanted >> lane & 1 ? -1 : 0;
+    isSmooth[lane] = smooth >> lane & 1 ? -1 : 0;
   }
   cornersOfRow(t, part, at, ambiguous, lanes.elements, &corners);
   // Voxels are counted from the lowest corner of each cell, and cells from the box of the output.
   const int3 from = base - o->boxFirst.xyz, end = o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
   const mask start[3] = { LOAD(numbers) + from.x, (mask)(from.y), (mask)(from.z) };
-  real c[3][8], first[3], last[3];
+  real u[3][8], first[3], last[3];
   mask moves = (mask)(0);
   UNROLL
   for (int a = 0; a < 3; ++a)
   {
-    real u[8], low = (real)(INFINITY), high = (real)(-INFINITY);
+    real low = (real)(INFINITY), high = (real)(-INFINITY);
     UNROLL
     for (int n = 0; n < 8; ++n)
     {
-      u[n] = LOAD(corners.u[a][n]);
-      moves |= u[n] != 0.0f;
-      low = min(low, u[n] + (float)(n >> a & 1));
-      high = max(high, u[n] + (float)(n >> a & 1));
+      u[a][n] = LOAD(corners.u[a][n]);
+      moves |= u[a][n] != 0.0f;
+      low = min(low, u[a][n] + (float)(n >> a & 1));
+      high = max(high, u[a][n] + (float)(n >> a & 1));
     }
-    TRILINEAR(u, c[a])
     first[a] = max(ceil(low - SLACK), TO_FLOAT(-start[a]));
-    last[a] = min(floor(high + SLACK), TO_FLOAT((a == 0 ? end.x : a == 1 ? end.y : end.z) - start[a]));
+    // What is handed on is at least this much wide when it is deformed.
+    high += select((real)(SLACK), (real)(-0.5f * HANDED_ON), LOAD(isSmooth));
+    last[a] = min(floor(high), TO_FLOAT((a == 0 ? end.x : a == 1 ? end.y : end.z) - start[a]));
   }
   moves &= LOAD(moving);
   // A cell that a wave has just torn long would keep the others waiting.
@@ -394,7 +437,7 @@ inline void coverRow(
   {
     if (tooLong[lane])
     {
-      coverCell(t, o, part, at + (int3)(lane, 0, 0), base + (int3)(lane, 0, 0));
+      coverCell(t, o, part, at + (int3)(lane, 0, 0), base + (int3)(lane, 0, 0), isSmooth[lane]);
     }
     else if (moving[lane] && lanes.elements[lane] != 255)
     {
@@ -406,7 +449,9 @@ inline void coverRow(
       takeCorners(t, o, base + (int3)(lane, 0, 0), ~lanes.elements[lane] & 255, u, lanes.key[lane]);
     }
   }
-  takeReached(o, c, first, last, moves, start, &lanes);
+  CellMap map;
+  mapOf(u, LOAD(isSmooth), &map);
+  takeReached(o, &map, first, last, moves, start, &lanes);
 }
 
 // --- Kernels
@@ -440,13 +485,13 @@ inline void coverCells(const Tissue* t, const Output* o, local const Part* part,
       wanted &= hasCell && !alone ? ~0u : ~(1u << lane);
       if (hasCell && alone)
       {
-        coverCell(t, o, part, place, corner);
+        coverCell(t, o, part, place, corner, false);
       }
     }
   }
   if (wanted)
   {
-    coverRow(t, o, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted);
+    coverRow(t, o, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted, (uint)(smoothCells(part, at.y, at.z) >> at.x));
   }
 }
 
@@ -458,8 +503,9 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
   volatile global uint* claims, global uchar* contested, global float* offsets, global const uchar* again, int claiming)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
-  const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, contested, offsets, claiming };
   const int3 origin = brickAt(list[get_group_id(0)], strideY, strideZ) * (int3)(BX, BY, BZ);
+  const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, contested, offsets, claiming,
+    origin };
   local Part part;
   local int some;
   again += get_group_id(0) * (size_t)(ELEMENTS / WIDTH);
