@@ -177,7 +177,8 @@ public:
   /// Finds where the material of each output voxel comes from. Output voxels are those of the grid and `padding` more
   /// on every side. `visit` gets boxes that do not overlap and that together cover every voxel that may show something
   /// else than at an earlier resampling with this padding, named by its number; with `since` 0, every voxel that
-  /// changed. Throws InputError where a padding is negative or there was no such resampling.
+  /// changed. Tissue that is displaced by less than a millionth of a voxel on every axis counts as at rest. Throws
+  /// InputError where a padding is negative or there was no such resampling.
   Resampled resample(
     const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since = 0) const;
 

@@ -125,7 +125,7 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
   const cl::Buffer& places = this->places_.holding(context, batch.places);
   const auto cover = [&](bool claiming)
   {
-    // One work-item at a time is what a processor runs anyway, and then most claims need no second pass.
+    // A processor runs the work-items of a group in turn anyway. Where one does all, it knows what it wrote before.
     context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(),
       this->bricks_.width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, contested, found, again,
       static_cast<cl_int>(claiming));

@@ -41,16 +41,20 @@ RULE int soughtAt(const Output* o, int3 at, uint key)
     offset.x + BX * (offset.y + BY * offset.z), key);
 }
 
-// Whether a claim was made by the same work-item, so that what this one writes now comes after what that one wrote.
-RULE bool isOfOwnBrick(const Output* o, uint claim)
+// Whether a claim was made by this work-item, which then comes to write after what it wrote before.
+RULE bool isOurs(const Output* o, uint claim)
 {
+  if (get_local_size(0) > 1)
+  {
+    return false;
+  }
   const uint cell = (claim & ~BORDER) / 8, row = cell / o->cellsSize.x;
   const int3 at = o->cellsFirst.xyz + (int3)(cell % o->cellsSize.x, row % o->cellsSize.y, row / o->cellsSize.y);
-  return get_local_size(0) == 1 && all(at >= o->brick) && all(at < o->brick + (int3)(BX, BY, BZ));
+  return all(at >= o->brick) && all(at < o->brick + (int3)(BX, BY, BZ));
 }
 
-// Claims a voxel, or, if that claim has won, says where its material came from. While no other work-item has claimed it,
-// the lowest claim so far has won.
+// Claims a voxel, or, if that claim has won, says where its material came from. While no other work-item has claimed
+// it, the lowest claim so far has won.
 inline void take(const Output* o, int voxel, uint claim, float3 offset)
 {
   bool won = true;
@@ -60,9 +64,9 @@ inline void take(const Output* o, int voxel, uint claim, float3 offset)
     won = before >= RESTS || ((before ^ claim) & ~BORDER) == 0;
     if (!won)
     {
-      const bool own = isOfOwnBrick(o, before);
-      won = own && claim < before;
-      if (!own)
+      const bool ours = isOurs(o, before);
+      won = ours && claim < before;
+      if (!ours)
       {
         o->contested[voxel] = 1;
       }
@@ -315,10 +319,10 @@ inline void cornersOfRow(
 }
 
 // Takes the voxels that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`, and looks at
-// the voxels `first` to `last` from that cell's lowest corner, where it `moves`. A cell covers about one voxel, which is
-// another for each: all those that may be inside are collected first, and inverted together.
-inline void takeReached(const Output* o, const CellMap* map, const real* first, const real* last, mask moves,
-  const mask* start, Lanes* lanes)
+// the voxels `first` to `last` from that cell's lowest corner, where it `moves`. A cell covers about one voxel, which
+// is another for each: all those that may be inside are collected first, and inverted together.
+inline void takeReached(
+  const Output* o, const CellMap* map, const real* first, const real* last, mask moves, const mask* start, Lanes* lanes)
 {
   int most[3], voxels[LONG][WIDTH], count[WIDTH], rounds = 0;
   float targets[LONG][3][WIDTH];
@@ -387,9 +391,8 @@ inline void takeReached(const Output* o, const CellMap* map, const real* first, 
 
 // Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
 // and has its lowest corner at `base`.
-inline void coverRow(
-  const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted, uint ambiguous,
-  uint smooth)
+inline void coverRow(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted,
+  uint ambiguous, uint smooth)
 {
   Lanes lanes;
   Corners corners;
@@ -491,7 +494,8 @@ inline void coverCells(const Tissue* t, const Output* o, local const Part* part,
   }
   if (wanted)
   {
-    coverRow(t, o, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted, (uint)(smoothCells(part, at.y, at.z) >> at.x));
+    coverRow(
+      t, o, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted, (uint)(smoothCells(part, at.y, at.z) >> at.x));
   }
 }
 
