@@ -33,8 +33,9 @@
 // here or beside is held.
 RULE mask isFollowed(real next, real u, real u0, real other, real limit)
 {
-  const mask further = ((next > u) & (u >= u0)) | ((next < u) & (u <= u0));
-  return !further | select(next + limit < other, next - limit > other, next > u);
+  const mask raised = (next > u) & (u >= u0);
+  const mask lowered = (next < u) & (u <= u0);
+  return !(raised | lowered) | (raised & (next - limit > other)) | (lowered & (next + limit < other));
 }
 
 // Updates one piece of work. `odd`: see BY_PARITY. `beside`, a constant, says whether it or a neighbour may be held.
