@@ -183,14 +183,23 @@ void Readout::displacements(float* out, bool zeroed) const
   bricks.readSlots<float>({ { bricks.displacement, 3 } }, bricks.touchedSlots(),
     [&](int slot, const Bricks::SlotValues<float>& u)
     {
+      std::vector<float> values(3 * static_cast<std::size_t>(bricks.size()[0]));
       for (const Bricks::Row& row : bricks.rows(bricks.brick(slot)))
       {
+        bool rests = true;
         for (int i = 0; i < row.count; ++i)
         {
           for (std::size_t a = 0; a < 3; ++a)
           {
-            out[3 * (row.voxel + i) + a] = static_cast<float>(u(a, row.local(i)) * grid.spacing[a]);
+            const float value = static_cast<float>(u(a, row.local(i)) * grid.spacing[a]);
+            values[3 * static_cast<std::size_t>(i) + a] = value;
+            rests = rests && value == 0.0f && !std::signbit(value);
           }
+        }
+        // Memory that the system has yet to provide stays so where nothing moved.
+        if (!rests)
+        {
+          std::copy_n(values.begin(), 3 * row.count, out + 3 * row.voxel);
         }
       }
     });

@@ -67,7 +67,7 @@ RULE int joinAt(
   {
     STORE(next, marks + s->self);
   }
-  return movedFaces(s, changed);
+  return changedAround(s, changed);
 }
 
 // Spreads marks from link to link.

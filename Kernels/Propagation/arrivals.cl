@@ -38,7 +38,7 @@ RULE int arriveAt(const Site* s, uint pitch, uint tissuePitch, global const floa
       }
       STORE(select(time, select(-next, next, moved), earlier), arrival + axis * pitch + s->self);
       // An element that did not move passes nothing on; beyond it there may be no brick yet.
-      touched |= movedFaces(s, earlier & moved);
+      touched |= changedAround(s, earlier & moved);
     }
   }
   return touched;

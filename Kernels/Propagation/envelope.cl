@@ -1,6 +1,6 @@
 // Envelope propagation: every element goes into the bounds that moved elements around it set (element.clh), until
 // nothing in the brick changes. Elements are updated in place, in any order: raised values only grow and lowered ones
-// only fall.
+// only fall. So a wave comes back to an element only where a link of it is beyond its limit.
 //
 // Where elements turn, spins stay as they are during a wave. What a link is away from where its spins want it is its
 // strain before the wave, which the limit bounds from both sides, so a wave is one of shifts: u - before. A link of
@@ -27,6 +27,17 @@
 #define SHIFT_PASSED_ON
 #endif
 
+// Whether neighbours at `other` have to follow elements that the wave took from u to `next`: where the link is now
+// beyond its limit. One that has merely gone further the way that it went puts a neighbour within the limit under no
+// bound that this would have to give way to, so there is no reason to go back to where the wave came from. No element
+// here or beside is held.
+RULE mask isFollowed(real next, real u, real u0, real other, real limit)
+{
+  const mask raised = (next > u) & (u >= u0);
+  const mask lowered = (next < u) & (u <= u0);
+  return !(raised | lowered) | (raised & (next - limit > other)) | (lowered & (next + limit < other));
+}
+
 // Updates one piece of work. `odd`: see BY_PARITY. `beside`, a constant, says whether it or a neighbour may be held.
 RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint tissuePitch, global float* displacement,
   global const float* before, global const float* constraint, global const uchar* cut,
@@ -38,7 +49,8 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint t
 #endif
   real c, limit[6];
   mask held[6];
-  int touched = 0;
+  mask moved = (mask)(0);
+  mask followed[6] = { moved, moved, moved, moved, moved, moved };
   ROLLED
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -54,17 +66,18 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint t
       }
     }
     Envelope e = unbounded();
+    real other[6];
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
 #ifdef TURNING
       const real apart = neighbour(before + axis * pitch, s, d, odd) - LOAD(before + axis * pitch + s->self);
       const real strain = select(apart - wanted[d][axis], (real)(0.0f), limit[d] == 0.0f);
-      const real moved = neighbour(shift + axis * pitch, s, d, odd);
-      envelopeAdd(&e, strain + moved, select(strain, strain + moved, moved == 0.0f), held[d], limit[d]);
+      other[d] = neighbour(shift + axis * pitch, s, d, odd);
+      envelopeAdd(&e, strain + other[d], select(strain, strain + other[d], other[d] == 0.0f), held[d], limit[d]);
 #else
-      envelopeAdd(&e, neighbour(displacement + axis * pitch, s, d, odd), neighbour(before + axis * pitch, s, d, odd),
-        held[d], limit[d]);
+      other[d] = neighbour(displacement + axis * pitch, s, d, odd);
+      envelopeAdd(&e, other[d], neighbour(before + axis * pitch, s, d, odd), held[d], limit[d]);
 #endif
     }
 #ifdef TURNING
@@ -83,19 +96,28 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint t
       conflict[2 * axis] = max(conflict[2 * axis], largestOf(tooHigh));
       conflict[2 * axis + 1] = max(conflict[2 * axis + 1], largestOf(tooLow));
     }
-    const mask moved = next != u;
-    if (SOME(moved))
+    const mask goes = next != u;
+    if (SOME(goes))
     {
+      moved |= goes;
 #ifdef TURNING
       STORE(next, shift + axis * pitch + s->self);
       STORE(LOAD(before + axis * pitch + s->self) + next, displacement + axis * pitch + s->self);
 #else
       STORE(next, displacement + axis * pitch + s->self);
+      UNROLL
+      for (int d = 0; d < 6; ++d)
+      {
+        followed[d] |= goes & isFollowed(next, u, u0, other[d], limit[d]);
+      }
 #endif
-      touched |= movedFaces(s, moved);
     }
   }
-  return touched;
+#ifdef TURNING
+  return changedAround(s, moved);
+#else
+  return beside ? changedAround(s, moved) : changedBeyond(s, moved, followed);
+#endif
 }
 
 // Whether an element of a piece of work, or a neighbour of one, is held on any axis.

@@ -122,7 +122,7 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
     {
       STORE(nextLower, lower + axis * pitch + s->self);
       STORE(nextUpper, upper + axis * pitch + s->self);
-      touched |= movedFaces(s, moved);
+      touched |= changedAround(s, moved);
     }
   }
   return touched;

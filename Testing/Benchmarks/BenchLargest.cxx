@@ -84,13 +84,14 @@ void update(bench::Session& session, int n, double far)
     }
   };
   const std::vector<double> milliseconds{ session.once(next), session.once(next) };
+  const double most = peak(); // before this program copies the output, which is not the filter's memory
   const double displaced = FilterTest::Field(filter->GetOutput(), "DisplacedElements");
   const std::string size = std::to_string(n);
   session.report({ size + " x " + size + " x " + size, "filter, a later update", milliseconds,
     { { "elements displaced", displaced }, { "share of the elements", displaced / std::pow(n, 3.0) },
       { "copy of the output [ms]", copyTime(filter->GetOutput()) },
       { "ns per element displaced", 1e6 * bench::median(milliseconds) / displaced },
-      { "peak of the process [MB]", 1e-6 * peak() } } });
+      { "peak of the process [MB]", 1e-6 * most } } });
 }
 
 }
