@@ -15,8 +15,6 @@ rm -rf "$output" && mkdir -p "$output" || fail "cannot write to $output"
 pauses() { local n; for ((n = 0; n < $1; ++n)); do printf '<pqevent object="pqClientMainWindow" command="pause" arguments="%s" />' "$2"; done; }
 sed -e "s|@SCAN@|$output/scan.vti|; s|@OUTPUT@|$output|; s|@WAIT@|$(pauses 12 50)|; s|@LONG@|$(pauses 120 2500)|" \
   "$here/PickTissue.xml.in" >"$output/events.xml"
-# Where Qt's help tools were missing there is no page.
-[ -d "$CHAINMAIL_BUILD/Plugin/Help" ] || sed -i '/<!-- Help/,/<!-- Keys/{/propertiesPanel\/Help\|pqHelpWindow/d}' "$output/events.xml"
 CHAINMAIL_WATCHED=$output/places.txt play "$output" --script="$here/watchProbe.py" &
 player=$!
 ended() { ! kill -0 $player 2>/dev/null; }
