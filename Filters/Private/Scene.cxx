@@ -412,7 +412,7 @@ void Scene::ReadProbes()
       probe.radius = radii ? radii->GetTuple1(p) : 0.0;
       if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
       {
-        throw chainmail::InputError(name + ": the radius is " + std::to_string(probe.radius) +
+        throw chainmail::InputError(name + ": the radius is " + ToString(probe.radius) +
                                     "; it has to be 0 (the nearest element) or a positive length.");
       }
       if (!probe.anchor && !displacements)

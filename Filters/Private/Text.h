@@ -13,6 +13,13 @@
 namespace vtkChainMail
 {
 
+inline std::string ToString(double number)
+{
+  std::ostringstream text;
+  text << number;
+  return text.str();
+}
+
 /// Writes a place as "(1, 2, 3)".
 inline std::string ToString(const double p[3])
 {

@@ -4,6 +4,7 @@
 #include "ElementRule.h"
 #include "Error.h"
 #include "Joints.h"
+#include "Words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +33,7 @@ template <typename Where> float checkedConstraint(double value, Where&& where)
   if (!(value >= 0.0) || !(static_cast<float>(value) < 1.0f))
   {
     throw InputError(
-      "The constraint " + where() + " is " + std::to_string(value) +
+      "The constraint " + where() + " is " + written(value) +
       ". A constraint is a fraction of the spacing from 0 (rigid) to less than 1: correct the material.");
   }
   return static_cast<float>(value);
@@ -79,8 +80,7 @@ private:
     {
       return air;
     }
-    return checkedConstraint(
-      this->material_.constraint(value), [&] { return "for a scalar of " + std::to_string(value); });
+    return checkedConstraint(this->material_.constraint(value), [&] { return "for a scalar of " + written(value); });
   }
 
   Material material_;
@@ -264,7 +264,7 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
   if (this->elements_ == 0)
   {
     throw InputError("The image is all air: no voxel has a finite scalar of at least the tissue threshold, " +
-                     std::to_string(material.tissueThreshold) + ". Lower the threshold.");
+                     written(material.tissueThreshold) + ". Lower the threshold.");
   }
 }
 

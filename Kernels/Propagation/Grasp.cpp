@@ -2,10 +2,10 @@
 
 #include "Error.h"
 #include "Measurement.h"
+#include "Words.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <unordered_set>
 
@@ -14,13 +14,6 @@ namespace chainmail
 
 namespace
 {
-
-std::string text(const Vector3& v)
-{
-  char buffer[96];
-  std::snprintf(buffer, sizeof(buffer), "(%.6g, %.6g, %.6g)", v[0], v[1], v[2]);
-  return buffer;
-}
 
 /// Selects the elements that a probe grabs, among those that are offered to it one by one.
 class Grasp
@@ -194,7 +187,7 @@ void offerAtRest(const Bricks& bricks, const std::unordered_set<int>& displaced,
 
 std::string nameOf(const Probe& probe, std::size_t number)
 {
-  return "Probe " + std::to_string(number) + " at " + text(probe.position) + " mm along the image's axes";
+  return "Probe " + std::to_string(number) + " at " + written(probe.position) + " mm along the image's axes";
 }
 
 std::vector<std::vector<std::size_t>> elementsAround(
@@ -219,7 +212,7 @@ std::vector<std::vector<std::size_t>> elementsAround(
     if (grabbed.back().empty())
     {
       throw ProbeError(number, nameOf(grasp.probe(), number),
-        "holds no tissue: there is none within its radius of " + std::to_string(grasp.probe().radius) +
+        "holds no tissue: there is none within its radius of " + written(grasp.probe().radius) +
           " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
     }
   }

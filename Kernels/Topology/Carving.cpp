@@ -2,10 +2,10 @@
 
 #include "Error.h"
 #include "Measurement.h"
+#include "Words.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 
 namespace chainmail
@@ -75,10 +75,8 @@ void checkClosed(const Surface& surface, const std::vector<Fixed3>& points)
   {
     middle[a] = 0.5 * (surface.points[example[0]][a] + surface.points[example[1]][a]);
   }
-  char place[96];
-  std::snprintf(place, sizeof(place), "(%.6g, %.6g, %.6g)", middle[0], middle[1], middle[2]);
   throw InputError("The surface to carve with is not closed, so it has no inside: " + std::to_string(open) +
-                   " of its " + "edges have no second triangle, one of them near " + place +
+                   " of its " + "edges have no second triangle, one of them near " + written(middle) +
                    " mm along the image's axes. Fill its holes; merge points that are meant to be one but lie apart " +
                    "(Clean to Grid); or cut with it instead.");
 }

@@ -1,19 +1,11 @@
 #!/usr/bin/env bash
 # Errors in ParaView's window, in Interactive mode: the view goes on showing the scan, or the last good result, the message
 # comes once, the process comes to rest, and after the correction the probe pulls as before.
-set -u
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-. "$here/window.sh"
-
-output=$CHAINMAIL_OUTPUT/GuiErrors
-rm -rf "$output" && mkdir -p "$output" || fail "cannot write to $output"
-"$CHAINMAIL_PVPYTHON" "$here/../../Data/make_forearm.py" "$output/scan.vti" --size 40 36 44 || fail "no phantom"
-
+. "$(dirname "${BASH_SOURCE[0]}")/window.sh"
+phantom GuiErrors 40 36 44
 # While the test waits, the window's timers run.
-wait=$(for ((n = 0; n < 30; ++n)); do printf '<pqevent object="pqClientMainWindow" command="pause" arguments="50" />'; done)
 { sed '/<!-- The panel/,$d' "$here/PullTissue.xml.in" && cat "$here/ErrorsWindow.xml.in"; } |
-  sed -e "s|@PLUGIN@|$CHAINMAIL_PLUGIN|; s|@SCAN@|$output/scan.vti|; s|@OUTPUT@|$output|; s|@X@|61|; s|@WAIT@|$wait|" \
-    >"$output/events.xml"
+  fill "$output" "s|@X@|61|; s|@WAIT@|$(pauses 30)|"
 (unset PV_PLUGIN_PATH && play "$output") & # no plugin but the one that the events load
 player=$!
 

@@ -3,19 +3,11 @@
 # button Reset brings it back; a probe that is dragged then pulls anew. The volumes saved on the way have to be those of
 # a script that updates for as long as the filter asks for it, to the bit: so the window made every update that was
 # asked for, and no other.
-set -u
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-. "$here/window.sh"
-
-output=$CHAINMAIL_OUTPUT/GuiInteractive
-rm -rf "$output" && mkdir -p "$output" || fail "cannot write to $output"
-"$CHAINMAIL_PVPYTHON" "$here/../../Data/make_forearm.py" "$output/scan.vti" --size 64 56 72 || fail "no phantom"
-
+. "$(dirname "${BASH_SOURCE[0]}")/window.sh"
+phantom GuiInteractive 64 56 72
 # While the test waits, the window's timers run.
-wait=$(for ((n = 0; n < 60; ++n)); do printf '<pqevent object="pqClientMainWindow" command="pause" arguments="50" />'; done)
 { sed '/<!-- The panel/,$d' "$here/PullTissue.xml.in" && cat "$here/InteractiveWindow.xml.in"; } |
-  sed -e "s|@PLUGIN@|$CHAINMAIL_PLUGIN|; s|@SCAN@|$output/scan.vti|; s|@OUTPUT@|$output|; s|@X@|1|; s|@WAIT@|$wait|" \
-    >"$output/events.xml"
+  fill "$output" "s|@X@|1|; s|@WAIT@|$(pauses 60)|"
 (unset PV_PLUGIN_PATH && play "$output") & # no plugin but the one that the events load
 player=$!
 

@@ -1,22 +1,10 @@
 #!/usr/bin/env bash
 # The keys 1 and 2 put the ends of the selected probe on the tissue under the mouse, in ParaView's window; and the button ? opens
 # the page of the filter.
-set -u
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-. "$here/window.sh"
-
-command -v xdotool >/dev/null || { echo "SKIPPED: xdotool is not there, to press keys with"; exit 125; }
-ldd "$CHAINMAIL_PLUGIN" | grep -qi qt || { echo "SKIPPED: the plugin was built without Qt's development files"; exit 125; }
-output=$CHAINMAIL_OUTPUT/GuiPick
-rm -rf "$output" && mkdir -p "$output" || fail "cannot write to $output"
-"$CHAINMAIL_PVPYTHON" "$here/../../Data/make_forearm.py" "$output/scan.vti" --size 40 36 44 || fail "no phantom"
-
-# pauses NUMBER MILLISECONDS
-pauses() { local n; for ((n = 0; n < $1; ++n)); do printf '<pqevent object="pqClientMainWindow" command="pause" arguments="%s" />' "$2"; done; }
-sed -e "s|@SCAN@|$output/scan.vti|; s|@OUTPUT@|$output|; s|@WAIT@|$(pauses 12 50)|; s|@LONG@|$(pauses 120 2500)|" \
-  "$here/PickTissue.xml.in" >"$output/events.xml"
-# Where Qt's help tools were missing there is no page.
-[ -d "$CHAINMAIL_BUILD/Plugin/Help" ] || sed -i '/<!-- Help/,/<!-- Keys/{/propertiesPanel\/Help\|pqHelpWindow/d}' "$output/events.xml"
+. "$(dirname "${BASH_SOURCE[0]}")/window.sh"
+needs_buttons xdotool
+phantom GuiPick 40 36 44
+fill "$output" "s|@WAIT@|$(pauses 12)|; s|@LONG@|$(pauses 120 2500)|" <"$here/PickTissue.xml.in"
 CHAINMAIL_WATCHED=$output/places.txt play "$output" --script="$here/watchProbe.py" &
 player=$!
 ended() { ! kill -0 $player 2>/dev/null; }

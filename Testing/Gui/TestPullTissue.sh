@@ -2,19 +2,13 @@
 # ParaView's window, driven: load the plugin, open a scan, add a probe and the filter, Apply, save. Fails when an event
 # cannot be played, when a filter reports an error (ParaView itself would go on), or when the saved result is not what
 # the scene must give. That an error is noticed is tested as well, by a second run with the probe in the air.
-set -u
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-. "$here/window.sh"
-
-output=$CHAINMAIL_OUTPUT/Gui
-rm -rf "$output" && mkdir -p "$output" || fail "cannot write to $output"
-"$CHAINMAIL_PVPYTHON" "$here/../../Data/make_forearm.py" "$output/scan.vti" --size 64 56 72 || fail "no phantom"
+. "$(dirname "${BASH_SOURCE[0]}")/window.sh"
+phantom Gui 64 56 72
 
 # pull NAME X: runs the events with the probe at x = X.
 pull() {
   mkdir -p "$output/$1"
-  sed -e "s|@PLUGIN@|$CHAINMAIL_PLUGIN|; s|@SCAN@|$output/scan.vti|; s|@OUTPUT@|$output/$1|; s|@X@|$2|" \
-    "$here/PullTissue.xml.in" >"$output/$1/events.xml"
+  fill "$output/$1" "s|@X@|$2|" <"$here/PullTissue.xml.in"
   # No plugin but the one that the events load.
   (unset PV_PLUGIN_PATH && play "$output/$1")
 }

@@ -1,18 +1,11 @@
 #!/usr/bin/env bash
 # The X beside ParaView's progress bar stops a deformation, while kernels are compiled and while tissue settles: the update
 # ends early, says so, and the next Apply works.
-set -u
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-. "$here/window.sh"
-
-command -v xdotool >/dev/null || { echo "SKIPPED: xdotool is not there, to press the button with"; exit 125; }
-ldd "$CHAINMAIL_PLUGIN" | grep -qi qt || { echo "SKIPPED: the plugin was built without Qt's development files"; exit 125; }
-output=$CHAINMAIL_OUTPUT/GuiStop
-rm -rf "$output" && mkdir -p "$output/kernels" || fail "cannot write to $output"
-"$CHAINMAIL_PVPYTHON" "$here/../../Data/make_forearm.py" "$output/scan.vti" --size 64 56 72 || fail "no phantom"
-
-wait=$(for ((n = 0; n < 40; ++n)); do printf '<pqevent object="pqClientMainWindow" command="pause" arguments="50" />'; done)
-sed -e "s|@OUTPUT@|$output|; s|@WAIT@|$wait|" "$here/StopUpdate.xml.in" >"$output/events.xml"
+. "$(dirname "${BASH_SOURCE[0]}")/window.sh"
+needs_buttons xdotool
+phantom GuiStop 64 56 72
+mkdir "$output/kernels" || fail "cannot write to $output"
+fill "$output" "s|@WAIT@|$(pauses 40)|" <"$here/StopUpdate.xml.in"
 # With a cache of its own there are kernels to compile, in PoCL, too.
 CHAINMAIL_CACHE_DIR=$output/kernels POCL_CACHE_DIR=$output/kernels CHAINMAIL_WATCHED=$output/watched.txt \
   play "$output" --script="$here/watchStop.py" &

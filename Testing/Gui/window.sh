@@ -1,4 +1,6 @@
 # What the tests of ParaView's window share; they source this file.
+set -u
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
 fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
 
@@ -7,6 +9,30 @@ fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
 # The dialog that the manager of plugins opens, which lost its name after ParaView 5.11.
 dialog=1pqFileDialog0
 case $CHAINMAIL_PLUGIN in */paraview-5.11/*) dialog=pqFileDialog ;; esac
+
+# needs_buttons [PROGRAM]: ends the test where the plugin has no buttons, or where a program that presses them is missing.
+needs_buttons() {
+  ldd "$CHAINMAIL_PLUGIN" | grep -qi qt || { echo "SKIPPED: the plugin was built without Qt's development files"; exit 125; }
+  [ $# -eq 0 ] || command -v "$1" >/dev/null || { echo "SKIPPED: $1 is not there, to press keys and buttons with"; exit 125; }
+}
+
+# phantom NAME X Y Z: makes the folder $output anew, with a forearm of so many voxels, scan.vti.
+phantom() {
+  output=$CHAINMAIL_OUTPUT/$1
+  rm -rf "$output" && mkdir -p "$output" || fail "cannot write to $output"
+  "$CHAINMAIL_PVPYTHON" "$here/../../Data/make_forearm.py" "$output/scan.vti" --size "${@:2}" || fail "no phantom"
+}
+
+# pauses NUMBER [MILLISECONDS]: events of 50 ms each by default, for @WAIT@. While a test waits, the window's timers run.
+pauses() {
+  local n
+  for ((n = 0; n < $1; ++n)); do printf '<pqevent object="pqClientMainWindow" command="pause" arguments="%s" />' "${2-50}"; done
+}
+
+# fill FOLDER [edits by sed]: makes FOLDER/events.xml of what comes in, with the names of files that every test has.
+fill() {
+  sed -e "s|@PLUGIN@|$CHAINMAIL_PLUGIN|; s|@SCAN@|$output/scan.vti|; s|@OUTPUT@|$1|" -e "${2-}" >"$1/events.xml"
+}
 
 # play FOLDER [options of ParaView]: plays FOLDER/events.xml, with nothing of the user's settings; @DIALOG@ is the one
 # above. The result is the status, and FOLDER/log.txt.
