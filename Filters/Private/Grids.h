@@ -84,20 +84,27 @@ struct Box
   std::array<int, 3> Size;
   const float* Offset;
 
-  int Rows() const { return this->Size[1] * this->Size[2]; }
+  std::size_t Voxels() const { return static_cast<std::size_t>(this->Size[0]) * this->Size[1] * this->Size[2]; }
 
-  /// Calls f(voxel, offset) for the voxels of a row; where not `all`, for those that changed.
-  template <typename F> void ForVoxels(int row, bool all, F&& f) const
+  /// Calls f(voxel, offset) for the voxels; where not `all`, for those that changed.
+  template <typename F> void ForVoxels(bool all, F&& f) const
   {
-    std::array<int, 3> voxel = { { this->First[0], this->First[1] + row % this->Size[1],
-      this->First[2] + row / this->Size[1] } };
-    const float* offset = this->Offset + 3 * static_cast<std::size_t>(row) * this->Size[0];
-    for (int n = 0; n < this->Size[0]; ++n, ++voxel[0], offset += 3)
+    const float* offset = this->Offset;
+    std::array<int, 3> voxel = this->First;
+    for (int k = 0; k < this->Size[2]; ++k, ++voxel[2])
     {
-      // This is true for NaN, too.
-      if (all || offset[0] != 0.0f || offset[1] != 0.0f || offset[2] != 0.0f)
+      voxel[1] = this->First[1];
+      for (int j = 0; j < this->Size[1]; ++j, ++voxel[1])
       {
-        f(voxel, offset);
+        voxel[0] = this->First[0];
+        for (int i = 0; i < this->Size[0]; ++i, ++voxel[0], offset += 3)
+        {
+          // This is true for NaN, too.
+          if (all || offset[0] != 0.0f || offset[1] != 0.0f || offset[2] != 0.0f)
+          {
+            f(voxel, offset);
+          }
+        }
       }
     }
   }

@@ -37,8 +37,8 @@ public:
   /// Begins an update. Returns the number of the resampling since which it needs the changes; 0 for all.
   virtual std::uint64_t Begin() = 0;
 
-  /// Writes the values of the box.
-  virtual void Sample(const Box& box) = 0;
+  /// Writes the values of the boxes, which do not overlap.
+  virtual void Sample(const std::vector<Box>& boxes) = 0;
 
   /// Ends the update, which is a resampling of this number. Returns the output's array: the input's own one where all
   /// is at rest and there is no padding.
@@ -83,40 +83,25 @@ public:
     return this->Since = this->Buffers[1] ? this->Buffers[1]->GetNumber() : 0;
   }
 
-  void Sample(const Box& box) override
+  void Sample(const std::vector<Box>& boxes) override
   {
     this->MakeOutput();
-    const auto rows = static_cast<vtkIdType>(box.Rows());
-    for (int k = box.First[2]; k < box.First[2] + box.Size[2]; ++k)
+    for (const Box& box : boxes)
     {
-      const vtkIdType first = this->G.OutputId(box.First[0], box.First[1], k);
-      const vtkIdType last = this->G.OutputId(box.First[0] + box.Size[0], box.First[1] + box.Size[1] - 1, k);
-      this->Current->Touch(this->Bytes(first), this->Bytes(last - first));
+      for (int k = box.First[2]; k < box.First[2] + box.Size[2]; ++k)
+      {
+        const vtkIdType first = this->G.OutputId(box.First[0], box.First[1], k);
+        const vtkIdType last = this->G.OutputId(box.First[0] + box.Size[0], box.First[1] + box.Size[1] - 1, k);
+        this->Current->Touch(this->Bytes(first), this->Bytes(last - first));
+      }
     }
-    vtkSMPTools::For(0, rows,
+    vtkSMPTools::For(0, static_cast<vtkIdType>(boxes.size()),
       [&](vtkIdType first, vtkIdType last)
       {
-        for (vtkIdType row = first; row < last; ++row)
+        for (vtkIdType n = first; n < last; ++n)
         {
-          box.ForVoxels(static_cast<int>(row), this->Since != 0,
-            [&](const std::array<int, 3>& voxel, const float* offset)
-            {
-              T* out = this->Out + this->Components * this->G.OutputId(voxel[0], voxel[1], voxel[2]);
-              const bool rests = offset[0] == 0.0f && offset[1] == 0.0f && offset[2] == 0.0f;
-              if (std::isnan(offset[0]) || (rests && !this->G.IsInput(voxel)))
-              {
-                std::copy(this->Background.begin(), this->Background.end(), out);
-              }
-              else if (rests)
-              {
-                std::copy_n(
-                  this->In + this->Components * this->G.InputId(voxel[0], voxel[1], voxel[2]), this->Components, out);
-              }
-              else
-              {
-                this->SampleAt(voxel, offset, out);
-              }
-            });
+          boxes[n].ForVoxels(this->Since != 0,
+            [&](const std::array<int, 3>& voxel, const float* offset) { this->SampleVoxel(voxel, offset); });
         }
       });
   }
@@ -254,6 +239,24 @@ private:
     }
   }
 
+  void SampleVoxel(const std::array<int, 3>& voxel, const float* offset)
+  {
+    T* out = this->Out + this->Components * this->G.OutputId(voxel[0], voxel[1], voxel[2]);
+    const bool rests = offset[0] == 0.0f && offset[1] == 0.0f && offset[2] == 0.0f;
+    if (std::isnan(offset[0]) || (rests && !this->G.IsInput(voxel)))
+    {
+      std::copy(this->Background.begin(), this->Background.end(), out);
+    }
+    else if (rests)
+    {
+      std::copy_n(this->In + this->Components * this->G.InputId(voxel[0], voxel[1], voxel[2]), this->Components, out);
+    }
+    else
+    {
+      this->SampleAt(voxel, offset, out);
+    }
+  }
+
   void SampleAt(const std::array<int, 3>& voxel, const float* offset, T* out) const
   {
     const T* corner = this->In;
@@ -264,11 +267,11 @@ private:
     {
       const double place =
         std::min(std::max(voxel[a] + static_cast<double>(offset[a]), 0.0), static_cast<double>(this->G.Size[a] - 1));
-      const double index = std::floor(this->Nearest ? place + 0.5 : place);
-      share[a] = this->Nearest ? 0.0 : place - index;
+      const auto index = static_cast<vtkIdType>(this->Nearest ? place + 0.5 : place);
+      share[a] = this->Nearest ? 0.0 : place - static_cast<double>(index);
       onGrid = onGrid && share[a] == 0.0;
       toNearest += share[a] >= 0.5 ? this->Step[a] : 0;
-      corner += static_cast<vtkIdType>(index) * this->Step[a];
+      corner += index * this->Step[a];
     }
     if (onGrid)
     {
@@ -407,12 +410,12 @@ public:
     return 0;
   }
 
-  void Sample(const Box& box) override
+  void Sample(const std::vector<Box>& boxes) override
   {
     this->MakeOutput();
-    for (int row = 0; row < box.Rows(); ++row)
+    for (const Box& box : boxes)
     {
-      box.ForVoxels(row, false,
+      box.ForVoxels(false,
         [&](const std::array<int, 3>& voxel, const float* offset)
         {
           const vtkIdType id = this->G.OutputId(voxel[0], voxel[1], voxel[2]);
@@ -516,7 +519,7 @@ public:
   }
 
   std::uint64_t Begin() override { return this->Padded->Begin(); }
-  void Sample(const Box&) override {}
+  void Sample(const std::vector<Box>&) override {}
   vtkSmartPointer<vtkAbstractArray> End(std::uint64_t number, bool) override { return this->Padded->End(number, true); }
 
 private:
