@@ -134,7 +134,7 @@ int TestChainMailErrors(int, char*[])
         f->SetConstraintArray("Two");
       },
       true },
-    { "constraint of 1 in the array", { "constraint", "1.0", "less than 1" },
+    { "constraint of 1 in the array", { "constraint", "is 1.", "less than 1" },
       [](Scene& s, vtkChainMailDeformation* f)
       {
         Array(s.Image, "Fractions")->SetTuple1(305, 1.0);

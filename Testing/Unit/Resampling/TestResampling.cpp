@@ -136,6 +136,29 @@ TEST(Resample, WholeVoxelTranslationIsExact)
   }
 }
 
+TEST(Resample, LessThanAMillionthOfAVoxelIsRest)
+{
+  for (const Index3& brick : brickSizes())
+  {
+    for (const double far : { 9e-7, 1.1e-6 })
+    {
+      SCOPED_TRACE(far);
+      const Scene scene = lump({ 24, 22, 20 }, { 11, 10, 9 }, 4.6);
+      Simulation simulation = simulate(scene, brick);
+      simulation.pull({ probeAt(scene, { 11, 10, 9 }, { far, 0.0, 0.0 }) });
+      EXPECT_EQ(simulation.resample({ 0, 0, 0 }, [](const ResampledBox&) {}).atRest, far < 1e-6);
+      const Picture picture = resample(simulation);
+      if (far < 1e-6)
+      {
+        expectNothingChanged(picture);
+        continue;
+      }
+      // Places in a cell are rounded as numbers near 1 are.
+      EXPECT_NEAR(picture(11, 10, 9)[0], -far, 1.2e-7);
+    }
+  }
+}
+
 TEST(Resample, TissueUpToTheBorderMovesIntoThePadding)
 {
   // No air at all: everything is shown, also the outermost layers, and the rest is vacated.
