@@ -9,51 +9,132 @@
 
 #include "brick.clh"
 #include "element.clh"
+#include "halo.clh"
 #include "sweep.clh"
 #include "wavefronts.clh"
 
-// Relaxes one piece of work and returns the largest move. `odd`: see BY_PARITY. Summing up neighbour by neighbour, for
-// all axes at once, keeps the sums in registers.
-RULE float relaxPiece(const int odd, const Site* s, float omega, float still, float slack, uint pitch, uint tissuePitch,
-  global float* displacement, global const float* constraint, global const uchar* cut, int* faces WAVES_ARGUMENTS)
+// The constraint of the neighbour in direction d. A neighbour behind a cut looks like air.
+RULE real linkedConstraint(const Beside* beside, global const uchar* cut, const Site* s, int axis, int d)
 {
-  real c[AXES], u[3];
-  mask relaxes[AXES];
-  Neighbours sums[3];
+  const real c = constraintBeside(beside, axis, d);
+#ifdef CUTS
+  return select(c, (real)(INFINITY), (LOAD_BYTES(cut + s->self) & (1 << d)) != 0);
+#else
+  return c;
+#endif
+}
+
+// A little less than a link's limit. The rounding of differences is far below what is left out.
+#define ALMOST(limit) (0.999999f * (limit))
+
+#ifndef UNLIMITED
+// Keeps the steps of a piece of work within the boxes of all links, where neighboursAdd() and relaxedPlace() of
+// element.clh have them. Loops that stay loops leave the registers to the sums, with which most pieces end.
+RULE void stepWithin(const Site* s, const Beside* beside, const real* c, global const uchar* cut, const real* u,
+  const real* step, real* next)
+{
+  real cs[AXES], places[3];
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    cs[min(axis, AXES - 1)] = c[min(axis, AXES - 1)];
+    places[axis] = next[axis];
+  }
+  _Pragma("unroll 1")
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const int which = min(axis, AXES - 1);
+    real lower = (real)(-INFINITY), upper = (real)(INFINITY);
+    _Pragma("unroll 1")
+    for (int d = 0; d < 6; ++d)
+    {
+      const real limit = linkLimit(cs[which], linkedConstraint(beside, cut, s, which, d));
+      const real place = displacementBeside(beside, axis, d);
+      lower = max(lower, place - limit);
+      upper = min(upper, place + limit);
+    }
+    const real place = min(max(places[axis], lower), upper);
+    places[axis] = select((real)(NAN), place, lower <= upper);
+  }
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    next[axis] = select(u[axis], places[axis], (step[axis] != 0.0f) & (places[axis] == places[axis]));
+  }
+}
+#endif
+
+// Relaxes one piece of work and returns the largest move: as neighboursAdd() and relaxedPlace() of element.clh say, but
+// only where an element would come near the limit of a link its box is looked at.
+RULE float relaxPiece(const Site* s, const Beside* beside, float omega, float still, float slack, uint pitch,
+  uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut,
+  int* faces WAVES_ARGUMENTS)
+{
+  real c[AXES], weights[AXES], room[AXES], u[3], pull[3];
+  mask relaxes[AXES], free = (mask)(0);
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
     c[axis] = LOAD(constraint + axis * tissuePitch + s->self);
     relaxes[axis] = (c[axis] > 0.0f) & IS_STILL(axis, s);
+    free |= relaxes[axis];
+    weights[axis] = (real)(0.0f);
+    room[axis] = (real)(INFINITY);
+  }
+  if (!SOME(free))
+  {
+    return 0.0f;
   }
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
     u[axis] = LOAD(displacement + axis * pitch + s->self);
-    sums[axis] = noNeighbours();
+    pull[axis] = (real)(0.0f);
   }
   UNROLL
   for (int d = 0; d < 6; ++d)
   {
-    real limit, weight;
+    real limit, weight, most;
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
       if (axis < AXES)
       {
-        limit = linkLimit(c[axis], neighbourConstraint(constraint + axis * tissuePitch, cut, s, d, odd));
+        limit = linkLimit(c[axis], linkedConstraint(beside, cut, s, axis, d));
         weight = linkWeight(limit);
-        relaxes[axis] &= IS_OF_SAME_FRONT(axis, s, d, odd, limit);
+        weights[axis] += weight;
+        relaxes[axis] &= IS_OF_SAME_FRONT(axis, s, d, s->odd, limit);
       }
-      neighboursAdd(&sums[axis], u[axis], neighbour(displacement + axis * pitch, s, d, odd), limit, weight, slack);
+      const real other = displacementBeside(beside, axis, d);
+      const real apart = fabs(other - u[axis]);
+      pull[axis] += weight * linkPull(u[axis], other, limit, slack);
+      most = axis < AXES ? apart : max(most, apart);
+      if (axis >= AXES - 1)
+      {
+        room[min(axis, AXES - 1)] = min(room[min(axis, AXES - 1)], ALMOST(limit) - most);
+      }
     }
   }
-  real next[3];
+  real step[3], next[3];
+  mask far = (mask)(0);
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const int which = min(axis, AXES - 1);
+    const real residual = pull[axis] / weights[which];
+    step[axis] = select((real)(STAY), omega * residual, relaxes[which] & (fabs(residual) > still));
+    next[axis] = u[axis] + step[axis];
+    far |= fabs(step[axis]) > room[which];
+  }
+#ifndef UNLIMITED
+  if (SOME(far & free))
+  {
+    stepWithin(s, beside, c, cut, u, step, next);
+  }
+#endif
   real move = (real)(0.0f);
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
-    next[axis] = select(u[axis], relaxedPlace(sums[axis], u[axis], omega, still), relaxes[min(axis, AXES - 1)]);
     move = max(move, fabs(next[axis] - u[axis]));
   }
   const float largest = largestOf(move);
@@ -73,6 +154,7 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
   global float* displacement, global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
 {
   local Turn mine;
+  HALO(halo);
   const uint slot = get_group_id(0) + 1;
   beginSweepTurn(&mine, slot, colour, activity, log, turn, enough, table, place, strideY, strideZ);
   int touched = 0;
@@ -82,14 +164,11 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
-#define PIECE(odd)                                                                                                     \
-  relaxPiece(odd, &s, omega, still, slack, pitch, tissuePitch, displacement, constraint, cut, &touched WAVES_PASSED_ON)
-#ifdef UNLIMITED
-      move = max(move, PIECE(s.odd)); // only few sweeps, which smooth what interpolation bent
-#else
-      move = max(move, BY_PARITY(PIECE, s));
-#endif
-#undef PIECE
+      const Beside beside = besideOf(
+        halo, &s, slot, colour, pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint);
+      const float most = relaxPiece(&s, &beside, omega, still, slack, pitch, tissuePitch, displacement, constraint, cut,
+        &touched WAVES_PASSED_ON);
+      move = max(move, most);
     }
   }
   endSweepTurn(&mine, touched, move, slot, colour, activity, log, turn, enough);

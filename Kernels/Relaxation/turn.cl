@@ -342,8 +342,6 @@ RULE TurningNeighbours askNeighbours(const TurningLinks* links, real mine[3][3],
   return all;
 }
 
-#define STAY -0.0f // added to any number it leaves all bits as they are
-
 #ifndef UNLIMITED
 // The share of the way from one spin to the next that all links allow, by linear estimate. It stops a little short of
 // what they allow, for what the estimate leaves out.
