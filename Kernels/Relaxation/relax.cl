@@ -11,18 +11,8 @@
 #include "element.clh"
 #include "halo.clh"
 #include "sweep.clh"
+#include "turning.clh"
 #include "wavefronts.clh"
-
-// The constraint of the neighbour in direction d. A neighbour behind a cut looks like air.
-RULE real linkedConstraint(const Beside* beside, global const uchar* cut, const Site* s, int axis, int d)
-{
-  const real c = constraintBeside(beside, axis, d);
-#ifdef CUTS
-  return select(c, (real)(INFINITY), (LOAD_BYTES(cut + s->self) & (1 << d)) != 0);
-#else
-  return c;
-#endif
-}
 
 // A little less than a link's limit. The rounding of differences is far below what is left out.
 #define ALMOST(limit) (0.999999f * (limit))
@@ -39,13 +29,11 @@ RULE void stepWithin(const Site* s, const Beside* beside, const real* c, global 
     cs[min(axis, AXES - 1)] = c[min(axis, AXES - 1)];
     places[axis] = next[axis];
   }
-  _Pragma("unroll 1")
-  for (int axis = 0; axis < 3; ++axis)
+  _Pragma("unroll 1") for (int axis = 0; axis < 3; ++axis)
   {
     const int which = min(axis, AXES - 1);
     real lower = (real)(-INFINITY), upper = (real)(INFINITY);
-    _Pragma("unroll 1")
-    for (int d = 0; d < 6; ++d)
+    _Pragma("unroll 1") for (int d = 0; d < 6; ++d)
     {
       const real limit = linkLimit(cs[which], linkedConstraint(beside, cut, s, which, d));
       const real place = displacementBeside(beside, axis, d);
@@ -164,10 +152,10 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
-      const Beside beside = besideOf(
-        halo, &s, slot, colour, pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint);
-      const float most = relaxPiece(&s, &beside, omega, still, slack, pitch, tissuePitch, displacement, constraint, cut,
-        &touched WAVES_PASSED_ON);
+      const Beside beside =
+        besideOf(halo, &s, slot, colour, pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint);
+      const float most = relaxPiece(
+        &s, &beside, omega, still, slack, pitch, tissuePitch, displacement, constraint, cut, &touched WAVES_PASSED_ON);
       move = max(move, most);
     }
   }

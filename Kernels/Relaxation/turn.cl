@@ -28,6 +28,7 @@
 #pragma OPENCL FP_CONTRACT ON
 
 #include "element.clh"
+#include "halo.clh"
 #include "sweep.clh"
 #include "turning.clh"
 
@@ -171,9 +172,8 @@ RULE void torqueOfSwelling(const TurningLinks* links, real mine[3][3], float4 pr
 }
 #endif
 
-RULE void loadTurningLinks(const int odd, const Site* s, const real* c, const real* u, uint pitch, uint tissuePitch,
-  global const float* displacement, global const float* constraint, global const uchar* cut,
-  TurningLinks* links SPIN_ARGUMENTS)
+RULE void loadTurningLinks(const Site* s, const Beside* beside, const real* c, const real* u, uint pitch,
+  uint tissuePitch, global const float* constraint, global const uchar* cut, TurningLinks* links SPIN_ARGUMENTS)
 {
 #ifdef SWELLING
   const real soft = meanConstraint(c);
@@ -187,13 +187,13 @@ RULE void loadTurningLinks(const int odd, const Site* s, const real* c, const re
     UNROLL
     for (int axis = 0; axis < AXES; ++axis)
     {
-      links->limit[d][axis] = linkLimit(c[axis], neighbourConstraint(constraint + axis * tissuePitch, cut, s, d, odd));
+      links->limit[d][axis] = linkLimit(c[axis], linkedConstraint(beside, cut, s, axis, d));
       links->weight[d][axis] = linkWeight(links->limit[d][axis]);
     }
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
-      other[axis] = neighbour(spin + axis * pitch, s, d, odd);
+      other[axis] = spinBeside(beside, axis, d);
     }
     turnedAxis(other, a, theirs);
 #ifdef SWELLING
@@ -203,7 +203,7 @@ RULE void loadTurningLinks(const int odd, const Site* s, const real* c, const re
     for (int b = 0; b < 3; ++b)
     {
       const float ratio = proportion(proportions, a) / proportion(proportions, b);
-      const real apart = neighbour(displacement + b * pitch, s, d, odd) - u[b];
+      const real apart = displacementBeside(beside, b, d) - u[b];
       const real weight = links->weight[d][min(b, AXES - 1)];
       links->gap[d][b] = apart - (d & 1 ? 0.5f : -0.5f) * ratio * theirs[b];
       links->pull[a][b] = d & 1 ? weight * apart + links->pull[a][b] : -weight * apart;
@@ -212,7 +212,7 @@ RULE void loadTurningLinks(const int odd, const Site* s, const real* c, const re
 #endif
     }
 #ifdef SWELLING
-    loadSwelling(odd, s, soft, d, aparts, theirs, pitch, tissuePitch, constraint, cut, links SPIN_PASSED_ON);
+    loadSwelling(s->odd, s, soft, d, aparts, theirs, pitch, tissuePitch, constraint, cut, links SPIN_PASSED_ON);
 #endif
   }
 }
@@ -461,8 +461,8 @@ RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const
 }
 #endif
 
-// Relaxes one piece of work and returns the largest move. `odd`: see BY_PARITY.
-RULE float turnPiece(const int odd, const Site* s, float omega, float still, uint pitch, uint tissuePitch,
+// Relaxes one piece of work and returns the largest move.
+RULE float turnPiece(const Site* s, const Beside* beside, float omega, float still, uint pitch, uint tissuePitch,
   global float* displacement, global const float* constraint, global const uchar* cut, int* faces SPIN_ARGUMENTS)
 {
   real c[AXES], u[3], own[3], mine[3][3];
@@ -487,7 +487,7 @@ RULE float turnPiece(const int odd, const Site* s, float omega, float still, uin
     u[axis] = LOAD(displacement + axis * pitch + s->self);
     own[axis] = LOAD(spin + axis * pitch + s->self);
   }
-  loadTurningLinks(odd, s, c, u, pitch, tissuePitch, displacement, constraint, cut, &links SPIN_PASSED_ON);
+  loadTurningLinks(s, beside, c, u, pitch, tissuePitch, constraint, cut, &links SPIN_PASSED_ON);
   axesTurned(own, mine);
 #ifdef SWELLING
   real late[3];
@@ -568,6 +568,7 @@ kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, float omega, float still, 
   global float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
 {
   local Turn mine;
+  HALO(halo);
   const uint slot = get_group_id(0) + 1;
   beginSweepTurn(&mine, slot, colour, activity, log, turn, enough, table, place, strideY, strideZ);
   int touched = 0;
@@ -577,10 +578,11 @@ kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, float omega, float still, 
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
-#define PIECE(odd)                                                                                                     \
-  turnPiece(odd, &s, omega, still, pitch, tissuePitch, displacement, constraint, cut, &touched SPIN_PASSED_ON)
-      move = max(move, BY_PARITY(PIECE, s));
-#undef PIECE
+      const Beside beside = besideOf(halo, &s, slot, colour, pitch, tissuePitch, table, place, strideY, strideZ,
+        displacement, constraint SPIN_PASSED_ON);
+      const float most = turnPiece(
+        &s, &beside, omega, still, pitch, tissuePitch, displacement, constraint, cut, &touched SPIN_PASSED_ON);
+      move = max(move, most);
     }
   }
   endSweepTurn(&mine, touched, move, slot, colour, activity, log, turn, enough);
