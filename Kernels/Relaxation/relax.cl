@@ -9,10 +9,11 @@
 
 #include "brick.clh"
 #include "element.clh"
-#include "halo.clh"
 #include "sweep.clh"
 #include "turning.clh"
 #include "wavefronts.clh"
+
+#include "halo.clh"
 
 // A little less than a link's limit. The rounding of differences is far below what is left out.
 #define ALMOST(limit) (0.999999f * (limit))
@@ -81,7 +82,7 @@ RULE float relaxPiece(const Site* s, const Beside* beside, float omega, float st
   UNROLL
   for (int d = 0; d < 6; ++d)
   {
-    real limit, weight, most;
+    real limit, weight;
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -94,12 +95,9 @@ RULE float relaxPiece(const Site* s, const Beside* beside, float omega, float st
       }
       const real other = displacementBeside(beside, axis, d);
       const real apart = fabs(other - u[axis]);
+      const int which = min(axis, AXES - 1);
       pull[axis] += weight * linkPull(u[axis], other, limit, slack);
-      most = axis < AXES ? apart : max(most, apart);
-      if (axis >= AXES - 1)
-      {
-        room[min(axis, AXES - 1)] = min(room[min(axis, AXES - 1)], ALMOST(limit) - most);
-      }
+      room[which] = min(room[which], ALMOST(limit) - apart);
     }
   }
   real step[3], next[3];

@@ -28,10 +28,10 @@
 #pragma OPENCL FP_CONTRACT ON
 
 #include "element.clh"
-#include "halo.clh"
 #include "sweep.clh"
 #include "turning.clh"
 
+#include "halo.clh"
 #include "swelling.clh"
 
 typedef struct
