@@ -23,6 +23,14 @@ constexpr int sweepsPerGroupTurn = 8;
 /// many sweeps groups also get a turn every so often.
 constexpr int sweepsPerTimedGroupTurn = 30;
 
+/// Elements that turn do so in one of so many sweeps (turn.cl).
+constexpr int sweepsPerRotation = 3;
+
+bool turnsIn(int sweep)
+{
+  return sweep % sweepsPerRotation == 0;
+}
+
 /// Sweeps in one batch of launches.
 constexpr int sweepsPerBatch = 8;
 
@@ -105,15 +113,16 @@ float omegaOf(Reach reach, int sweep, int left, int longest, double times)
 }
 
 void Relaxation::relaxColour(
-  int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
+  int colour, int sweep, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
 {
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(true) + elasticity.defines() + (waves ? " -DWAVES" : "");
   if (this->bricks_.spins())
   {
+    const cl_int turning = turnsIn(sweep) ? sweepsPerRotation : 0;
     context.launch(context.kernel("turn.cl", defines + this->bricks_.ofSwelling(), "relaxTurning"),
-      this->schedule_.groups(), this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), omega,
-      still, this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins());
+      this->schedule_.groups(), this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), turning,
+      omega, still, this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins());
     return;
   }
   context.launch(context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(), this->bricks_.workItems(true),
@@ -161,6 +170,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
     const bool groupsMayMove = !waves && this->sweepsSinceGroups_ + sweeps >= this->groupPeriod_;
     return std::max(static_cast<float>(tolerance), groupsMayMove ? restingMove : 0.0f);
   };
+  // A sweep in which elements did not turn tells nothing about whether they are at rest.
+  const auto isJudged = [this](int sweep) { return !this->bricks_.spins() || turnsIn(sweep); };
   // Where elements turn, or no coarser grids went before, sweeps go on as they open.
   const Index3& size = this->bricks_.model().grid().size;
   const int longest =
@@ -181,12 +192,12 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       checkpoint(launched);
       const int done = result.iterations + n;
       const float omega = omegaOf(reach, firstSweep + done, iterations - done, longest, times);
-      this->schedule_.beginSweep(restingMoveAfter(n));
+      this->schedule_.beginSweep(isJudged(firstSweep + done - 1) ? restingMoveAfter(n) : SweepSchedule::goesOn);
       for (int colour = 0; colour < 2; ++colour)
       {
         if (this->schedule_.takesTurn(colour))
         {
-          this->relaxColour(colour, omega, still, elasticity, waves);
+          this->relaxColour(colour, firstSweep + done, omega, still, elasticity, waves);
         }
       }
       if (!waves && clusters.anyActive() && this->schedule_.takesTurn(SweepSchedule::ofBodies))
@@ -203,7 +214,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       ++result.iterations;
       result.largestMove = largest;
       const int sweep = firstSweep + result.iterations;
-      const bool atRest = largest <= restingMoveAfter(1);
+      const bool judged = isJudged(sweep - 1);
+      const bool atRest = judged && largest <= restingMoveAfter(1);
       const bool timed = longest > 0 && sweep > sweepsPerTimedGroupTurn && sweep % sweepsPerTimedGroupTurn == 0;
       if (!waves && elasticity.limited && (atRest || timed))
       {
@@ -214,7 +226,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       {
         ++this->sweepsSinceGroups_;
       }
-      result.converged = result.largestMove <= tolerance;
+      result.converged = judged && result.largestMove <= tolerance;
     }
   }
   this->schedule_.touch();

@@ -37,7 +37,8 @@ public:
     int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint);
 
 private:
-  void relaxColour(int colour, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
+  void relaxColour(
+    int colour, int sweep, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
   float turnOfGroups(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest);
 
   Bricks& bricks_;

@@ -4,6 +4,7 @@
 #include "sweepaccount.clh"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace chainmail
@@ -13,10 +14,7 @@ namespace
 {
 
 /// A sweep number so low that what happened then no longer counts.
-constexpr int never = -2;
-
-/// A move below all others: such a sweep is never called off.
-constexpr float goesOn = -1.0f;
+constexpr int never = std::numeric_limits<int>::min();
 
 }
 

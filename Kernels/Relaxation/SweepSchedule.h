@@ -37,6 +37,7 @@ public:
   void beginBatch(int sweeps);
   /// Starts a sweep. It is called off where the sweep before, in the same batch, moved nothing by more than `enough`.
   void beginSweep(float enough);
+  static constexpr float goesOn = -1.0f; ///< a move below all others: such a sweep is never called off
   /// Starts a turn of the sweep, of a kind of sweep.clh or of the bodies. False where the last batch has already done
   /// it.
   bool takesTurn(int kind);

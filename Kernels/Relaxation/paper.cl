@@ -19,7 +19,7 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT
 {
   local Turn mine;
   const uint slot = get_group_id(0) + 1;
-  beginSweepTurn(&mine, slot, kind, activity, log, turn, enough, table, place, strideY, strideZ);
+  beginSweepTurn(&mine, slot, kind, turn.z - 1, activity, log, turn, enough, table, place, strideY, strideZ);
   int touched = 0;
   float move = 0.0f;
   for (int colour = 0; mine.has == TURN_HAS && colour < 2; ++colour)
@@ -64,5 +64,5 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT
       }
     }
   }
-  endSweepTurn(&mine, touched, move, slot, kind, activity, log, turn, enough);
+  endSweepTurn(&mine, touched, move, slot, kind, SWEEP_EVER, activity, log, turn, enough);
 }

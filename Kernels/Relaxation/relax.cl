@@ -24,30 +24,35 @@
 RULE void stepWithin(const Site* s, const Beside* beside, const real* c, global const uchar* cut, const real* u,
   const real* step, real* next)
 {
-  real cs[AXES], places[3];
+  real cs[AXES], us[3], steps[3], places[3];
+  UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
     cs[min(axis, AXES - 1)] = c[min(axis, AXES - 1)];
+    us[axis] = u[axis];
+    steps[axis] = step[axis];
     places[axis] = next[axis];
   }
-  _Pragma("unroll 1") for (int axis = 0; axis < 3; ++axis)
+  ROLLED
+  for (int axis = 0; axis < 3; ++axis)
   {
     const int which = min(axis, AXES - 1);
     real lower = (real)(-INFINITY), upper = (real)(INFINITY);
-    _Pragma("unroll 1") for (int d = 0; d < 6; ++d)
+    ROLLED
+    for (int d = 0; d < 6; ++d)
     {
       const real limit = linkLimit(cs[which], linkedConstraint(beside, cut, s, which, d));
       const real place = displacementBeside(beside, axis, d);
       lower = max(lower, place - limit);
       upper = min(upper, place + limit);
     }
-    const real place = min(max(places[axis], lower), upper);
-    places[axis] = select((real)(NAN), place, lower <= upper);
+    const real within = min(max(places[axis], lower), upper);
+    places[axis] = select(us[axis], within, (steps[axis] != 0.0f) & (lower <= upper));
   }
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
-    next[axis] = select(u[axis], places[axis], (step[axis] != 0.0f) & (places[axis] == places[axis]));
+    next[axis] = places[axis];
   }
 }
 #endif
@@ -142,7 +147,7 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
   local Turn mine;
   HALO(halo);
   const uint slot = get_group_id(0) + 1;
-  beginSweepTurn(&mine, slot, colour, activity, log, turn, enough, table, place, strideY, strideZ);
+  beginSweepTurn(&mine, slot, colour, turn.z - 1, activity, log, turn, enough, table, place, strideY, strideZ);
   int touched = 0;
   float move = 0.0f;
   if (mine.has == TURN_HAS)
@@ -157,5 +162,5 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
       move = max(move, most);
     }
   }
-  endSweepTurn(&mine, touched, move, slot, colour, activity, log, turn, enough);
+  endSweepTurn(&mine, touched, move, slot, colour, SWEEP_EVER, activity, log, turn, enough);
 }

@@ -17,6 +17,9 @@
 // 0.3. A relaxation starts with the best z, and the sum with z falls in every pass, so E falls from its start to its
 // end.
 //
+// To find its rotation costs an element half as much as all else. So elements turn in some of the sweeps alone, with as
+// little energy after as many sweeps but for some thousandths; in those between they go on with the spin they have.
+//
 // The limits of links hold for the strain, |u(j) - u(i) - wanted| <= D, on every axis of the grid.
 //
 // The host guarantees what it does for relax.cl.
@@ -461,9 +464,11 @@ RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const
 }
 #endif
 
-// Relaxes one piece of work and returns the largest move.
-RULE float turnPiece(const Site* s, const Beside* beside, float omega, float still, uint pitch, uint tissuePitch,
-  global float* displacement, global const float* constraint, global const uchar* cut, int* faces SPIN_ARGUMENTS)
+// Relaxes one piece of work, which may turn or only move, and returns the largest move. `mayTurn` is a constant, so
+// that it takes no registers.
+RULE float turnPiece(const Site* s, const Beside* beside, bool mayTurn, float omega, float still, uint pitch,
+  uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut,
+  int* faces SPIN_ARGUMENTS)
 {
   real c[AXES], u[3], own[3], mine[3][3];
   mask relaxes[AXES];
@@ -494,21 +499,31 @@ RULE float turnPiece(const Site* s, const Beside* beside, float omega, float sti
   lateBy(s, &links, mine, pitch, late SPIN_PASSED_ON);
 #endif
 
-  real rotation[3], next[3], turnedTo[3][3];
-  rotationOf(&links, mine, proportions, rotation);
+  real next[3], turnedTo[3][3];
   mask turning = (mask)(0);
   UNROLL
-  for (int axis = 0; axis < 3; ++axis)
+  for (int m = 0; m < 9; ++m)
   {
-    turning |= turns & (fabs(rotation[axis]) > still);
+    next[m / 3] = own[m / 3];
+    turnedTo[m / 3][m % 3] = mine[m / 3][m % 3];
   }
-  spinAfter(own, rotation, next);
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
+  if (mayTurn)
   {
-    next[axis] = select(own[axis], next[axis], turning);
+    real rotation[3];
+    rotationOf(&links, mine, proportions, rotation);
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      turning |= turns & (fabs(rotation[axis]) > still);
+    }
+    spinAfter(own, rotation, next);
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      next[axis] = select(own[axis], next[axis], turning);
+    }
+    axesTurned(next, turnedTo);
   }
-  axesTurned(next, turnedTo);
 
   TurningNeighbours all = askNeighbours(&links, turnedTo, proportions);
 #ifndef UNLIMITED
@@ -564,13 +579,15 @@ RULE float turnPiece(const Site* s, const Beside* beside, float omega, float sti
   return largest;
 }
 
-kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, float omega, float still, LAYOUT_ARGUMENTS,
+// turning: in a sweep in which elements turn, how many sweeps ago they did so before; else 0.
+kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, int turning, float omega, float still, LAYOUT_ARGUMENTS,
   global float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
 {
   local Turn mine;
   HALO(halo);
   const uint slot = get_group_id(0) + 1;
-  beginSweepTurn(&mine, slot, colour, activity, log, turn, enough, table, place, strideY, strideZ);
+  beginSweepTurn(
+    &mine, slot, colour, turn.z - max(turning, 1), activity, log, turn, enough, table, place, strideY, strideZ);
   int touched = 0;
   float move = 0.0f;
   if (mine.has == TURN_HAS)
@@ -580,10 +597,13 @@ kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, float omega, float still, 
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       const Beside beside = besideOf(halo, &s, slot, colour, pitch, tissuePitch, table, place, strideY, strideZ,
         displacement, constraint SPIN_PASSED_ON);
-      const float most = turnPiece(
-        &s, &beside, omega, still, pitch, tissuePitch, displacement, constraint, cut, &touched SPIN_PASSED_ON);
+      const float most = turning ? turnPiece(&s, &beside, true, omega, still, pitch, tissuePitch, displacement,
+                                     constraint, cut, &touched SPIN_PASSED_ON)
+                                 : turnPiece(&s, &beside, false, omega, still, pitch, tissuePitch, displacement,
+                                     constraint, cut, &touched SPIN_PASSED_ON);
       move = max(move, most);
     }
   }
-  endSweepTurn(&mine, touched, move, slot, colour, activity, log, turn, enough);
+  endSweepTurn(
+    &mine, touched, move, slot, colour, turning ? SWEEP_EVER : SWEEP_EVER | SWEEP_FACES, activity, log, turn, enough);
 }
