@@ -2,12 +2,12 @@
 // "NUMERICS: name | figure"; Testing/Numerics.md lists them.
 
 #include "Blades.h"
+#include "Figures.h"
 #include "Picture.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 
 namespace
@@ -15,24 +15,6 @@ namespace
 
 using namespace chainmail;
 using Values = std::vector<oracle::Vector3>;
-
-void record(const std::string& name, double figure, const std::string& unit)
-{
-  char text[64];
-  std::snprintf(text, sizeof text, "%.3g", figure);
-  std::string key = name;
-  std::replace_if(
-    key.begin(), key.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
-  testing::Test::RecordProperty(key, text);
-  std::cout << "NUMERICS: " << name << " | " << text << (unit.empty() ? "" : " " + unit) << std::endl;
-}
-
-/// Checks a figure against what is allowed, and records it.
-void expectAtMost(const std::string& name, double figure, double allowed, const std::string& unit = "")
-{
-  EXPECT_LE(figure, allowed) << name; // false for NaN
-  record(name, figure, unit);
-}
 
 class Stopwatch
 {
