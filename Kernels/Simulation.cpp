@@ -192,7 +192,7 @@ void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticReco
     this->relaxer().release();
     this->relaxationMethod_ = method;
   }
-  this->relaxer().restart();
+  this->relaxer().restart(true);
 }
 
 void Simulation::Impl::reset()
@@ -201,7 +201,7 @@ void Simulation::Impl::reset()
   this->handles_.clear();
   this->bricks_.clearDisplacements();
   this->moved();
-  this->relaxer().restart();
+  this->relaxer().restart(true);
   this->beyondLimits_ = false;
 }
 
@@ -273,7 +273,7 @@ PropagateResult Simulation::Impl::propagate(int iterations)
   {
     return PropagateResult();
   }
-  this->relaxer().restart();
+  this->relaxer().restart(true);
   this->moved();
   return this->stoppable(
     [&]
@@ -289,16 +289,15 @@ PropagateResult Simulation::Impl::propagate(int iterations)
       if (iterations == 0 && this->bricks_.spins())
       {
         constexpr int sweeps = 8; // turn bones about as far as a wave moves them
-        bool coarse = true;       // once spins contradict each other there, they go on to, as bones only turn further
+        bool coarse = true;       // once coarser grids gain nothing they go on to, as bones only turn further
         const auto settle = [&]
         {
-          this->relaxer().restart();
           const RelaxationTask task{ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
-            nullptr, sweeps, 0.0, [&](int) { checkpoint(); }, coarse };
+            nullptr, sweeps, 0.0, [&](int) { checkpoint(); } };
           coarse = this->relaxer().run(task).coarseStep > 0.0;
+          this->relaxer().restart(coarse);
         };
         result.iterations += reachFurther(this->waves_, this->handles_, settle, checkpoint);
-        this->relaxer().restart();
       }
       return result;
     });

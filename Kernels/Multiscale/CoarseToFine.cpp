@@ -47,6 +47,26 @@ constexpr double tooFar = 1e-4;
 
 }
 
+namespace
+{
+
+/// Keeps the spins that all elements have.
+void keepSpins(Bricks& bricks, Field& before)
+{
+  bricks.keep(before);
+  bricks.context().queue().enqueueCopyBuffer(
+    bricks.spins()->spin.buffer, before.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
+}
+
+/// Gives all elements the spins they had then.
+void turnBack(Bricks& bricks, const Field& before)
+{
+  bricks.context().queue().enqueueCopyBuffer(
+    before.buffer, bricks.spins()->spin.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
+}
+
+}
+
 /// One coarser grid, together with the finer grid that it stands for.
 class CoarseToFine::Level
 {
@@ -62,6 +82,7 @@ public:
     coarsenCuts(finer, this->bricks_);
     this->clusters_ = std::make_unique<RigidClusters>(this->bricks_);
   }
+  ~Level() { this->bricks_.drop(this->spinsBefore_); }
 
   Bricks& bricks() { return this->bricks_; }
 
@@ -100,15 +121,23 @@ public:
     {
       transfer(this->finer_.spins()->spin.buffer, 1.0f, this->bricks_.spins()->spin.buffer);
       this->clusters_->straighten();
+      keepSpins(this->bricks_, this->spinsBefore_);
     }
   }
 
-  /// Projects the state to a feasible one. Handles and bones are thicker on this grid and the tissue between them is
-  /// thinner, so it may not stretch as far as a handle goes. Then the handle gives way, as it would otherwise drag
-  /// anchored bone and everything around it along.
+  /// Projects the state to a feasible one. Where spins contradict each other those of the finer grid are taken, to
+  /// begin with. Handles and bones are thicker on this grid and the tissue between them is thinner, so it may not
+  /// stretch as far as a handle goes. Then the handle gives way, as it would otherwise drag anchored bone and
+  /// everything around it along.
   void makeFeasible(const Checkpoint& checkpoint)
   {
-    this->feasibility_.run(this->propagation_, checkpoint);
+    if (!this->feasibility_.run(this->propagation_, checkpoint) && this->propagation_.conflict().largest() == 0.0)
+    {
+      turnBack(this->bricks_, this->spinsBefore_);
+      this->clusters_->begin(this->held_);
+      this->clusters_->straighten(false);
+      this->feasibility_.run(this->propagation_, checkpoint);
+    }
     if (this->propagation_.conflict().largest() > tooFar)
     {
       this->mark(this->held_, false);
@@ -167,6 +196,7 @@ public:
     if (this->bricks_.spins())
     {
       transfer(this->bricks_.spins()->spin.buffer, 1.0f, this->finer_.spins()->spin.buffer);
+      this->bricks_.drop(this->spinsBefore_);
     }
   }
 
@@ -217,6 +247,7 @@ private:
   Relaxation relaxation_;
   std::unique_ptr<RigidClusters> clusters_;
   Scratch list_{ "the list of bricks" };
+  Field spinsBefore_{ 3, sizeof(cl_float), "spins" };
 };
 
 CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
@@ -306,6 +337,13 @@ void CoarseToFine::cycle(
       this->relaxation_.run(
         clusters, unlimited, nullptr, Reach::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
       this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
+      if (!this->feasible_ && this->bricks_.spins())
+      {
+        // Spins of before contradict each other nowhere. Tissue and bones then only move, and turn in the sweeps after.
+        turnBack(this->bricks_, this->spinsBefore_);
+        clusters.straighten(false);
+        this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
+      }
     }
   }
 }
@@ -359,8 +397,7 @@ bool CoarseToFine::run(
   context.queue().enqueueCopyBuffer(this->bricks_.displacement, this->before_.buffer, 0, 0, bytes);
   if (this->bricks_.spins())
   {
-    this->bricks_.keep(this->spinsBefore_);
-    context.queue().enqueueCopyBuffer(this->bricks_.spins()->spin.buffer, this->spinsBefore_.buffer, 0, 0, bytes);
+    keepSpins(this->bricks_, this->spinsBefore_);
   }
   this->cycle(clusters, elasticity, tolerance, checkpoint);
   return true;
@@ -379,7 +416,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
       Context& context = this->bricks_.context();
       const std::size_t bytes = sizeof(cl_float) * 3 * this->bricks_.pitch();
       context.queue().enqueueCopyBuffer(this->before_.buffer, this->bricks_.displacement, 0, 0, bytes);
-      context.queue().enqueueCopyBuffer(this->spinsBefore_.buffer, this->bricks_.spins()->spin.buffer, 0, 0, bytes);
+      turnBack(this->bricks_, this->spinsBefore_);
     }
     this->bricks_.drop(this->spinsBefore_);
   }

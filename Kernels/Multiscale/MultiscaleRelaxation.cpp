@@ -8,7 +8,7 @@ namespace chainmail
 void MultiscaleRelaxation::tissueChanged()
 {
   this->coarseToFine_.forget();
-  this->restart();
+  this->restart(true);
 }
 
 RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
@@ -17,7 +17,7 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
   bool coarse = false;
   if (this->sweep_ == 0)
   {
-    coarse = this->startsCoarse_ && task.mayStartCoarse && !task.waves &&
+    coarse = this->startsCoarse_ && this->mayStartCoarse_ && !task.waves &&
              this->coarseToFine_.run(clusters, task.elasticity, task.tolerance, [&] { task.checkpoint(0); });
     this->reach_ = coarse ? Reach::Near : Reach::Far;
   }

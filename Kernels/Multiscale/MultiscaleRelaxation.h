@@ -23,7 +23,11 @@ public:
 
   RelaxResult run(const RelaxationTask& task) override;
   bool keepsLimits() const override { return true; }
-  void restart() override { this->sweep_ = 0; }
+  void restart(bool mayStartCoarse) override
+  {
+    this->sweep_ = 0;
+    this->mayStartCoarse_ = mayStartCoarse;
+  }
   void tissueChanged() override;
 
 private:
@@ -31,6 +35,7 @@ private:
   Relaxation relaxation_;
   CoarseToFine coarseToFine_;
   bool startsCoarse_ = false;
+  bool mayStartCoarse_ = true;
   int sweep_ = 0;            ///< sweeps since the last wave, cut or carve
   Reach reach_ = Reach::Far; ///< what these sweeps are for
 };

@@ -30,47 +30,53 @@ Feasibility::~Feasibility()
   this->bricks_.drop(this->lower_);
 }
 
-/// Bricks that hold elements with a link beyond its limit.
-std::vector<int> Feasibility::violated()
+/// Those of some bricks in which a kernel finds what it looks for.
+std::vector<int> Feasibility::bricksThatAre(
+  const char* what, const char* file, bool vectors, const std::vector<int>& bricks)
 {
   Context& context = this->bricks_.context();
-  std::vector<int> bricks;
-  for (const int slot : this->bricks_.touchedSlots())
+  std::vector<int> slots;
+  for (const int brick : bricks)
   {
-    bricks.push_back(this->bricks_.brick(slot));
+    slots.push_back(this->bricks_.slot(brick));
   }
-  this->bricks_.require(bricks);
-  const std::vector<int> slots = this->bricks_.touchedSlots();
   std::vector<cl_int> found(slots.size(), 0);
   cl::Buffer& foundBuffer = this->found_.holding(context, found);
-  context.launch(context.kernel("feasibility.cl", this->bricks_.defines(true), "violated"), slots.size(),
-    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.layout(), this->bricks_.state(),
-    this->bricks_.spins(), foundBuffer);
+  context.launch(context.kernel(file, this->bricks_.defines(vectors), what), slots.size(),
+    this->bricks_.workItems(vectors), this->list_.holding(context, slots), this->bricks_.layout(),
+    this->bricks_.state(), this->bricks_.spins(), foundBuffer);
   context.read(foundBuffer, found);
 
-  bricks.clear();
+  std::vector<int> those;
   for (std::size_t n = 0; n < slots.size(); ++n)
   {
     if (found[n] != 0)
     {
-      bricks.push_back(this->bricks_.brick(slots[n]));
+      those.push_back(bricks[n]);
     }
   }
-  return bricks;
+  return those;
 }
 
 bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
 {
-  const std::vector<int> violated = this->violated();
-  if (violated.empty())
+  std::vector<int> touched;
+  for (const int slot : this->bricks_.touchedSlots())
+  {
+    touched.push_back(this->bricks_.brick(slot));
+  }
+  this->bricks_.require(touched);
+  const std::vector<int> violated = this->bricksThatAre("violated", "feasibility.cl", true, touched);
+  const bool turning = this->bricks_.spins() != nullptr;
+  if (violated.empty() ||
+      (turning && !this->bricksThatAre("contradicted", "contradictions.cl", false, violated).empty()))
   {
     propagation.start({}); // leaves a conflict of none
-    return true;
+    return violated.empty();
   }
   Context& context = this->bricks_.context();
   this->bricks_.keep(this->upper_);
   this->bricks_.saveBefore();
-  const bool turning = this->bricks_.spins() != nullptr;
   if (turning)
   {
     this->bricks_.keep(this->lower_); // both bounds are those of shifts, which begin with 0

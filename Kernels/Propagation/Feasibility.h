@@ -18,10 +18,11 @@ public:
 
   /// Returns whether the state is feasible now. It always is where elements do not turn. Where they do, spins stay as
   /// they are, and may ask for more than the limits of links around a loop, or between held elements, allow.
+  /// Where contradictions.cl finds that, all stays as it is.
   bool run(EnvelopePropagation& propagation, const Checkpoint& checkpoint);
 
 private:
-  std::vector<int> violated();
+  std::vector<int> bricksThatAre(const char* what, const char* file, bool vectors, const std::vector<int>& bricks);
 
   Bricks& bricks_;
   FixedPoint fixedPoint_;

@@ -23,12 +23,14 @@ constexpr int sweepsPerGroupTurn = 8;
 /// many sweeps groups also get a turn every so often.
 constexpr int sweepsPerTimedGroupTurn = 30;
 
-/// Elements that turn do so in one of so many sweeps (turn.cl).
+/// Elements that turn do so in one of so many sweeps (turn.cl), and in each of the first: what coarser grids leave is
+/// rough, and would contradict spins that follow later.
 constexpr int sweepsPerRotation = 3;
+constexpr int firstRotations = 4;
 
 bool turnsIn(int sweep)
 {
-  return sweep % sweepsPerRotation == 0;
+  return sweep < firstRotations || sweep % sweepsPerRotation == 0;
 }
 
 /// Sweeps in one batch of launches.

@@ -19,7 +19,6 @@ struct RelaxationTask
   int iterations;             ///< the most iterations, 1 or more
   double tolerance;
   std::function<void(int)> checkpoint; ///< to be called with the number of iterations done; throws to stop
-  bool mayStartCoarse = true;          ///< whether it may start on coarser grids, where it is told to
 };
 
 /// A method by which tissue settles. To add one, derive a class, add a value to RelaxationMethod (Types.h) and a line
@@ -34,8 +33,9 @@ public:
   /// Whether a feasible state stays feasible. If so, a state that is not is made feasible before run().
   virtual bool keepsLimits() const = 0;
 
-  /// Called when something else has moved tissue: the next run() does not continue the last one.
-  virtual void restart() {}
+  /// Called when something else has moved tissue: the next run() does not continue the last one. `mayStartCoarse`:
+  /// whether it may start on coarser grids, where it is told to.
+  virtual void restart(bool /* mayStartCoarse */) {}
 
   /// Called when links or elements are gone, or are back again. Implies restart().
   virtual void tissueChanged() {}

@@ -244,7 +244,7 @@ TurningClusters::Body RigidClusters::bodyOf(const Cluster& cluster) const
     this->bricks_, this->voxels_.data() + cluster.first, cluster.count, cluster.heldVoxels, cluster.anchored);
 }
 
-void RigidClusters::straighten()
+void RigidClusters::straighten(bool turn)
 {
   std::set<int> touched;
   for (const int slot : this->bricks_.touchedSlots())
@@ -267,7 +267,7 @@ void RigidClusters::straighten()
     if (this->turns())
     {
       TurningClusters::straighten(this->bricks_, this->voxels_.data() + cluster.first, cluster.count,
-        this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels);
+        this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels, turn);
     }
     else
     {

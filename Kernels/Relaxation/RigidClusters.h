@@ -49,8 +49,9 @@ public:
   void begin(const std::vector<std::size_t>& heldVoxels);
 
   /// Where elements turn: makes every cluster rigid again whose elements were moved one by one, with the pose nearest
-  /// to where they are now. Elements of probes stay where they are, and so do clusters that hold an anchor.
-  void straighten();
+  /// to where they are now or, unless they `turn`, the nearest one with the spins they have. Elements of probes stay
+  /// where they are, and so do clusters that hold an anchor.
+  void straighten(bool turn = true);
 
   /// Makes the clusters of these bricks take part from now on. Gives memory to all bricks of these clusters.
   void activate(const std::vector<int>& bricks);

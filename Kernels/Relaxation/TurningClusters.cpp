@@ -217,7 +217,7 @@ void nearestSpin(const std::vector<double>& rest, const std::vector<double>& now
 }
 
 void TurningClusters::straighten(Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
-  bool anchored, const std::vector<std::size_t>& held)
+  bool anchored, const std::vector<std::size_t>& held, bool turns)
 {
   const Grid& grid = bricks.model().grid();
   const cl_float4& proportions = bricks.spins()->proportions;
@@ -260,7 +260,7 @@ void TurningClusters::straighten(Bricks& bricks, const std::uint32_t* members, s
       now[n] = rest[n] + (places[n] - place[n % 3]) * proportions.s[n % 3];
     }
     double spin[3] = { spins[3 * own], spins[3 * own + 1], spins[3 * own + 2] };
-    if (body.freedom == Freedom::All || body.freedom == Freedom::Ball)
+    if (turns && (body.freedom == Freedom::All || body.freedom == Freedom::Ball))
     {
       nearestSpin(rest, now, spin);
     }

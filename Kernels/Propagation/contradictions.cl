@@ -1,0 +1,87 @@
+// Finds spins that ask for more than links allow. Around a loop of links displacements cancel out, so what spins want
+// there has to be within the sum of the links' limits; if it is not, no state with these spins is feasible, and the
+// bounds of feasibility.cl have no end. The smallest loops are squares of four elements. In scans it shows in them.
+//
+// The host guarantees: TURNING; WIDTH is 1; all 26 neighbours of the listed bricks have a slot (brick.clh).
+
+#include "brick.clh"
+#include "element.clh"
+#include "turning.clh"
+
+// Adds what a link between two neighbours along axis a is strained by, from the first to the second, and its limit.
+RULE void addLink(uint first, uint second, int a, float way, uint pitch, uint tissuePitch,
+  global const float* displacement, global const float* constraint, float* strain, float* limits SPIN_ARGUMENTS)
+{
+  const uint at[2] = { min(first, pitch - SKEW), min(second, pitch - SKEW) };
+  float wanted[2][3];
+  UNROLL
+  for (int end = 0; end < 2; ++end)
+  {
+    const float own[3] = { spin[at[end]], spin[pitch + at[end]], spin[2 * pitch + at[end]] };
+    wantedApart(own, 2 * a + 1, proportions, wanted[end]);
+  }
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    global const float* c = constraint + min(axis, AXES - 1) * tissuePitch;
+    const float limit = linkLimit(c[first], c[second]);
+    const float apart = displacement[axis * pitch + at[1]] - displacement[axis * pitch + at[0]];
+    limits[axis] += limit;
+    strain[axis] += limit == 0.0f ? 0.0f : way * (apart - 0.5f * (wanted[0][axis] + wanted[1][axis]));
+  }
+}
+
+// Whether the four links of a square along axes a and b, if all are there, contradict each other. `x`: the lowest
+// corner.
+RULE bool isContradicted(int3 x, int a, int b, uint pitch, uint tissuePitch, global const int* table, int strideY,
+  int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
+{
+  const int3 alongA = (int3)(a == 0, a == 1, a == 2), alongB = (int3)(b == 0, b == 1, b == 2);
+  const uint at[4] = { addressOf(x, table, strideY, strideZ), addressOf(x + alongA, table, strideY, strideZ),
+    addressOf(x + alongB, table, strideY, strideZ), addressOf(x + alongA + alongB, table, strideY, strideZ) };
+  for (int n = 0; n < 4; ++n)
+  {
+    if (isinf(constraint[at[n]]))
+    {
+      return false;
+    }
+  }
+#ifdef CUTS
+  const uchar upA = 2 << 2 * a, upB = 2 << 2 * b;
+  if ((cut[at[0]] & (upA | upB)) || (cut[at[1]] & upB) || (cut[at[2]] & upA))
+  {
+    return false;
+  }
+#endif
+  float strain[3] = { 0.0f, 0.0f, 0.0f }, limits[3] = { 0.0f, 0.0f, 0.0f };
+  addLink(at[0], at[1], a, 1.0f, pitch, tissuePitch, displacement, constraint, strain, limits SPIN_PASSED_ON);
+  addLink(at[1], at[3], b, 1.0f, pitch, tissuePitch, displacement, constraint, strain, limits SPIN_PASSED_ON);
+  addLink(at[2], at[3], a, -1.0f, pitch, tissuePitch, displacement, constraint, strain, limits SPIN_PASSED_ON);
+  addLink(at[0], at[2], b, -1.0f, pitch, tissuePitch, displacement, constraint, strain, limits SPIN_PASSED_ON);
+  bool is = false;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    is |= fabs(strain[axis]) > 1.0001f * limits[axis] + 1e-5f; // more than rounding
+  }
+  return is;
+}
+
+// `found` is set to 1 for bricks in or beside which there are such squares.
+kernel void contradicted(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, global int* found)
+{
+  const int3 before = brickAt(place[list[get_group_id(0)]], strideY, strideZ) * (int3)(BX, BY, BZ) - 1;
+  for (int n = get_local_id(0); n < (BX + 1) * (BY + 1) * (BZ + 1); n += get_local_size(0))
+  {
+    const int3 x = before + (int3)(n % (BX + 1), n / (BX + 1) % (BY + 1), n / ((BX + 1) * (BY + 1)));
+    for (int a = 0; a < 3; ++a)
+    {
+      if (isContradicted(x, a, (a + 1) % 3, pitch, tissuePitch, table, strideY, strideZ, displacement, constraint,
+            cut SPIN_PASSED_ON))
+      {
+        found[get_group_id(0)] = 1;
+        return;
+      }
+    }
+  }
+}
