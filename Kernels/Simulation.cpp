@@ -292,10 +292,11 @@ PropagateResult Simulation::Impl::propagate(int iterations)
         bool coarse = true;       // once coarser grids gain nothing they go on to, as bones only turn further
         const auto settle = [&]
         {
+          this->relaxer().restart(coarse);
           const RelaxationTask task{ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
             nullptr, sweeps, 0.0, [&](int) { checkpoint(); } };
           coarse = this->relaxer().run(task).coarseStep > 0.0;
-          this->relaxer().restart(coarse);
+          this->relaxer().restart(false); // what comes after a last wave has settled but for that
         };
         result.iterations += reachFurther(this->waves_, this->handles_, settle, checkpoint);
       }

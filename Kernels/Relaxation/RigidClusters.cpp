@@ -261,23 +261,36 @@ void RigidClusters::straighten(bool turn)
     bricks.insert(bricks.end(), this->clusters_[id].bricks.begin(), this->clusters_[id].bricks.end());
   }
   this->bricks_.require(bricks);
+  if (!this->turns())
+  {
+    for (const int id : touched)
+    {
+      this->alignAxis(this->clusters_[id]);
+    }
+    return;
+  }
+  std::vector<std::uint32_t> addresses;
+  for (const int id : touched)
+  {
+    const std::vector<std::uint32_t> more = this->addressesOf(this->clusters_[id]);
+    addresses.insert(addresses.end(), more.begin(), more.end());
+  }
+  std::vector<float> places = this->bricks_.displacements(addresses);
+  std::vector<float> spins = this->bricks_.spinsAt(addresses);
+  std::size_t first = 0;
   for (const int id : touched)
   {
     const Cluster& cluster = this->clusters_[id];
-    if (this->turns())
-    {
-      TurningClusters::straighten(this->bricks_, this->voxels_.data() + cluster.first, cluster.count,
-        this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels, turn);
-    }
-    else
-    {
-      this->alignAxis(cluster);
-    }
+    TurningClusters::straighten(this->bricks_, this->voxels_.data() + cluster.first, cluster.count,
+      this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels, turn, &places[first], &spins[first]);
+    first += 3 * cluster.count;
   }
+  this->bricks_.setDisplacements(addresses, places);
+  this->bricks_.setSpins(addresses, spins);
 }
 
-/// Gives the members of a cluster of one axis one displacement along it, and no rotation.
-void RigidClusters::alignAxis(const Cluster& cluster)
+/// Where the members of a cluster are on the device.
+std::vector<std::uint32_t> RigidClusters::addressesOf(const Cluster& cluster) const
 {
   const Grid& grid = this->bricks_.model().grid();
   const auto first = this->voxels_.begin() + static_cast<std::ptrdiff_t>(cluster.first);
@@ -288,11 +301,19 @@ void RigidClusters::alignAxis(const Cluster& cluster)
       const Index3 at = grid.indexOf(voxel);
       return this->bricks_.address(at[0], at[1], at[2]);
     });
+  return addresses;
+}
+
+/// Gives the members of a cluster of one axis one displacement along it, and no rotation.
+void RigidClusters::alignAxis(const Cluster& cluster)
+{
+  const std::vector<std::uint32_t> addresses = this->addressesOf(cluster);
   std::vector<float> places = this->bricks_.displacements(addresses);
   const std::size_t axis = static_cast<std::size_t>(cluster.axis);
   double place = 0.0;
   if (!cluster.heldVoxels.empty())
   {
+    const auto first = this->voxels_.begin() + static_cast<std::ptrdiff_t>(cluster.first);
     const auto held = std::lower_bound(first, first + static_cast<std::ptrdiff_t>(cluster.count),
       static_cast<std::uint32_t>(cluster.heldVoxels.front()));
     place = places[3 * static_cast<std::size_t>(held - first) + axis];

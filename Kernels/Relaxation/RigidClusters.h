@@ -83,6 +83,7 @@ private:
   /// Whether clusters turn. Where constraints differ by axis, a cluster of one axis has no rotation.
   bool turns() const { return this->bricks_.spins() && this->bricks_.model().axes() == 1; }
   TurningClusters::Body bodyOf(const Cluster& cluster) const;
+  std::vector<std::uint32_t> addressesOf(const Cluster& cluster) const;
   void alignAxis(const Cluster& cluster);
   std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
   void upload();

@@ -216,68 +216,59 @@ void nearestSpin(const std::vector<double>& rest, const std::vector<double>& now
 
 }
 
-void TurningClusters::straighten(Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
-  bool anchored, const std::vector<std::size_t>& held, bool turns)
+void TurningClusters::straighten(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
+  const Body& body, bool anchored, const std::vector<std::size_t>& held, bool turns, float* places, float* spins)
 {
+  if (anchored)
+  {
+    std::fill_n(places, 3 * count, 0.0f);
+    std::fill_n(spins, 3 * count, 0.0f);
+    return;
+  }
   const Grid& grid = bricks.model().grid();
   const cl_float4& proportions = bricks.spins()->proportions;
-  std::vector<std::uint32_t> addresses;
+  const std::size_t own = static_cast<std::size_t>(
+    std::lower_bound(members, members + count, static_cast<std::uint32_t>(body.member)) - members);
+  // Free clusters turn about the mean of their members, others about the one that is held.
+  std::vector<double> rest(3 * count);
+  std::vector<double> now(3 * count);
+  double centre[3] = {};
+  double place[3] = {};
   for (std::size_t n = 0; n < count; ++n)
   {
     const Index3 at = grid.indexOf(members[n]);
-    addresses.push_back(bricks.address(at[0], at[1], at[2]));
-  }
-  std::vector<float> places(3 * count, 0.0f);
-  std::vector<float> spins(3 * count, 0.0f);
-  if (!anchored)
-  {
-    places = bricks.displacements(addresses);
-    spins = bricks.spinsAt(addresses);
-    const std::size_t own = static_cast<std::size_t>(
-      std::lower_bound(members, members + count, static_cast<std::uint32_t>(body.member)) - members);
-    // Free clusters turn about the mean of their members, others about the one that is held.
-    std::vector<double> rest(3 * count);
-    std::vector<double> now(3 * count);
-    double centre[3] = {};
-    double place[3] = {};
-    for (std::size_t n = 0; n < count; ++n)
-    {
-      const Index3 at = grid.indexOf(members[n]);
-      for (int a = 0; a < 3; ++a)
-      {
-        rest[3 * n + a] = (at[a] - body.middle[a]) * proportions.s[a];
-        centre[a] += held.empty() ? rest[3 * n + a] / static_cast<double>(count) : 0.0;
-        place[a] += held.empty() ? places[3 * n + a] / static_cast<double>(count) : 0.0;
-      }
-    }
     for (int a = 0; a < 3; ++a)
     {
-      place[a] = held.empty() ? place[a] : places[3 * own + a];
-    }
-    for (std::size_t n = 0; n < 3 * count; ++n)
-    {
-      rest[n] -= centre[n % 3];
-      now[n] = rest[n] + (places[n] - place[n % 3]) * proportions.s[n % 3];
-    }
-    double spin[3] = { spins[3 * own], spins[3 * own + 1], spins[3 * own + 2] };
-    if (turns && (body.freedom == Freedom::All || body.freedom == Freedom::Ball))
-    {
-      nearestSpin(rest, now, spin);
-    }
-    for (std::size_t n = 0; n < count; ++n)
-    {
-      double more[3];
-      rule::wide::turned(spin, &rest[3 * n], more);
-      const bool stays = std::binary_search(held.begin(), held.end(), static_cast<std::size_t>(members[n]));
-      for (int a = 0; a < 3; ++a)
-      {
-        spins[3 * n + a] = static_cast<float>(spin[a]);
-        places[3 * n + a] = stays ? places[3 * n + a] : static_cast<float>(place[a] + more[a] / proportions.s[a]);
-      }
+      rest[3 * n + a] = (at[a] - body.middle[a]) * proportions.s[a];
+      centre[a] += held.empty() ? rest[3 * n + a] / static_cast<double>(count) : 0.0;
+      place[a] += held.empty() ? places[3 * n + a] / static_cast<double>(count) : 0.0;
     }
   }
-  bricks.setDisplacements(addresses, places);
-  bricks.setSpins(addresses, spins);
+  for (int a = 0; a < 3; ++a)
+  {
+    place[a] = held.empty() ? place[a] : places[3 * own + a];
+  }
+  for (std::size_t n = 0; n < 3 * count; ++n)
+  {
+    rest[n] -= centre[n % 3];
+    now[n] = rest[n] + (places[n] - place[n % 3]) * proportions.s[n % 3];
+  }
+  double spin[3] = { spins[3 * own], spins[3 * own + 1], spins[3 * own + 2] };
+  if (turns && (body.freedom == Freedom::All || body.freedom == Freedom::Ball))
+  {
+    nearestSpin(rest, now, spin);
+  }
+  for (std::size_t n = 0; n < count; ++n)
+  {
+    double more[3];
+    rule::wide::turned(spin, &rest[3 * n], more);
+    const bool stays = std::binary_search(held.begin(), held.end(), static_cast<std::size_t>(members[n]));
+    for (int a = 0; a < 3; ++a)
+    {
+      spins[3 * n + a] = static_cast<float>(spin[a]);
+      places[3 * n + a] = stays ? places[3 * n + a] : static_cast<float>(place[a] + more[a] / proportions.s[a]);
+    }
+  }
 }
 
 void TurningClusters::upload(const std::vector<Body>& bodies, std::size_t chunks)

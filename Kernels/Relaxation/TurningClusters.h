@@ -43,9 +43,9 @@ public:
     const std::vector<std::size_t>& held, bool anchored);
 
   /// Gives the elements of a cluster the pose of a rigid body that is nearest to where they are now; unless it `turns`,
-  /// with the spin they have. Those that are held stay.
-  static void straighten(Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
-    bool anchored, const std::vector<std::size_t>& held, bool turns);
+  /// with the spin they have. Those that are held stay. `places` and `spins` have 3 values a member.
+  static void straighten(const Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
+    bool anchored, const std::vector<std::size_t>& held, bool turns, float* places, float* spins);
 
   /// Takes these clusters, in the order of the lists of RigidClusters.
   void upload(const std::vector<Body>& bodies, std::size_t chunks);
