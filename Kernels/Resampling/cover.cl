@@ -189,9 +189,11 @@ inline void coverComponent(
   {
     own |= isOwn(cell, component, n) ? 1u << n : 0;
   }
+  // Other air than the ambiguous one has its displacement in the part.
+  const uint known = own | ~(cell->elements | cornerBits(t, part->ambiguous, at));
   for (int n = 0; n < 8; ++n)
   {
-    u[n] = own >> n & 1 ? displacementIn(part, cornerAt(t, at, n)) : virtualCorner(t, part, at, n, own);
+    u[n] = known >> n & 1 ? displacementIn(part, cornerAt(t, at, n)) : virtualCorner(t, part, at, n, own);
     const float3 corner = u[n] + (float3)(n & 1, n >> 1 & 1, n >> 2);
     low = min(low, corner);
     high = max(high, corner);
