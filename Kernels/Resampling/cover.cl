@@ -524,7 +524,7 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
   const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, contested, offsets, claiming,
     origin };
   local Part part;
-  local int some;
+  local uint rows[2]; // of cells that are handled, see isUsed()
   again += get_group_id(0) * (size_t)(ELEMENTS / WIDTH);
   for (int n = 0; n < PARTS; ++n)
   {
@@ -532,20 +532,21 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
                        (int3)(PART_X, PART_Y, PART_Z);
     if (get_local_id(0) == 0)
     {
-      some = claiming;
+      rows[0] = claiming ? ~0u : 0;
+      rows[1] = rows[0];
     }
     barrier(CLK_LOCAL_MEM_FENCE);
-    int own = 0;
     for (int work = get_local_id(0); !claiming && work < PART_WORK; work += get_local_size(0))
     {
-      own |= again[inBrick(first + partAt(work)) / WIDTH];
-    }
-    if (own)
-    {
-      atomic_or(&some, 1); // a compiler may let other items write back, over a plain store, what they read before
+      const int3 at = partAt(work);
+      if (again[inBrick(first + at) / WIDTH])
+      {
+        atomic_or(rows + at.z / 4, 1u << (at.y + 8 * (at.z % 4)));
+      }
     }
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (some && lookAround(&tissue, origin + first - 1, &part))
+    const ulong wanted = (ulong)rows[1] << 32 | rows[0];
+    if (wanted && lookAround(&tissue, origin + first - 1, wanted, &part))
     {
       for (int work = get_local_id(0); work < PART_WORK; work += get_local_size(0))
       {
