@@ -101,9 +101,9 @@ inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corner
 typedef struct
 {
   float target[3][WIDTH];
-  int voxel[WIDTH];     // its number; -1 where the lane has nothing to do
-  uint key[WIDTH];      // of the cell
-  uint elements[WIDTH]; // of the cell
+  int voxel[WIDTH];    // its number; -1 where the lane has nothing to do
+  int key[WIDTH];      // of the cell
+  int elements[WIDTH]; // of the cell
 } Lanes;
 
 // Takes those voxels that lie in their cells. `cell` is null, or a cell for all lanes of which only the share of one
@@ -189,9 +189,11 @@ inline void coverComponent(
   {
     own |= isOwn(cell, component, n) ? 1u << n : 0;
   }
+  // Other air than the ambiguous one has its displacement in the part.
+  const uint known = own | ~(cell->elements | cornerBits(t, part->ambiguous, at));
   for (int n = 0; n < 8; ++n)
   {
-    u[n] = own >> n & 1 ? displacementIn(part, cornerAt(t, at, n)) : virtualCorner(t, part, at, n, own);
+    u[n] = known >> n & 1 ? displacementIn(part, cornerAt(t, at, n)) : virtualCorner(t, part, at, n, own);
     const float3 corner = u[n] + (float3)(n & 1, n >> 1 & 1, n >> 2);
     low = min(low, corner);
     high = max(high, corner);
@@ -288,8 +290,7 @@ typedef struct
 } Corners;
 
 // `ambiguous` has a bit for each cell of which a corner is.
-inline void cornersOfRow(
-  const Tissue* t, local const Part* part, int3 at, uint ambiguous, const uint* elements, Corners* corners)
+inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask elements, Corners* corners)
 {
   UNROLL
   for (int n = 0; n < 8; ++n)
@@ -301,19 +302,29 @@ inline void cornersOfRow(
       STORE(LOAD(from), corners->u[a][n]);
     }
   }
-  for (int lane = 0; ambiguous >> lane; ++lane)
+  for (int n = 0; ambiguous && n < 8; ++n)
   {
-    const int3 place = at + (int3)(lane, 0, 0);
-    const uint air = ambiguous >> lane & 1 ? cornerBits(t, part->ambiguous, place) : 0;
-    for (int n = 0; air >> n; ++n)
+    const int3 corner = at + (int3)(n & 1, n >> 1 & 1, n >> 2);
+    const uint air = (uint)(part->ambiguous[ROW(corner.y, corner.z)] >> corner.x) & ambiguous;
+    if (!air)
     {
-      if (air >> n & 1)
-      {
-        const float3 u = virtualCorner(t, part, place, n, elements[lane]);
-        corners->u[0][n][lane] = u.x;
-        corners->u[1][n][lane] = u.y;
-        corners->u[2][n][lane] = u.z;
-      }
+      continue;
+    }
+    // As virtualCorner() does it.
+    const mask counts = lanesOf(air);
+    mask seeds = (mask)(0);
+    for (int m = 0; m < 8; ++m)
+    {
+      const int3 from = at + (int3)(m & 1, m >> 1 & 1, m >> 2) - corner + 1;
+      seeds |= (elements >> m & 1) << (from.x + 3 * from.y + 9 * from.z);
+    }
+    const mask around = bitsAroundEach(part->elements, corner);
+    real mean[3];
+    meanAroundEach(part, corner, joinedToEach(seeds & counts, around, part, corner), mean);
+    UNROLL
+    for (int a = 0; a < 3; ++a)
+    {
+      STORE(select(LOAD(corners->u[a][n]), mean[a], counts), corners->u[a][n]);
     }
   }
 }
@@ -396,19 +407,20 @@ inline void coverRow(const Tissue* t, const Output* o, local const Part* part, i
 {
   Lanes lanes;
   Corners corners;
-  int numbers[WIDTH], moving[WIDTH], isSmooth[WIDTH];
-  for (int lane = 0; lane < WIDTH; ++lane)
+  const mask number = laneNumbers(), isSmooth = lanesOf(smooth);
+  mask elements = (mask)(0);
+  UNROLL
+  for (int n = 0; n < 4; ++n)
   {
-    lanes.elements[lane] = cornerBits(t, part->elements, at + (int3)(lane, 0, 0));
-    lanes.key[lane] = keyOf(o, base + (int3)(lane, 0, 0)) + lowest(lanes.elements[lane]);
-    numbers[lane] = lane;
-    moving[lane] = wanted >> lane & 1 ? -1 : 0;
-    isSmooth[lane] = smooth >> lane & 1 ? -1 : 0;
+    const ulong row = part->elements[ROW(at.y + (n & 1), at.z + (n >> 1))] >> at.x;
+    elements |= ((mask)((int)row) >> number & 3) << 2 * n;
   }
-  cornersOfRow(t, part, at, ambiguous, lanes.elements, &corners);
+  STORE(elements, lanes.elements);
+  STORE((mask)(keyOf(o, base)) + 8 * number + popcount((elements & -elements) - 1), lanes.key);
+  cornersOfRow(part, at, ambiguous, elements, &corners);
   // Voxels are counted from the lowest corner of each cell, and cells from the box of the output.
   const int3 from = base - o->boxFirst.xyz, end = o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
-  const mask start[3] = { LOAD(numbers) + from.x, (mask)(from.y), (mask)(from.z) };
+  const mask start[3] = { number + from.x, (mask)(from.y), (mask)(from.z) };
   real u[3][8], first[3], last[3];
   mask moves = (mask)(0);
   UNROLL
@@ -425,24 +437,25 @@ inline void coverRow(const Tissue* t, const Output* o, local const Part* part, i
     }
     first[a] = max(ceil(low - SLACK), TO_FLOAT(-start[a]));
     // What is handed on is at least this much wide when it is deformed.
-    high += select((real)(SLACK), (real)(-0.5f * HANDED_ON), LOAD(isSmooth));
+    high += select((real)(SLACK), (real)(-0.5f * HANDED_ON), isSmooth);
     last[a] = min(floor(high), TO_FLOAT((a == 0 ? end.x : a == 1 ? end.y : end.z) - start[a]));
   }
-  moves &= LOAD(moving);
+  moves &= lanesOf(wanted);
   // A cell that a wave has just torn long would keep the others waiting.
   const real reach = (last[0] - first[0] + 1.0f) * (last[1] - first[1] + 1.0f) * (last[2] - first[2] + 1.0f);
   const mask isLong = moves & (reach > (float)LONG);
-  int tooLong[WIDTH];
-  STORE(isLong, tooLong);
   moves &= isLong == 0;
-  STORE(moves, moving);
-  for (int lane = 0; lane < WIDTH; ++lane)
+  const mask hasAir = moves & (elements != 255);
+  int tooLong[WIDTH], airy[WIDTH];
+  STORE(isLong, tooLong);
+  STORE(hasAir, airy);
+  for (int lane = 0; lane < WIDTH && SOME(isLong | hasAir); ++lane)
   {
     if (tooLong[lane])
     {
-      coverCell(t, o, part, at + (int3)(lane, 0, 0), base + (int3)(lane, 0, 0), isSmooth[lane]);
+      coverCell(t, o, part, at + (int3)(lane, 0, 0), base + (int3)(lane, 0, 0), smooth >> lane & 1);
     }
-    else if (moving[lane] && lanes.elements[lane] != 255)
+    else if (airy[lane])
     {
       float3 u[8];
       for (int n = 0; n < 8; ++n)
@@ -453,7 +466,7 @@ inline void coverRow(const Tissue* t, const Output* o, local const Part* part, i
     }
   }
   CellMap map;
-  mapOf(u, LOAD(isSmooth), &map);
+  mapOf(u, isSmooth, &map);
   takeReached(o, &map, first, last, moves, start, &lanes);
 }
 
@@ -511,7 +524,7 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
   const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, contested, offsets, claiming,
     origin };
   local Part part;
-  local int some;
+  local uint rows[2]; // of cells that are handled, see isUsed()
   again += get_group_id(0) * (size_t)(ELEMENTS / WIDTH);
   for (int n = 0; n < PARTS; ++n)
   {
@@ -519,20 +532,21 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
                        (int3)(PART_X, PART_Y, PART_Z);
     if (get_local_id(0) == 0)
     {
-      some = claiming;
+      rows[0] = claiming ? ~0u : 0;
+      rows[1] = rows[0];
     }
     barrier(CLK_LOCAL_MEM_FENCE);
-    int own = 0;
     for (int work = get_local_id(0); !claiming && work < PART_WORK; work += get_local_size(0))
     {
-      own |= again[inBrick(first + partAt(work)) / WIDTH];
-    }
-    if (own)
-    {
-      atomic_or(&some, 1); // a compiler may let other items write back, over a plain store, what they read before
+      const int3 at = partAt(work);
+      if (again[inBrick(first + at) / WIDTH])
+      {
+        atomic_or(rows + at.z / 4, 1u << (at.y + 8 * (at.z % 4)));
+      }
     }
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (some && lookAround(&tissue, origin + first - 1, &part))
+    const ulong wanted = (ulong)rows[1] << 32 | rows[0];
+    if (wanted && lookAround(&tissue, origin + first - 1, wanted, &part))
     {
       for (int work = get_local_id(0); work < PART_WORK; work += get_local_size(0))
       {
