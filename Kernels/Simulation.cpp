@@ -296,7 +296,7 @@ PropagateResult Simulation::Impl::propagate(int iterations)
           const RelaxationTask task{ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
             nullptr, sweeps, 0.0, [&](int) { checkpoint(); } };
           coarse = this->relaxer().run(task).coarseStep > 0.0;
-          this->relaxer().restart(false); // what comes after a last wave has settled but for that
+          this->relaxer().restart(false); // a last wave leaves little for coarser grids
         };
         result.iterations += reachFurther(this->waves_, this->handles_, settle, checkpoint);
       }
