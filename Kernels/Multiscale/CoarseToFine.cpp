@@ -45,11 +45,6 @@ constexpr double shareStep = 1.0 / 16.0;
 /// A handle goes further than a coarser grid can stretch if it is more than this too far [fractions of its spacing].
 constexpr double tooFar = 1e-4;
 
-}
-
-namespace
-{
-
 /// Keeps the spins that all elements have.
 void keepSpins(Bricks& bricks, Field& before)
 {
