@@ -66,18 +66,49 @@ RULE bool isContradicted(int3 x, int a, int b, uint pitch, uint tissuePitch, glo
   return is;
 }
 
-// `found` is set to 1 for bricks in or beside which there are such squares.
+// Whether an element's link along axis a goes beyond its limit, and a square that has the link is contradicted. A
+// square whose links all keep to their limits cannot be.
+RULE bool isInContradiction(int3 x, int a, uint pitch, uint tissuePitch, global const int* table, int strideY,
+  int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
+{
+  const int3 along = (int3)(a == 0, a == 1, a == 2);
+  const uint first = addressOf(x, table, strideY, strideZ), second = addressOf(x + along, table, strideY, strideZ);
+  if (isinf(constraint[first]) || isinf(constraint[second]))
+  {
+    return false;
+  }
+  float strain[3] = { 0.0f, 0.0f, 0.0f }, limits[3] = { 0.0f, 0.0f, 0.0f };
+  addLink(first, second, a, 1.0f, pitch, tissuePitch, displacement, constraint, strain, limits SPIN_PASSED_ON);
+  if (fabs(strain[0]) <= limits[0] && fabs(strain[1]) <= limits[1] && fabs(strain[2]) <= limits[2])
+  {
+    return false;
+  }
+  for (int b = 0; b < 3; ++b)
+  {
+    const int3 below = x - (int3)(b == 0, b == 1, b == 2);
+    if (b != a && (isContradicted(x, a, b, pitch, tissuePitch, table, strideY, strideZ, displacement, constraint,
+                     cut SPIN_PASSED_ON) ||
+                    isContradicted(below, a, b, pitch, tissuePitch, table, strideY, strideZ, displacement, constraint,
+                      cut SPIN_PASSED_ON)))
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
+// `found` is set to 1 for bricks with such links.
 kernel void contradicted(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, global int* found)
 {
-  const int3 before = brickAt(place[list[get_group_id(0)]], strideY, strideZ) * (int3)(BX, BY, BZ) - 1;
-  for (int n = get_local_id(0); n < (BX + 1) * (BY + 1) * (BZ + 1); n += get_local_size(0))
+  const int3 origin = brickAt(place[list[get_group_id(0)]], strideY, strideZ) * (int3)(BX, BY, BZ);
+  for (int n = get_local_id(0); n < BX * BY * BZ; n += get_local_size(0))
   {
-    const int3 x = before + (int3)(n % (BX + 1), n / (BX + 1) % (BY + 1), n / ((BX + 1) * (BY + 1)));
+    const int3 x = origin + (int3)(n % BX, n / BX % BY, n / (BX * BY));
     for (int a = 0; a < 3; ++a)
     {
-      if (isContradicted(x, a, (a + 1) % 3, pitch, tissuePitch, table, strideY, strideZ, displacement, constraint,
-            cut SPIN_PASSED_ON))
+      if (isInContradiction(
+            x, a, pitch, tissuePitch, table, strideY, strideZ, displacement, constraint, cut SPIN_PASSED_ON))
       {
         found[get_group_id(0)] = 1;
         return;
