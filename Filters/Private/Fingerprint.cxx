@@ -2,8 +2,7 @@
 #include "Fingerprint.h"
 
 #include "Arrays.h"
-
-#include "vtkSMPTools.h"
+#include "Threads.h"
 
 #include <algorithm>
 #include <cstring>
@@ -62,14 +61,11 @@ Fingerprint FingerprintOf(const void* data, std::size_t bytes, Fingerprint befor
   // The parts do not depend on the number of threads, so neither does the result.
   constexpr std::size_t part = std::size_t(1) << 20;
   std::vector<Fingerprint> parts((bytes + part - 1) / part);
-  vtkSMPTools::For(0, static_cast<vtkIdType>(parts.size()),
-    [&](vtkIdType first, vtkIdType last)
+  chainmail::inParallel(parts.size(),
+    [&](std::size_t n)
     {
-      for (vtkIdType n = first; n < last; ++n)
-      {
-        const std::size_t from = static_cast<std::size_t>(n) * part;
-        parts[n] = FingerprintOfPart(static_cast<const char*>(data) + from, std::min(part, bytes - from));
-      }
+      const std::size_t from = n * part;
+      parts[n] = FingerprintOfPart(static_cast<const char*>(data) + from, std::min(part, bytes - from));
     });
   Fingerprint h = Mix(before ^ bytes);
   for (const Fingerprint one : parts)

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "OutputBuffer.h"
 
+#include "Threads.h"
+
 #include "vtkAbstractArray.h"
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <atomic>
@@ -33,18 +34,6 @@ struct Lent
   }
 };
 
-template <typename F> void ForParts(std::size_t count, const F& f)
-{
-  vtkSMPTools::For(0, static_cast<vtkIdType>(count),
-    [&](vtkIdType first, vtkIdType last)
-    {
-      for (vtkIdType n = first; n < last; ++n)
-      {
-        f(static_cast<std::size_t>(n));
-      }
-    });
-}
-
 }
 
 OutputBuffer::OutputBuffer(std::size_t bytes)
@@ -71,7 +60,7 @@ std::uint64_t OutputBuffer::GetNumber()
   std::atomic<bool> intact{ true };
   if (this->Number != 0)
   {
-    ForParts(this->Parts.size(),
+    chainmail::inParallel(this->Parts.size(),
       [&](std::size_t n)
       {
         const std::size_t first = n * partSize;
@@ -96,7 +85,7 @@ void OutputBuffer::Touch(std::size_t first, std::size_t bytes)
 
 void OutputBuffer::Finish(std::uint64_t number)
 {
-  ForParts(this->Parts.size(),
+  chainmail::inParallel(this->Parts.size(),
     [&](std::size_t n)
     {
       if (this->Touched[n])

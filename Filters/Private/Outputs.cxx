@@ -2,6 +2,7 @@
 #include "Outputs.h"
 
 #include "Arrays.h"
+#include "Threads.h"
 
 #include "vtkCellData.h"
 #include "vtkDataArraySelection.h"
@@ -12,7 +13,6 @@
 #include "vtkMatrix3x3.h"
 #include "vtkNew.h"
 #include "vtkPointData.h"
-#include "vtkSMPTools.h"
 #include "vtkStringArray.h"
 
 #include <algorithm>
@@ -48,6 +48,18 @@ void CopyActiveAttributes(vtkPointData* arrays, vtkPointData* out)
       }
     }
   }
+}
+
+/// Calls f(first, last) for portions of some voxels, from several threads.
+template <typename F> void ForPortions(vtkIdType voxels, const F& f)
+{
+  constexpr vtkIdType portion = vtkIdType(1) << 16;
+  chainmail::inParallel(static_cast<std::size_t>((voxels + portion - 1) / portion),
+    [&](std::size_t n)
+    {
+      const vtkIdType first = static_cast<vtkIdType>(n) * portion;
+      f(first, std::min(first + portion, voxels));
+    });
 }
 
 /// Gives `output` the grid of the scene's image, with more voxels on every side.
@@ -399,7 +411,7 @@ vtkSmartPointer<vtkFloatArray> Outputs::FetchDisplacement(vtkIdType voxels)
   this->Source.GetSimulation().displacements(u, true);
   if (this->Space->IsRotated())
   {
-    vtkSMPTools::For(0, voxels,
+    ForPortions(voxels,
       [&](vtkIdType first, vtkIdType last)
       {
         for (vtkIdType v = first; v < last; ++v)
@@ -422,7 +434,7 @@ void Outputs::FetchTimes(const Scene& scene, vtkPointData* output)
   float* t = time->GetPointer(0);
   this->Source.GetSimulation().propagationTimes(t);
   const Vector3& spacing = scene.Space.GetSpacing();
-  vtkSMPTools::For(0, voxels,
+  ForPortions(voxels,
     [&](vtkIdType first, vtkIdType last)
     {
       for (int a = 0; a < axes; ++a)

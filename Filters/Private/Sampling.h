@@ -7,9 +7,9 @@
 #include "Arrays.h"
 #include "Grids.h"
 #include "OutputBuffer.h"
+#include "Threads.h"
 
 #include "vtkBitArray.h"
-#include "vtkSMPTools.h"
 
 #include <algorithm>
 #include <array>
@@ -95,14 +95,12 @@ public:
         this->Current->Touch(this->Bytes(first), this->Bytes(last - first));
       }
     }
-    vtkSMPTools::For(0, static_cast<vtkIdType>(boxes.size()),
-      [&](vtkIdType first, vtkIdType last)
+    // Not by vtkSMPTools: as Debian builds VTK, these have one thread until an application asks for more.
+    chainmail::inParallel(boxes.size(),
+      [&](std::size_t n)
       {
-        for (vtkIdType n = first; n < last; ++n)
-        {
-          boxes[n].ForVoxels(this->Since != 0,
-            [&](const std::array<int, 3>& voxel, const float* offset) { this->SampleVoxel(voxel, offset); });
-        }
+        boxes[n].ForVoxels(this->Since != 0,
+          [&](const std::array<int, 3>& voxel, const float* offset) { this->SampleVoxel(voxel, offset); });
       });
   }
 
@@ -260,39 +258,95 @@ private:
   void SampleAt(const std::array<int, 3>& voxel, const float* offset, T* out) const
   {
     const T* corner = this->In;
-    vtkIdType toNearest = 0;
+    vtkIdType step[3]; // to the next voxel; 0 at the image's last one, which has a share of 0
     double share[3];
-    bool onGrid = true;
     for (int a = 0; a < 3; ++a)
     {
+      const int last = this->G.Size[a] - 1;
       const double place =
-        std::min(std::max(voxel[a] + static_cast<double>(offset[a]), 0.0), static_cast<double>(this->G.Size[a] - 1));
-      const auto index = static_cast<vtkIdType>(this->Nearest ? place + 0.5 : place);
-      share[a] = this->Nearest ? 0.0 : place - static_cast<double>(index);
-      onGrid = onGrid && share[a] == 0.0;
-      toNearest += share[a] >= 0.5 ? this->Step[a] : 0;
+        std::min(std::max(voxel[a] + static_cast<double>(offset[a]), 0.0), static_cast<double>(last));
+      const int index = static_cast<int>(this->Nearest ? place + 0.5 : place);
+      share[a] = this->Nearest ? 0.0 : place - index;
+      step[a] = index < last ? this->Step[a] : 0;
       corner += index * this->Step[a];
     }
-    if (onGrid)
+    if (this->Nearest)
     {
       std::copy(corner, corner + this->Components, out);
       return;
     }
     for (int c = 0; c < this->Components; ++c)
     {
-      const double value = this->template Interpolate<2>(corner + c, share, corner[c]);
-      if constexpr (std::is_floating_point<T>::value)
+      if constexpr (!IsWide)
       {
-        if (!std::isfinite(value))
+        // Without a branch, since these are most of an image's voxels. What is no finite number takes the careful way.
+        const double value = Blend(corner + c, step, share);
+        if (std::is_integral<T>::value || std::isfinite(value))
         {
-          const Weighted nearest = this->template InterpolateKnown<-1>(corner + c + toNearest, share);
-          out[c] = nearest.Weight > 0.0 ? ToType(this->template InterpolateKnown<2>(corner + c, share).Value)
-                                        : static_cast<T>(nearest.Value);
+          out[c] = Rounded(value);
           continue;
         }
       }
-      out[c] = FromDouble(value, corner[c]);
+      this->SampleCarefully(corner + c, share, out + c);
     }
+  }
+
+  /// The trilinear value of one component, of eight values that are all read.
+  static double Blend(const T* corner, const vtkIdType* step, const double* share)
+  {
+    double along[4];
+    for (int row = 0; row < 4; ++row)
+    {
+      const T* from = corner + (row & 1 ? step[1] : 0) + (row & 2 ? step[2] : 0);
+      const double low = static_cast<double>(from[0]);
+      along[row] = low + share[0] * (static_cast<double>(from[step[0]]) - low);
+    }
+    const double low = along[0] + share[1] * (along[1] - along[0]);
+    const double high = along[2] + share[1] * (along[3] - along[2]);
+    return low + share[2] * (high - low);
+  }
+
+  /// A value between values of the type as one of it.
+  static T Rounded(double value)
+  {
+    if constexpr (std::is_integral<T>::value)
+    {
+      // As std::floor(), which takes a call where processors of any age are to be served.
+      const double up = value + 0.5;
+      const auto whole = static_cast<std::int64_t>(up);
+      return static_cast<T>(whole - (up < static_cast<double>(whole) ? 1 : 0));
+    }
+    else
+    {
+      return static_cast<T>(value);
+    }
+  }
+
+  /// The value of one component where some values may not be finite, or not fit into a double.
+  void SampleCarefully(const T* corner, const double* share, T* out) const
+  {
+    if (share[0] == 0.0 && share[1] == 0.0 && share[2] == 0.0)
+    {
+      *out = *corner;
+      return;
+    }
+    const double value = this->template Interpolate<2>(corner, share, *corner);
+    if constexpr (std::is_floating_point<T>::value)
+    {
+      if (!std::isfinite(value))
+      {
+        vtkIdType toNearest = 0;
+        for (int a = 0; a < 3; ++a)
+        {
+          toNearest += share[a] >= 0.5 ? this->Step[a] : 0;
+        }
+        const Weighted nearest = this->template InterpolateKnown<-1>(corner + toNearest, share);
+        *out = nearest.Weight > 0.0 ? ToType(this->template InterpolateKnown<2>(corner, share).Value)
+                                    : static_cast<T>(nearest.Value);
+        return;
+      }
+    }
+    *out = FromDouble(value, *corner);
   }
 
   std::size_t Bytes(vtkIdType voxels) const { return static_cast<std::size_t>(voxels) * this->Components * sizeof(T); }
@@ -336,14 +390,16 @@ private:
         std::copy(this->Background.begin(), this->Background.end(), this->Out + v * this->Components);
       }
     }
-    for (int k = 0; k < this->G.Size[2]; ++k)
-    {
-      for (int j = 0; j < this->G.Size[1]; ++j)
+    chainmail::inParallel(static_cast<std::size_t>(this->G.Size[2]),
+      [&](std::size_t slice)
       {
-        std::memcpy(this->Out + this->Components * this->G.OutputId(0, j, k),
-          this->In + this->Components * this->G.InputId(0, j, k), this->Bytes(this->G.Size[0]));
-      }
-    }
+        const int k = static_cast<int>(slice);
+        for (int j = 0; j < this->G.Size[1]; ++j)
+        {
+          std::memcpy(this->Out + this->Components * this->G.OutputId(0, j, k),
+            this->In + this->Components * this->G.InputId(0, j, k), this->Bytes(this->G.Size[0]));
+        }
+      });
   }
 
   void MakeBackground()

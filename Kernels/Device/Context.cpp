@@ -4,15 +4,39 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <mutex>
 #include <sstream>
 #include <thread>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 namespace chainmail
 {
 
 namespace
 {
+
+/// Asks the system for pages of 2 MB for the memory of a buffer that a processor works in, where it has them: fields
+/// are read brick by brick, from all over, and few of their many small pages are known to the processor at a time. Large
+/// pages are also handed out several times as fast. Without them all is as right and slower.
+void askForLargePages(void* memory, std::size_t bytes)
+{
+#ifdef MADV_HUGEPAGE
+  constexpr std::uintptr_t page = std::uintptr_t(1) << 21;
+  const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(memory) + page - 1) / page * page;
+  const std::uintptr_t end = (reinterpret_cast<std::uintptr_t>(memory) + bytes) / page * page;
+  if (begin < end)
+  {
+    madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+  }
+#else
+  static_cast<void>(memory);
+  static_cast<void>(bytes);
+#endif
+}
 
 std::string megabytes(std::size_t bytes)
 {
@@ -202,6 +226,12 @@ cl::Buffer Context::allocate(std::size_t bytes, const char* purpose, std::size_t
   {
     cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE, bytes);
     this->count(buffer, bytes);
+    if (!this->info_.gpu)
+    {
+      void* const memory = this->queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, bytes);
+      askForLargePages(memory, bytes);
+      this->unmap(buffer, memory);
+    }
     // Many a device finds out that it has no room only when something is written.
     this->queue_.enqueueFillBuffer(buffer, cl_uchar(0), 0, zeros);
     this->queue_.finish();
