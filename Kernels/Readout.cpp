@@ -183,23 +183,24 @@ void Readout::displacements(float* out, bool zeroed) const
   bricks.readSlots<float>({ { bricks.displacement, 3 } }, bricks.touchedSlots(),
     [&](int slot, const Bricks::SlotValues<float>& u)
     {
-      std::vector<float> values(3 * static_cast<std::size_t>(bricks.size()[0]));
       for (const Bricks::Row& row : bricks.rows(bricks.brick(slot)))
       {
-        bool rests = true;
+        // Memory that the system has yet to provide stays so where nothing moved.
+        float largest = 0.0f;
         for (int i = 0; i < row.count; ++i)
         {
           for (std::size_t a = 0; a < 3; ++a)
           {
-            const float value = static_cast<float>(u(a, row.local(i)) * grid.spacing[a]);
-            values[3 * static_cast<std::size_t>(i) + a] = value;
-            rests = rests && value == 0.0f && !std::signbit(value);
+            largest = std::max(largest, std::fabs(u(a, row.local(i))));
           }
         }
-        // Memory that the system has yet to provide stays so where nothing moved.
-        if (!rests)
+        float* to = largest > 0.0f ? out + 3 * row.voxel : nullptr;
+        for (int i = 0; to && i < row.count; ++i, to += 3)
         {
-          std::copy_n(values.begin(), 3 * row.count, out + 3 * row.voxel);
+          for (std::size_t a = 0; a < 3; ++a)
+          {
+            to[a] = static_cast<float>(u(a, row.local(i)) * grid.spacing[a]);
+          }
         }
       }
     });

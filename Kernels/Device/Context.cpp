@@ -20,8 +20,8 @@ namespace
 {
 
 /// Asks the system for pages of 2 MB for the memory of a buffer that a processor works in, where it has them: fields
-/// are read brick by brick, from all over, and few of their many small pages are known to the processor at a time. Large
-/// pages are also handed out several times as fast. Without them all is as right and slower.
+/// are read brick by brick, from all over, and few of their many small pages are known to the processor at a time.
+/// Large pages are also handed out several times as fast. Without them all is as right and slower.
 void askForLargePages(void* memory, std::size_t bytes)
 {
 #ifdef MADV_HUGEPAGE

@@ -144,7 +144,7 @@ private:
   std::shared_ptr<BytesInUse> inUse_ = std::make_shared<BytesInUse>(); ///< shared with buffers, which may live longer
 };
 
-/// A small buffer that keeps its memory between uses and grows when it must.
+/// A small buffer that keeps its memory between uses and grows when it must. What it holds at first is anything.
 class Scratch
 {
 public:
@@ -159,7 +159,7 @@ public:
     {
       this->buffer_ = cl::Buffer();
       this->bytes_ = bytes + std::min(bytes / 2, std::size_t(1) << 22);
-      this->buffer_ = context.allocate(this->bytes_, this->purpose_);
+      this->buffer_ = context.allocate(this->bytes_, this->purpose_, 1);
     }
     return this->buffer_;
   }
