@@ -17,6 +17,7 @@ typedef struct
   global uchar* contested;      // 1 where several cells claim the voxel
   global float* offsets;
   bool claiming; // in the first pass
+  bool alone;    // the group is a single work-item
   int3 brick;    // the first of the cells of the group
 } Output;
 
@@ -44,7 +45,7 @@ RULE int soughtAt(const Output* o, int3 at, uint key)
 // Whether a claim was made by this work-item, which then comes to write after what it wrote before.
 RULE bool isOurs(const Output* o, uint claim)
 {
-  if (get_local_size(0) > 1)
+  if (!o->alone)
   {
     return false;
   }
@@ -473,7 +474,7 @@ inline void coverRow(const Tissue* t, const Output* o, local const Part* part, i
 // --- Kernels
 
 // Handles WIDTH cells along x: those that have tissue and move.
-inline void coverCells(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base)
+APART void coverCells(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base)
 {
   ulong full = ~(ulong)0, some = 0, moved = 0, ambiguous = 0, cut = any(t->flat.xyz != 0) ? ~(ulong)0 : 0;
   UNROLL
@@ -522,7 +523,7 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const int3 origin = brickAt(list[get_group_id(0)], strideY, strideZ) * (int3)(BX, BY, BZ);
   const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, contested, offsets, claiming,
-    origin };
+    get_local_size(0) == 1, origin };
   local Part part;
   local uint rows[2]; // of cells that are handled, see isUsed()
   again += get_group_id(0) * (size_t)(ELEMENTS / WIDTH);
