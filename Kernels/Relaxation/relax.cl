@@ -141,26 +141,37 @@ RULE float relaxPiece(const Site* s, const Beside* beside, float omega, float st
   return largest;
 }
 
+// Relaxes the share of one of `items` work-items in a brick and returns the largest move. `last` is the last slot.
+APART float relaxShare(int lid, int items, uint slot, uint last, int colour, float omega, float still, float slack,
+  LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint, global const uchar* cut,
+  int* faces WAVES_ARGUMENTS)
+{
+  HALO(halo);
+  float move = 0.0f;
+  for (int work = lid; work < VECTORS; work += items)
+  {
+    const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+    const Beside beside = besideOf(
+      halo, &s, slot, last, colour, pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint);
+    const float most = relaxPiece(
+      &s, &beside, omega, still, slack, pitch, tissuePitch, displacement, constraint, cut, faces WAVES_PASSED_ON);
+    move = max(move, most);
+  }
+  return move;
+}
+
 kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float slack, LAYOUT_ARGUMENTS,
   global float* displacement, global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
 {
   local Turn mine;
-  HALO(halo);
   const uint slot = get_group_id(0) + 1;
   beginSweepTurn(&mine, slot, colour, turn.z - 1, activity, log, turn, enough, table, place, strideY, strideZ);
   int touched = 0;
   float move = 0.0f;
   if (mine.has == TURN_HAS)
   {
-    for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
-    {
-      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
-      const Beside beside =
-        besideOf(halo, &s, slot, colour, pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint);
-      const float most = relaxPiece(
-        &s, &beside, omega, still, slack, pitch, tissuePitch, displacement, constraint, cut, &touched WAVES_PASSED_ON);
-      move = max(move, most);
-    }
+    move = relaxShare(get_local_id(0), get_local_size(0), slot, get_num_groups(0), colour, omega, still, slack, pitch,
+      tissuePitch, table, place, strideY, strideZ, displacement, constraint, cut, &touched WAVES_PASSED_ON);
   }
   endSweepTurn(&mine, touched, move, slot, colour, SWEEP_EVER, activity, log, turn, enough);
 }
