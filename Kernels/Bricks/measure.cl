@@ -14,10 +14,11 @@
 
 #define FIGURES 15
 
-// Measures the share of one of `items` work-items in a brick.
-APART void measureShare(int lid, int items, uint slot, float slack, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, local float* figures)
+kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, local float* partial, global float* result)
 {
+  const int lid = get_local_id(0);
+  const uint slot = list[get_group_id(0)];
   real energy[3], low[3], high[3];
   real excess = (real)(0.0f), count = (real)(0.0f);
   float firstRow[2] = { INFINITY, INFINITY }, lastRow[2] = { -INFINITY, -INFINITY };
@@ -27,7 +28,7 @@ APART void measureShare(int lid, int items, uint slot, float slack, LAYOUT_ARGUM
   }
   for (int colour = 0; colour < 2; ++colour)
   {
-    for (int work = lid; work < VECTORS; work += items)
+    for (int work = lid; work < VECTORS; work += get_local_size(0))
     {
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       const Site state = stateSite(&s);
@@ -103,21 +104,13 @@ APART void measureShare(int lid, int items, uint slot, float slack, LAYOUT_ARGUM
       count += select((real)(0.0f), (real)(1.0f), displaced);
     }
   }
-  const float all[FIGURES] = { 0.5f * sumOf(energy[0]), 0.5f * sumOf(energy[1]), 0.5f * sumOf(energy[2]),
+  const float figures[FIGURES] = { 0.5f * sumOf(energy[0]), 0.5f * sumOf(energy[1]), 0.5f * sumOf(energy[2]),
     largestOf(excess), sumOf(count), smallestOf(low[0]), smallestOf(low[1]), smallestOf(low[2]), firstRow[0],
     firstRow[1], largestOf(high[0]), largestOf(high[1]), largestOf(high[2]), lastRow[0], lastRow[1] };
   for (int f = 0; f < FIGURES; ++f)
   {
-    figures[f] = all[f];
+    partial[lid * FIGURES + f] = figures[f];
   }
-}
-
-kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, local float* partial, global float* result)
-{
-  const int lid = get_local_id(0);
-  measureShare(lid, get_local_size(0), list[get_group_id(0)], slack, pitch, tissuePitch, table, place, strideY, strideZ,
-    displacement, constraint, cut SPIN_PASSED_ON, partial + lid * FIGURES);
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int f = lid; f < FIGURES; f += get_local_size(0))
   {

@@ -251,7 +251,7 @@ inline void coverComponent(
   }
 }
 
-inline void coverCell(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, bool smooth)
+APART void coverCell(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, bool smooth)
 {
   Cell cell = cellOf(t, base, cornerBits(t, part->elements, at));
   findComponents(t, &cell);
@@ -333,7 +333,7 @@ inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask e
 // Takes the voxels that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`, and looks at
 // the voxels `first` to `last` from that cell's lowest corner, where it `moves`. A cell covers about one voxel, which
 // is another for each: all those that may be inside are collected first, and inverted together.
-inline void takeReached(
+RULE void takeReached(
   const Output* o, const CellMap* map, const real* first, const real* last, mask moves, const mask* start, Lanes* lanes)
 {
   int most[3], voxels[LONG][WIDTH], count[WIDTH], rounds = 0;
@@ -403,7 +403,7 @@ inline void takeReached(
 
 // Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
 // and has its lowest corner at `base`.
-inline void coverRow(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted,
+RULE void coverRow(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted,
   uint ambiguous, uint smooth)
 {
   Lanes lanes;
@@ -508,8 +508,11 @@ APART void coverCells(const Tissue* t, const Output* o, local const Part* part, 
   }
   if (wanted)
   {
-    coverRow(
-      t, o, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted, (uint)(smoothCells(part, at.y, at.z) >> at.x));
+    // Copies of its own are not to be read again after each store.
+    const Tissue tissue = *t;
+    const Output output = *o;
+    coverRow(&tissue, &output, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted,
+      (uint)(smoothCells(part, at.y, at.z) >> at.x));
   }
 }
 
