@@ -43,11 +43,9 @@ inline uint hashOfLanes(word lanes)
   return whole;
 }
 
-kernel void survey(global const int* list, uint pitch, global const float* displacement, local uint* partial,
-  global uint* result)
+// Looks at the share of one of `items` work-items in a brick.
+APART void surveyShare(int lid, int items, uint first, uint pitch, global const float* displacement, local uint* row)
 {
-  const int lid = get_local_id(0);
-  const uint first = list[get_group_id(0)] * ELEMENTS;
   real low[3], high[3], lanes, firstX = (real)(INFINITY), lastX = (real)(-INFINITY);
   word sums[2];
   float begin[3] = { INFINITY, INFINITY, INFINITY }, end[3] = { -INFINITY, -INFINITY, -INFINITY };
@@ -62,7 +60,7 @@ kernel void survey(global const int* list, uint pitch, global const float* displ
   {
     low[axis] = high[axis] = (real)(0.0f);
   }
-  for (int n = lid * WIDTH; n < ELEMENTS; n += (int)get_local_size(0) * WIDTH)
+  for (int n = lid * WIDTH; n < ELEMENTS; n += items * WIDTH)
   {
     mask displaced = (mask)(0);
     UNROLL
@@ -95,12 +93,19 @@ kernel void survey(global const int* list, uint pitch, global const float* displ
   end[0] = largestOf(lastX);
   const float figures[FIGURES - 2] = { smallestOf(low[0]), smallestOf(low[1]), smallestOf(low[2]), begin[0], begin[1],
     begin[2], largestOf(high[0]), largestOf(high[1]), largestOf(high[2]), end[0], end[1], end[2] };
-  partial[lid * FIGURES] = hashOfLanes(sums[0]);
-  partial[lid * FIGURES + 1] = hashOfLanes(sums[1]);
+  row[0] = hashOfLanes(sums[0]);
+  row[1] = hashOfLanes(sums[1]);
   for (int f = 2; f < FIGURES; ++f)
   {
-    partial[lid * FIGURES + f] = as_uint(figures[f - 2]);
+    row[f] = as_uint(figures[f - 2]);
   }
+}
+
+kernel void survey(
+  global const int* list, uint pitch, global const float* displacement, local uint* partial, global uint* result)
+{
+  const int lid = get_local_id(0);
+  surveyShare(lid, get_local_size(0), list[get_group_id(0)] * ELEMENTS, pitch, displacement, partial + lid * FIGURES);
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int f = lid; f < FIGURES; f += get_local_size(0))
   {

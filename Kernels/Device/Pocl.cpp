@@ -1,5 +1,7 @@
 #include "Pocl.h"
 
+#include "KernelSources.h"
+
 #include <cstdint>
 #include <vector>
 
@@ -36,13 +38,15 @@ bool isPocl(const cl::Device& device)
   return name.find("Portable Computing Language") != std::string::npos;
 }
 
-std::string poclBitcode(const cl::Device& device, const std::string& source, const std::string& options)
+std::string poclBitcode(
+  const cl::Device& device, const std::string& source, const std::string& options, bool wholeHeader)
 {
   try
   {
     const cl::Context context(device);
-    cl::Program program(context, source);
-    program.compile(options.c_str());
+    const char* const noHeader = " -D_OPENCL_H_"; // Clang's header then takes itself to be included already
+    cl::Program program(context, wholeHeader ? source : detail::kernelSource("builtins.clh") + source);
+    program.compile((wholeHeader ? options : options + noHeader).c_str());
     const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
     const std::string bitcode = binaries.empty() ? std::string() : fileIn(binaries.front(), "/program.bc");
     return bitcode.compare(0, 2, "BC") == 0 ? bitcode : std::string();

@@ -13,12 +13,7 @@
 namespace chainmail
 {
 
-namespace
-{
-
-/// The text of a kernel file with its headers in place of its #include lines. Compiler messages still name file and
-/// line.
-std::string expanded(const std::string& file)
+std::string sourceOf(const std::string& file)
 {
   std::istringstream lines(detail::kernelSource(file));
   std::ostringstream text;
@@ -30,7 +25,7 @@ std::string expanded(const std::string& file)
     if (line.compare(0, include.size(), include) == 0)
     {
       const std::string header = line.substr(include.size(), line.find('"', include.size()) - include.size());
-      text << expanded(header) << "#line " << number + 1 << " \"" << file << "\"\n";
+      text << sourceOf(header) << "#line " << number + 1 << " \"" << file << "\"\n";
     }
     else
     {
@@ -39,6 +34,9 @@ std::string expanded(const std::string& file)
   }
   return text.str();
 }
+
+namespace
+{
 
 /// Names everything that a driver's compiled program depends on.
 std::string programKey(const cl::Device& device, const std::string& options, const std::string& source)
@@ -91,16 +89,16 @@ std::optional<cl::Program> accepted(
 cl::Program build(const cl::Device& device, const cl::Context& context, const ProgramCache& cache,
   const std::string& file, const std::string& options)
 {
-  const std::string source = expanded(file);
-  const std::string key = programKey(device, options, source);
+  const std::string source = sourceOf(file);
+  const std::string key = programKey(device, options, detail::kernelSource("builtins.clh") + source);
   if (const auto program = accepted(device, context, cache.find(key), options))
   {
     return *program;
   }
   WhileCompiling::report();
-  if (isPocl(device))
+  for (int wholeHeader = 0; isPocl(device) && wholeHeader < 2; ++wholeHeader)
   {
-    const std::string bitcode = poclBitcode(device, source, options);
+    const std::string bitcode = poclBitcode(device, source, options, wholeHeader == 1);
     if (const auto program = accepted(device, context, bitcode, options))
     {
       cache.keep(key, [&] { return bitcode; });

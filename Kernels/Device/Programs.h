@@ -15,6 +15,10 @@
 namespace chainmail
 {
 
+/// The text of a kernel file with its headers in place of its #include lines. Compiler messages still name file and
+/// line.
+std::string sourceOf(const std::string& file);
+
 /// What the calling thread does now and then while it waits for the device's compiler: the last that was made in this
 /// thread and still lives. It may throw, which ends the wait and leaves the compiler at work.
 class WhileCompiling

@@ -162,7 +162,7 @@ RULE void shareOut(const real* c, const mask cut, Towards* towards)
 
 // Moves the children of a vector of elements in a row, at (x, y) of the middle layer, except held ones. `finer`:
 // addresses of the children, index x + 2 y + 4 z; children on the same side of elements in a row follow each other.
-RULE void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
+APART void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
   uint finerTissuePitch, global const float* finerConstraint, float scale, global float* finerDisplacement)
 {
 #ifdef CUTS

@@ -38,16 +38,22 @@ RULE mask markOf(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
   return select((mask)(0), (mask)(HELD), held) | select((mask)(0), (mask)(STRAINED), strained);
 }
 
-kernel void mark(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+APART void markShare(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global int* marks)
 {
-  const uint slot = list[get_group_id(0)];
-  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
+  for (int work = lid; work < 2 * VECTORS; work += items)
   {
     const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     const mask mark = markOf(s.odd, &s, pitch, tissuePitch, displacement, constraint, cut);
     STORE(mark, marks + s.self);
   }
+}
+
+kernel void mark(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global int* marks)
+{
+  markShare(get_local_id(0), get_local_size(0), list[get_group_id(0)], pitch, tissuePitch, table, place, strideY,
+    strideZ, displacement, constraint, cut, marks);
 }
 
 RULE int joinAt(
@@ -70,16 +76,23 @@ RULE int joinAt(
   return changedAround(s, changed);
 }
 
-// Spreads marks from link to link.
-kernel void join(
-  FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut, global int* marks)
+APART void joinIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint,
+  global const uchar* cut, global int* marks)
 {
-  FIXED_POINT_BEGIN
   FIXED_POINT(joinAt(s.odd, &s, constraint, cut, marks))
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
+}
+
+// Spreads marks from link to link.
+kernel void join(
+  FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut, global int* marks)
+{
+  FIXED_POINT_BEGIN
+  joinIn(
+    IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, constraint, cut, marks);
 }
 
 // Puts elements of all other pieces back to where they were.

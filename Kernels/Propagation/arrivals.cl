@@ -44,15 +44,22 @@ RULE int arriveAt(const Site* s, uint pitch, uint tissuePitch, global const floa
   return touched;
 }
 
-kernel void arrive(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
+APART void arriveIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
 {
-  FIXED_POINT_BEGIN
   FIXED_POINT(arriveAt(&s, pitch, tissuePitch, displacement, before, constraint, cut, arrival))
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
+}
+
+kernel void arrive(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
+{
+  FIXED_POINT_BEGIN
+  arriveIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, displacement,
+    before, constraint, cut, arrival);
 }
 
 // Records the times and the number of the wave where it came.

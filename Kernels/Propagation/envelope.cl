@@ -171,10 +171,9 @@ inline int heldNear(uint slot, global int* visits, uint tissuePitch, global cons
 #define MAY_BE_HELD true
 #endif
 
-kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement, global const float* before,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
+APART void propagateIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement,
+  global const float* before, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
 {
-  FIXED_POINT_BEGIN
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
   const bool mayBeHeld = MAY_BE_HELD;
 #define WAVE(odd, beside)                                                                                              \
@@ -195,6 +194,14 @@ kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* dis
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
+}
+
+kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement, global const float* before,
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
+{
+  FIXED_POINT_BEGIN
+  propagateIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, displacement,
+    before, constraint, cut SPIN_PASSED_ON SHIFT_PASSED_ON);
 }
 
 // Sets the shifts in the bricks of a list to what handles have been moved by.

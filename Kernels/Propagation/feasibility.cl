@@ -69,18 +69,24 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
   return SOME(beyond);
 }
 
-// `found` is set to 1 for bricks with such elements.
-kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, global int* found)
+APART int anyViolated(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
 {
-  const uint slot = list[get_group_id(0)];
   int any = 0;
-  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
+  for (int work = lid; work < 2 * VECTORS; work += items)
   {
     const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     any |= isViolated(s.odd, &s, pitch, tissuePitch, constraint, cut, displacement SPIN_PASSED_ON);
   }
-  if (any)
+  return any;
+}
+
+// `found` is set to 1 for bricks with such elements.
+kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, global int* found)
+{
+  if (anyViolated(get_local_id(0), get_local_size(0), list[get_group_id(0)], pitch, tissuePitch, table, place, strideY,
+        strideZ, displacement, constraint, cut SPIN_PASSED_ON))
   {
     atomic_or(&found[get_group_id(0)], 1);
   }
@@ -128,15 +134,22 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
   return touched;
 }
 
-kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut,
-  global float* lower, global float* upper BEFORE_ARGUMENTS SPIN_ARGUMENTS)
+APART void boundIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint,
+  global const uchar* cut, global float* lower, global float* upper BEFORE_ARGUMENTS SPIN_ARGUMENTS)
 {
-  FIXED_POINT_BEGIN
   FIXED_POINT(boundAt(s.odd, &s, pitch, tissuePitch, constraint, cut, lower, upper BEFORE_PASSED_ON SPIN_PASSED_ON))
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
+}
+
+kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut,
+  global float* lower, global float* upper BEFORE_ARGUMENTS SPIN_ARGUMENTS)
+{
+  FIXED_POINT_BEGIN
+  boundIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, constraint, cut,
+    lower, upper BEFORE_PASSED_ON SPIN_PASSED_ON);
 }
 
 // Leaves the mean in `before` and, except for held elements, in `displacement`. This is the state from which an

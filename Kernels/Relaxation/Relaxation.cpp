@@ -118,18 +118,19 @@ void Relaxation::relaxColour(
   int colour, int sweep, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
 {
   Context& context = this->bricks_.context();
-  const std::string defines = this->bricks_.defines(true) + elasticity.defines() + (waves ? " -DWAVES" : "");
   if (this->bricks_.spins())
   {
     const cl_int turning = turnsIn(sweep) ? sweepsPerRotation : 0;
-    context.launch(context.kernel("turn.cl", defines + this->bricks_.ofSwelling(), "relaxTurning"),
-      this->schedule_.groups(), this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), turning,
-      omega, still, this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins());
+    const std::string defines = this->bricks_.defines(true) + elasticity.defines() + this->bricks_.ofSwelling();
+    context.launch(context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
+      this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), turning, omega, still,
+      this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins());
     return;
   }
+  const std::string defines = this->bricks_.defines(true) + elasticity.ofLinks() + (waves ? " -DWAVES" : "");
   context.launch(context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(), this->bricks_.workItems(true),
-    this->schedule_, static_cast<cl_int>(colour), omega, still, elasticity.slack, this->bricks_.layout(),
-    this->bricks_.state(), waves);
+    this->schedule_, static_cast<cl_int>(colour), omega, still, elasticity.slack,
+    static_cast<cl_int>(elasticity.limited), this->bricks_.layout(), this->bricks_.state(), waves);
 }
 
 /// Gives blocked groups their turn. Returns the largest move of any.

@@ -2,6 +2,8 @@
 // its neighbours ask for, within their boxes (element.clh). It works in place, since all neighbours have the other
 // colour.
 //
+// `limited`: whether boxes count. It is no macro, as both kinds take long to compile.
+//
 // With WAVES only the free elements that wavefronts.clh allows relax.
 //
 // The host guarantees: a work-group for each slot but 0; a feasible state; all 26 neighbours of a brick that is ready
@@ -18,7 +20,6 @@
 // A little less than a link's limit. The rounding of differences is far below what is left out.
 #define ALMOST(limit) (0.999999f * (limit))
 
-#ifndef UNLIMITED
 // Keeps the steps of a piece of work within the boxes of all links, where neighboursAdd() and relaxedPlace() of
 // element.clh have them. Loops that stay loops leave the registers to the sums, with which most pieces end.
 RULE void stepWithin(const Site* s, const Beside* beside, const real* c, global const uchar* cut, const real* u,
@@ -55,12 +56,11 @@ RULE void stepWithin(const Site* s, const Beside* beside, const real* c, global 
     next[axis] = places[axis];
   }
 }
-#endif
 
 // Relaxes one piece of work and returns the largest move: as neighboursAdd() and relaxedPlace() of element.clh say, but
 // only where an element would come near the limit of a link its box is looked at.
-RULE float relaxPiece(const Site* s, const Beside* beside, float omega, float still, float slack, uint pitch,
-  uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut,
+RULE float relaxPiece(const Site* s, const Beside* beside, float omega, float still, float slack, int limited,
+  uint pitch, uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut,
   int* faces WAVES_ARGUMENTS)
 {
   real c[AXES], weights[AXES], room[AXES], u[3], pull[3];
@@ -116,12 +116,10 @@ RULE float relaxPiece(const Site* s, const Beside* beside, float omega, float st
     next[axis] = u[axis] + step[axis];
     far |= fabs(step[axis]) > room[which];
   }
-#ifndef UNLIMITED
-  if (SOME(far & free))
+  if (limited && SOME(far & free))
   {
     stepWithin(s, beside, c, cut, u, step, next);
   }
-#endif
   real move = (real)(0.0f);
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
@@ -141,26 +139,37 @@ RULE float relaxPiece(const Site* s, const Beside* beside, float omega, float st
   return largest;
 }
 
-kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float slack, LAYOUT_ARGUMENTS,
+// Relaxes the share of one of `items` work-items in a brick and returns the largest move. `last` is the last slot.
+APART float relaxShare(int lid, int items, uint slot, uint last, int colour, float omega, float still, float slack,
+  int limited, LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint, global const uchar* cut,
+  int* faces WAVES_ARGUMENTS)
+{
+  HALO(halo);
+  float move = 0.0f;
+  for (int work = lid; work < VECTORS; work += items)
+  {
+    const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+    const Beside beside = besideOf(
+      halo, &s, slot, last, colour, pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint);
+    const float most = relaxPiece(&s, &beside, omega, still, slack, limited, pitch, tissuePitch, displacement,
+      constraint, cut, faces WAVES_PASSED_ON);
+    move = max(move, most);
+  }
+  return move;
+}
+
+kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float slack, int limited, LAYOUT_ARGUMENTS,
   global float* displacement, global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
 {
   local Turn mine;
-  HALO(halo);
   const uint slot = get_group_id(0) + 1;
   beginSweepTurn(&mine, slot, colour, turn.z - 1, activity, log, turn, enough, table, place, strideY, strideZ);
   int touched = 0;
   float move = 0.0f;
   if (mine.has == TURN_HAS)
   {
-    for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
-    {
-      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
-      const Beside beside =
-        besideOf(halo, &s, slot, colour, pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint);
-      const float most = relaxPiece(
-        &s, &beside, omega, still, slack, pitch, tissuePitch, displacement, constraint, cut, &touched WAVES_PASSED_ON);
-      move = max(move, most);
-    }
+    move = relaxShare(get_local_id(0), get_local_size(0), slot, get_num_groups(0), colour, omega, still, slack, limited,
+      pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint, cut, &touched WAVES_PASSED_ON);
   }
   endSweepTurn(&mine, touched, move, slot, colour, SWEEP_EVER, activity, log, turn, enough);
 }

@@ -579,12 +579,32 @@ RULE float turnPiece(const Site* s, const Beside* beside, bool mayTurn, float om
   return largest;
 }
 
+// Relaxes the share of one of `items` work-items in a brick and returns the largest move. `last` is the last slot.
+APART float turnShare(int lid, int items, uint slot, uint last, int colour, bool mayTurn, float omega, float still,
+  LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint, global const uchar* cut,
+  int* faces SPIN_ARGUMENTS)
+{
+  HALO(halo);
+  float move = 0.0f;
+  for (int work = lid; work < VECTORS; work += items)
+  {
+    const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+    const Beside beside = besideOf(halo, &s, slot, last, colour, pitch, tissuePitch, table, place, strideY, strideZ,
+      displacement, constraint SPIN_PASSED_ON);
+    const float most = mayTurn ? turnPiece(&s, &beside, true, omega, still, pitch, tissuePitch, displacement,
+                                   constraint, cut, faces SPIN_PASSED_ON)
+                               : turnPiece(&s, &beside, false, omega, still, pitch, tissuePitch, displacement,
+                                   constraint, cut, faces SPIN_PASSED_ON);
+    move = max(move, most);
+  }
+  return move;
+}
+
 // turning: in a sweep in which elements turn, how many sweeps ago they did so before; else 0.
 kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, int turning, float omega, float still, LAYOUT_ARGUMENTS,
   global float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
 {
   local Turn mine;
-  HALO(halo);
   const uint slot = get_group_id(0) + 1;
   beginSweepTurn(
     &mine, slot, colour, turn.z - max(turning, 1), activity, log, turn, enough, table, place, strideY, strideZ);
@@ -592,17 +612,8 @@ kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, int turning, float omega, 
   float move = 0.0f;
   if (mine.has == TURN_HAS)
   {
-    for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
-    {
-      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
-      const Beside beside = besideOf(halo, &s, slot, colour, pitch, tissuePitch, table, place, strideY, strideZ,
-        displacement, constraint SPIN_PASSED_ON);
-      const float most = turning ? turnPiece(&s, &beside, true, omega, still, pitch, tissuePitch, displacement,
-                                     constraint, cut, &touched SPIN_PASSED_ON)
-                                 : turnPiece(&s, &beside, false, omega, still, pitch, tissuePitch, displacement,
-                                     constraint, cut, &touched SPIN_PASSED_ON);
-      move = max(move, most);
-    }
+    move = turnShare(get_local_id(0), get_local_size(0), slot, get_num_groups(0), colour, turning != 0, omega, still,
+      pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint, cut, &touched SPIN_PASSED_ON);
   }
   endSweepTurn(
     &mine, touched, move, slot, colour, turning ? SWEEP_EVER : SWEEP_EVER | SWEEP_FACES, activity, log, turn, enough);

@@ -17,6 +17,7 @@ typedef struct
   global uchar* contested;      // 1 where several cells claim the voxel
   global float* offsets;
   bool claiming; // in the first pass
+  bool alone;    // the group is a single work-item
   int3 brick;    // the first of the cells of the group
 } Output;
 
@@ -44,7 +45,7 @@ RULE int soughtAt(const Output* o, int3 at, uint key)
 // Whether a claim was made by this work-item, which then comes to write after what it wrote before.
 RULE bool isOurs(const Output* o, uint claim)
 {
-  if (get_local_size(0) > 1)
+  if (!o->alone)
   {
     return false;
   }
@@ -250,7 +251,7 @@ inline void coverComponent(
   }
 }
 
-inline void coverCell(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, bool smooth)
+APART void coverCell(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, bool smooth)
 {
   Cell cell = cellOf(t, base, cornerBits(t, part->elements, at));
   findComponents(t, &cell);
@@ -332,7 +333,7 @@ inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask e
 // Takes the voxels that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`, and looks at
 // the voxels `first` to `last` from that cell's lowest corner, where it `moves`. A cell covers about one voxel, which
 // is another for each: all those that may be inside are collected first, and inverted together.
-inline void takeReached(
+RULE void takeReached(
   const Output* o, const CellMap* map, const real* first, const real* last, mask moves, const mask* start, Lanes* lanes)
 {
   int most[3], voxels[LONG][WIDTH], count[WIDTH], rounds = 0;
@@ -402,7 +403,7 @@ inline void takeReached(
 
 // Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
 // and has its lowest corner at `base`.
-inline void coverRow(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted,
+RULE void coverRow(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted,
   uint ambiguous, uint smooth)
 {
   Lanes lanes;
@@ -473,7 +474,7 @@ inline void coverRow(const Tissue* t, const Output* o, local const Part* part, i
 // --- Kernels
 
 // Handles WIDTH cells along x: those that have tissue and move.
-inline void coverCells(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base)
+APART void coverCells(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base)
 {
   ulong full = ~(ulong)0, some = 0, moved = 0, ambiguous = 0, cut = any(t->flat.xyz != 0) ? ~(ulong)0 : 0;
   UNROLL
@@ -507,8 +508,11 @@ inline void coverCells(const Tissue* t, const Output* o, local const Part* part,
   }
   if (wanted)
   {
-    coverRow(
-      t, o, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted, (uint)(smoothCells(part, at.y, at.z) >> at.x));
+    // Copies of its own are not to be read again after each store.
+    const Tissue tissue = *t;
+    const Output output = *o;
+    coverRow(&tissue, &output, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted,
+      (uint)(smoothCells(part, at.y, at.z) >> at.x));
   }
 }
 
@@ -522,7 +526,7 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const int3 origin = brickAt(list[get_group_id(0)], strideY, strideZ) * (int3)(BX, BY, BZ);
   const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, contested, offsets, claiming,
-    origin };
+    get_local_size(0) == 1, origin };
   local Part part;
   local uint rows[2]; // of cells that are handled, see isUsed()
   again += get_group_id(0) * (size_t)(ELEMENTS / WIDTH);
