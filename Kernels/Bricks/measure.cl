@@ -2,7 +2,8 @@
 //
 // result[group * 15]: energy per axis and largest violation of a link, both of the links of all elements of one colour,
 // since every link joins two colours; number of displaced elements, smallest displacement per axis, first row (y, z)
-// with a displaced element, largest displacement per axis, last row (y, z) with one. Smallest and largest displacement take 0 as one of the displacements.
+// with a displaced element, largest displacement per axis, last row (y, z) with one. Smallest and largest displacement
+// take 0 as one of the displacements.
 //
 // The host guarantees what brick.clh asks for, for every brick with a displaced element.
 
