@@ -32,7 +32,7 @@ Sweeps sweepsOn(const Grid& grid, std::size_t depth)
   {
     return { Reach::Far, 40 };
   }
-  return depth == 0 ? Sweeps{ Reach::Near, 10 } : Sweeps{ Reach::Far, 30 };
+  return depth == 0 ? Sweeps{ Reach::Near, 30 } : Sweeps{ Reach::Far, 30 };
 }
 
 /// A grid with no axis longer than this is the coarsest one.
