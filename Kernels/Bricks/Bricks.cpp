@@ -457,11 +457,13 @@ std::vector<int> Bricks::slotsAround(const std::vector<int>& slots) const
   return around;
 }
 
-void Bricks::saveBefore()
+void Bricks::saveIn(Field& field)
 {
-  this->keep(this->before_, 1);
-  this->context_->queue().enqueueCopyBuffer(
-    this->displacement, this->before(), 0, 0, sizeof(float) * 3 * this->pitch());
+  constexpr cl_uint perGroup = 1 << 14;
+  this->keep(field, 1);
+  const cl_uint count = 3 * this->pitch();
+  this->context_->launch(this->context_->kernel("scatter.cl", "", "copy"), (count + perGroup - 1) / perGroup,
+    this->workItems(true), this->displacement, field.buffer, count, perGroup);
 }
 
 void Bricks::restoreBefore()

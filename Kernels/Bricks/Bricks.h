@@ -114,6 +114,8 @@ public:
   /// away. A kept field must outlive the bricks or be dropped.
   void keep(Field& field);
   void drop(Field& field);
+  /// Copies the displacements to a field, which is kept from then on.
+  void saveIn(Field& field);
 
   /// All displacements to zero.
   void clearDisplacements();
@@ -136,7 +138,7 @@ public:
   std::vector<float> tensionsAt(const std::vector<std::uint32_t>& addresses);
 
   /// Saves the displacements as the state before a wave, or goes back to that state.
-  void saveBefore();
+  void saveBefore() { this->saveIn(this->before_); }
   void restoreBefore();
   /// Gives that state memory or, when no wave needs it any more, takes it away.
   void keepBefore() { this->keep(this->before_); }

@@ -1,8 +1,9 @@
 // Measures the state, one row of figures for each brick.
 //
-// result[group * 15]: energy per axis (links that leave the brick count half), largest violation of a link, number of
-// displaced elements, smallest displacement per axis, first row (y, z) with a displaced element, largest displacement
-// per axis, last row (y, z) with one. Smallest and largest displacement take 0 as one of the displacements.
+// result[group * 15]: energy per axis and largest violation of a link, both of the links of all elements of one colour,
+// since every link joins two colours; number of displaced elements, smallest displacement per axis, first row (y, z)
+// with a displaced element, largest displacement per axis, last row (y, z) with one. Smallest and largest displacement
+// take 0 as one of the displacements.
 //
 // The host guarantees what brick.clh asks for, for every brick with a displaced element.
 
@@ -13,6 +14,64 @@
 #include "swelling.clh"
 
 #define FIGURES 15
+
+// Adds the energy of all links of a piece of work, and finds the largest violation.
+RULE void addLinks(const int odd, const Site* s, const Site* state, float slack, uint pitch, uint tissuePitch,
+  global const float* displacement, global const float* constraint, global const uchar* cut, real* energy,
+  real* excess SPIN_ARGUMENTS)
+{
+#ifdef TURNING
+  real own[3], other[3], mine[6][3], theirs[6][3];
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    own[axis] = LOAD(spin + axis * pitch + state->self);
+  }
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      other[axis] = neighbour(spin + axis * pitch, state, d, odd);
+    }
+    wantedApart(own, d, proportions, mine[d]);
+    wantedApart(other, d, proportions, theirs[d]);
+  }
+#endif
+  real limit[6], weight[6];
+  ROLLED
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    if (axis < AXES)
+    {
+      const real c = LOAD(constraint + axis * tissuePitch + s->self);
+      loadConstraints(constraint + axis * tissuePitch, cut, s, limit);
+      UNROLL
+      for (int d = 0; d < 6; ++d)
+      {
+        limit[d] = linkLimit(c, limit[d]);
+        weight[d] = linkWeight(limit[d]);
+      }
+    }
+    const real u = LOAD(displacement + axis * pitch + state->self);
+    UNROLL
+    for (int d = 0; d < 6; ++d)
+    {
+      const real other = neighbour(displacement + axis * pitch, state, d, odd);
+#ifdef TURNING
+      const real byMine = other - u - mine[d][axis];
+      const real byTheirs = other - u - theirs[d][axis];
+      const float length = proportion(proportions, d / 2);
+      energy[axis] += weight[d] * 0.5f * (byMine * byMine + byTheirs * byTheirs) *
+                      (proportion(proportions, axis) / (length * length));
+      *excess = max(*excess, 0.5f * fabs(byMine + byTheirs) - limit[d]);
+#else
+      const real pull = linkPull(u, other, limit[d], slack);
+      energy[axis] += weight[d] * pull * pull;
+      *excess = max(*excess, fabs(other - u) - limit[d]);
+#endif
+    }
+  }
+}
 
 kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, local float* partial, global float* result)
@@ -33,66 +92,24 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       const Site state = stateSite(&s);
       mask displaced = (mask)(0);
-#ifdef TURNING
-      real own[3], other[3], mine[6][3], theirs[6][3];
       for (int axis = 0; axis < 3; ++axis)
       {
-        own[axis] = LOAD(spin + axis * pitch + state.self);
-      }
-      UNROLL
-      for (int d = 0; d < 6; ++d)
-      {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-          other[axis] = neighbour(spin + axis * pitch, &state, d, s.odd);
-        }
-        wantedApart(own, d, proportions, mine[d]);
-        wantedApart(other, d, proportions, theirs[d]);
-      }
-#endif
-      real c, limit[6], weight[6];
-      ROLLED
-      for (int axis = 0; axis < 3; ++axis)
-      {
-        if (axis < AXES)
-        {
-          c = LOAD(constraint + axis * tissuePitch + s.self);
-          loadConstraints(constraint + axis * tissuePitch, cut, &s, limit);
-          UNROLL
-          for (int d = 0; d < 6; ++d)
-          {
-            limit[d] = linkLimit(c, limit[d]);
-            weight[d] = linkWeight(limit[d]);
-          }
-        }
         const real u = LOAD(displacement + axis * pitch + state.self);
-        UNROLL
-        for (int d = 0; d < 6; ++d)
-        {
-          const real other = neighbour(displacement + axis * pitch, &state, d, s.odd);
-#ifdef TURNING
-          const real byMine = other - u - mine[d][axis];
-          const real byTheirs = other - u - theirs[d][axis];
-          const float length = proportion(proportions, d / 2);
-          energy[axis] += weight[d] * 0.5f * (byMine * byMine + byTheirs * byTheirs) *
-                          (proportion(proportions, axis) / (length * length));
-          excess = max(excess, 0.5f * fabs(byMine + byTheirs) - limit[d]);
-#else
-          const real pull = linkPull(u, other, limit[d], slack);
-          energy[axis] += weight[d] * pull * pull;
-          excess = max(excess, fabs(other - u) - limit[d]);
-#endif
-        }
         displaced |= u != 0.0f;
         low[axis] = min(low[axis], u);
         high[axis] = max(high[axis], u);
       }
+      if (colour == 0)
+      {
+        addLinks(s.odd, &s, &state, slack, pitch, tissuePitch, displacement, constraint, cut, energy,
+          &excess SPIN_PASSED_ON);
+      }
 #ifdef SWELLING
-      // This energy has no axis of its own. That of links is halved below.
+      // This energy has no axis of its own.
       real bulk, middle[3];
       const real swelling = swellingAt(
         s.odd, &s, &state, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk, middle);
-      energy[0] += bulk * swelling * swelling * (1.0f / proportions.x);
+      energy[0] += 0.5f * bulk * swelling * swelling * (1.0f / proportions.x);
 #endif
       if (SOME(displaced))
       {
@@ -104,7 +121,7 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
       count += select((real)(0.0f), (real)(1.0f), displaced);
     }
   }
-  const float figures[FIGURES] = { 0.5f * sumOf(energy[0]), 0.5f * sumOf(energy[1]), 0.5f * sumOf(energy[2]),
+  const float figures[FIGURES] = { sumOf(energy[0]), sumOf(energy[1]), sumOf(energy[2]),
     largestOf(excess), sumOf(count), smallestOf(low[0]), smallestOf(low[1]), smallestOf(low[2]), firstRow[0],
     firstRow[1], largestOf(high[0]), largestOf(high[1]), largestOf(high[2]), lastRow[0], lastRow[1] };
   for (int f = 0; f < FIGURES; ++f)

@@ -46,3 +46,15 @@ kernel void exchange(global uint* field, uint pitch, int runs, uint length, glob
     }
   }
 }
+
+// Copies the first `count` values, `perGroup` in each work-group. So all cores of a processor share the copying, and the
+// getting of new memory, of which the first to write gets the page.
+kernel void copy(global const uint* from, global uint* to, uint count, uint perGroup)
+{
+  const uint first = get_group_id(0) * perGroup;
+  const uint end = min(first + perGroup, count);
+  for (uint n = first + get_local_id(0); n < end; n += get_local_size(0))
+  {
+    to[n] = from[n];
+  }
+}

@@ -1,8 +1,10 @@
 #include "CoarseToFine.h"
 
 #include "CoarseModel.h"
+#include "Components.h"
 #include "ElementRule.h"
 #include "Measurement.h"
+#include "pieces.clh"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +32,7 @@ Sweeps sweepsOn(const Grid& grid, std::size_t depth)
   {
     return { Reach::Far, 40 };
   }
-  return depth == 0 ? Sweeps{ Reach::Near, 10 } : Sweeps{ Reach::Far, 30 };
+  return depth == 0 ? Sweeps{ Reach::Near, 30 } : Sweeps{ Reach::Far, 30 };
 }
 
 /// A grid with no axis longer than this is the coarsest one.
@@ -106,8 +108,8 @@ public:
     Context& context = this->bricks_.context();
     const auto transfer = [&](const cl::Buffer& from, float scale, const cl::Buffer& to)
     {
-      context.launch(context.kernel("coarsen.cl", this->bricks_.defines(false), "coarsen"), slots.size(),
-        this->bricks_.workItems(false), this->list_.holding(context, slots), this->bricks_.layout(),
+      context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "coarsen"), slots.size(),
+        this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.layout(),
         this->finer_.layout(), from, this->finer_.constraint, scale, to);
     };
     transfer(this->finer_.displacement, 0.5f, this->bricks_.displacement);
@@ -347,24 +349,64 @@ void CoarseToFine::cycle(
 void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
 {
   Context& context = this->bricks_.context();
-  const std::vector<int> slots = this->bricks_.touchedSlots();
+  const std::string defines = this->bricks_.defines(true);
+  const std::size_t items = this->bricks_.workItems(true);
+  const std::vector<int> touched = this->bricks_.touchedSlots();
+  std::vector<cl_int> found(touched.size());
+  const cl::Buffer& foundBuffer = this->found_.sized(context, sizeof(cl_int) * std::max<std::size_t>(1, found.size()));
+  context.launch(context.kernel("components.cl", defines, "wholes"), touched.size(), items,
+    this->list_.holding(context, touched), this->bricks_.layout(), this->before_.buffer, this->bricks_.tissue(),
+    foundBuffer);
+  context.read(foundBuffer, found);
+
+  const std::vector<char> moves = this->mayMove(touched, found);
+  std::vector<int> moving;
+  std::vector<int> others;
+  for (std::size_t n = 0; n < touched.size(); ++n)
+  {
+    (moves[touched[n]] ? moving : others).push_back(touched[n]);
+  }
+  if (others.empty())
+  {
+    return;
+  }
+  this->bricks_.keep(this->marks_);
+  context.launch(context.kernel("components.cl", defines, "markAll"), moving.size(), items,
+    this->list_.holding(context, moving), this->marks_.buffer);
+  context.launch(context.kernel("components.cl", defines, "mark"), others.size(), items,
+    this->list_.holding(context, others), this->bricks_.layout(), this->before_.buffer, this->bricks_.tissue(),
+    this->marks_.buffer);
   std::vector<int> bricks;
-  for (const int slot : slots)
+  for (const int slot : others)
   {
     bricks.push_back(this->bricks_.brick(slot));
   }
-  this->bricks_.keep(this->marks_);
-  const std::string defines = this->bricks_.defines(true);
-  const cl::Buffer& list = this->list_.holding(context, slots);
-  context.launch(context.kernel("components.cl", defines, "mark"), slots.size(), this->bricks_.workItems(true), list,
-    this->bricks_.layout(), this->before_.buffer, this->bricks_.tissue(), this->marks_.buffer);
+  std::vector<char> isTouched(this->bricks_.slots(), 0);
+  for (const int slot : touched)
+  {
+    isTouched[slot] = 1;
+  }
+  for (const int slot : moving) // marks go on from these to tissue at rest, which may join them to others
+  {
+    const int brick = this->bricks_.brick(slot);
+    for (int d = 0; d < 6; ++d)
+    {
+      const int beside = this->bricks_.slot(this->bricks_.neighbour(brick, d));
+      if (beside > 0 && !isTouched[beside])
+      {
+        bricks.push_back(brick);
+        break;
+      }
+    }
+  }
   this->pieces_.start(bricks);
   this->pieces_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
     [this](ArgumentList& own) { own.add(this->bricks_.tissue(), this->marks_.buffer); });
+  const cl::Buffer& list = this->list_.holding(context, others);
   const auto putBack = [&](const cl::Buffer& before, const cl::Buffer& field)
   {
-    context.launch(context.kernel("components.cl", defines, "putBack"), slots.size(), this->bricks_.workItems(true),
-      list, this->bricks_.pitch(), this->marks_.buffer, before, field);
+    context.launch(context.kernel("components.cl", defines, "putBack"), others.size(), items, list,
+      this->bricks_.pitch(), this->marks_.buffer, before, field);
   };
   putBack(this->before_.buffer, this->bricks_.displacement);
   if (this->bricks_.spins())
@@ -372,6 +414,39 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
     putBack(this->spinsBefore_.buffer, this->bricks_.spins()->spin.buffer);
   }
   this->bricks_.drop(this->marks_);
+}
+
+/// For each slot whether its brick is whole and belongs to a piece that coarser grids may move, as far as whole bricks
+/// tell. `found` is what components.cl found in these slots.
+std::vector<char> CoarseToFine::mayMove(const std::vector<int>& slots, const std::vector<cl_int>& found) const
+{
+  std::vector<cl_int> marks(this->bricks_.slots(), 0);
+  for (std::size_t n = 0; n < slots.size(); ++n)
+  {
+    marks[slots[n]] = found[n];
+  }
+  DisjointSets pieces(marks.size());
+  for (const int slot : slots)
+  {
+    for (int d = 1; d < 6; d += 2)
+    {
+      const int beside = this->bricks_.slot(this->bricks_.neighbour(this->bricks_.brick(slot), d));
+      if ((marks[slot] & marks[beside] & PIECE_WHOLE) != 0)
+      {
+        pieces.join(slot, beside);
+      }
+    }
+  }
+  for (const int slot : slots)
+  {
+    marks[pieces.root(slot)] |= marks[slot];
+  }
+  std::vector<char> moves(marks.size(), 0);
+  for (const int slot : slots)
+  {
+    moves[slot] = marks[pieces.root(slot)] == (PIECE_WHOLE | PIECE_HELD | PIECE_STRAINED) ? 1 : 0;
+  }
+  return moves;
 }
 
 bool CoarseToFine::run(
@@ -386,10 +461,7 @@ bool CoarseToFine::run(
   {
     return false;
   }
-  this->bricks_.keep(this->before_);
-  Context& context = this->bricks_.context();
-  const std::size_t bytes = sizeof(cl_float) * 3 * this->bricks_.pitch();
-  context.queue().enqueueCopyBuffer(this->bricks_.displacement, this->before_.buffer, 0, 0, bytes);
+  this->bricks_.saveIn(this->before_);
   if (this->bricks_.spins())
   {
     keepSpins(this->bricks_, this->spinsBefore_);

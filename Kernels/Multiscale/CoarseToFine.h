@@ -48,6 +48,7 @@ private:
   void cycle(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   void goBack(float share);
   void putOthersBack(const Checkpoint& checkpoint);
+  std::vector<char> mayMove(const std::vector<int>& slots, const std::vector<cl_int>& found) const;
 
   Bricks& bricks_;
   Handles& handles_;
@@ -62,6 +63,7 @@ private:
   bool feasible_ = true; ///< whether the finest grid could be made feasible
   Field marks_{ 1, sizeof(cl_int), "what hangs together" };
   Scratch list_{ "the list of bricks" };
+  Scratch found_{ "what hangs together" };
 };
 
 }

@@ -1,7 +1,7 @@
 // Transfers displacements between a grid and one of half its resolution, whose elements stand for 2 x 2 x 2.
 // Displacements are fractions of each grid's own spacing.
 //
-// The host guarantees: both grids have bricks of the same size; WIDTH is 1 for `coarsen`; arguments named `finer`
+// The host guarantees: both grids have bricks of the same size; arguments named `finer`
 // belong to the finer grid and the others to the coarser one; tables are as brick.clh says.
 
 #include "brick.clh"
@@ -15,40 +15,46 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, u
 {
   const uint slot = list[get_group_id(0)];
   const int3 brick = brickAt(place[slot], strideY, strideZ);
-  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
-    const int3 twice = 2 * elementAt(n);
-    const int3 finerBrick = 2 * brick + (int3)(twice.x >= BX, twice.y >= BY, twice.z >= BZ) + 1;
+    const int i = work % (BX / WIDTH) * WIDTH, j = work / (BX / WIDTH) % BY, k = work / (BX / WIDTH) / BY;
+    const int3 finerBrick = 2 * brick + (int3)(i >= HALF, 2 * j >= BY, 2 * k >= BZ) + 1;
     const uint finerSlot = finerTable[finerBrick.x + finerBrick.y * finerStrideY + finerBrick.z * finerStrideZ];
-    float3 free = (float3)(0.0f), held = (float3)(0.0f);
-    int numberFree = 0, numberHeld = 0;
+    real free[3], held[3], numberFree = (real)(0.0f), numberHeld = (real)(0.0f);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      free[axis] = held[axis] = (real)(0.0f);
+    }
+    // Children on the same side of elements in a row follow each other.
     for (int d = 0; d < 8; ++d)
     {
-      const uint at = finerSlot * ELEMENTS +
-                      localAddress(twice.x % BX + (d & 1), twice.y % BY + (d >> 1 & 1), twice.z % BZ + (d >> 2));
-      const float c = finerConstraint[at];
-      if (isinf(c))
+      const int y = 2 * j % BY + (d >> 1 & 1), z = 2 * k % BZ + (d >> 2);
+      const uint at = finerSlot * ELEMENTS + ((d ^ y ^ z) & 1) * COLOUR + (z * BY + y) * HALF + i % HALF;
+      const real c = LOAD(finerConstraint + at);
+      const mask isOfHeld = isHeld(c), isFree = AS_MASK(c) >= 0;
+      numberFree += select((real)(0.0f), (real)(1.0f), isFree);
+      numberHeld += select((real)(0.0f), (real)(1.0f), isOfHeld);
+      UNROLL
+      for (int axis = 0; axis < 3; ++axis)
       {
-        continue;
-      }
-      global const float* u0 = finerDisplacement + min(at, finerPitch - SKEW);
-      const float3 u = (float3)(u0[0], u0[finerPitch], u0[2 * finerPitch]);
-      if (signbit(c))
-      {
-        held += u;
-        ++numberHeld;
-      }
-      else
-      {
-        free += u;
-        ++numberFree;
+        const real u = LOAD(finerDisplacement + axis * finerPitch + min(at, finerPitch - SKEW));
+        free[axis] += select((real)(0.0f), u, isFree);
+        held[axis] += select((real)(0.0f), u, isOfHeld);
       }
     }
-    const float3 u = numberHeld > 0 ? held / numberHeld : numberFree > 0 ? free / numberFree : (float3)(0.0f);
-    const uint at = slot * ELEMENTS + n;
-    displacement[at] = scale * u.x;
-    displacement[pitch + at] = scale * u.y;
-    displacement[2 * pitch + at] = scale * u.z;
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      const mask anyHeld = numberHeld > 0.0f;
+      const real sum = select(free[axis], held[axis], anyHeld);
+      const real number = max(select(numberFree, numberHeld, anyHeld), (real)(1.0f));
+      float mean[WIDTH];
+      STORE(scale * (sum / number), mean);
+      for (int n = 0; n < WIDTH; ++n)
+      {
+        displacement[axis * pitch + slot * ELEMENTS + localAddress(i + n, j, k)] = mean[n];
+      }
+    }
   }
 }
 

@@ -2,27 +2,21 @@
 // may be moved where an element in it is held and a link in it is strained. Other pieces are at rest as they are, or
 // follow nothing, but coarser grids cannot tell them from tissue close by.
 //
-// marks: HELD where an element in the piece is held, STRAINED where a link in it is strained. Bits of integers.
+// marks: PIECE_HELD where an element in the piece is held, PIECE_STRAINED where a link in it is strained. Bits of
+// integers. Many bricks are whole, and of these the host finds out which lie in one piece.
 //
 // The host guarantees that all 26 neighbours of a brick that is ready have a slot (brick.clh).
 
 #include "brick.clh"
 #include "element.clh"
 #include "fixedpoint.clh"
+#include "pieces.clh"
 
-#define HELD 1
-#define STRAINED 2
-
-// Marks elements for themselves and their own links, from their displacements before the coarser grids.
-RULE mask markOf(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* displacement,
+// Elements with a link that is strained before the coarser grids.
+RULE mask strainedOf(const int odd, const Site* s, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut)
 {
-  mask held = (mask)(0), strained = (mask)(0);
-  UNROLL
-  for (int axis = 0; axis < AXES; ++axis)
-  {
-    held |= isHeld(LOAD(constraint + axis * tissuePitch + s->self));
-  }
+  mask strained = (mask)(0);
   const real c = LOAD(constraint + s->self);
   UNROLL
   for (int d = 0; d < 6; ++d)
@@ -35,17 +29,92 @@ RULE mask markOf(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
       strained |= linked & (neighbour(u, s, d, odd) != LOAD(u + s->self));
     }
   }
-  return select((mask)(0), (mask)(HELD), held) | select((mask)(0), (mask)(STRAINED), strained);
+  return strained;
 }
 
+// Whether a work-item's share of a brick has a strained link.
+APART bool anyStrained(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut)
+{
+  bool any = false;
+  for (int work = lid; !any && work < 2 * VECTORS; work += items)
+  {
+    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+    any = SOME(strainedOf(s.odd, &s, pitch, displacement, constraint, cut));
+  }
+  return any;
+}
+
+// Looks for bricks that are whole, without air or cuts, so that each lies in one piece with all whole bricks beside it:
+// found[group] is PIECE_WHOLE, with the marks of all its elements together. For other bricks it is 0.
+kernel void wholes(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global int* found)
+{
+  local int divided, marks;
+  const uint slot = list[get_group_id(0)];
+  if (get_local_id(0) == 0)
+  {
+    divided = marks = 0;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  mask held = (mask)(0), some = (mask)(0);
+  for (uint at = slot * ELEMENTS + get_local_id(0) * WIDTH; at < (slot + 1) * ELEMENTS; at += get_local_size(0) * WIDTH)
+  {
+    some |= LOAD(constraint + at) == -INFINITY;
+#ifdef CUTS
+    some |= LOAD_BYTES(cut + at) != 0;
+#endif
+    UNROLL
+    for (int axis = 0; axis < AXES; ++axis)
+    {
+      held |= isHeld(LOAD(constraint + axis * tissuePitch + at));
+    }
+  }
+  if (SOME(some))
+  {
+    atomic_or(&divided, 1);
+  }
+  else if (anyStrained(get_local_id(0), get_local_size(0), slot, pitch, tissuePitch, table, place, strideY, strideZ,
+             displacement, constraint, cut))
+  {
+    atomic_or(&marks, PIECE_STRAINED);
+  }
+  if (SOME(held))
+  {
+    atomic_or(&marks, PIECE_HELD);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0)
+  {
+    found[get_group_id(0)] = divided ? 0 : PIECE_WHOLE | marks;
+  }
+}
+
+// Marks all elements of bricks that coarser grids may move.
+kernel void markAll(global const int* list, global int* marks)
+{
+  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  {
+    marks[list[get_group_id(0)] * ELEMENTS + n] = PIECE_HELD | PIECE_STRAINED;
+  }
+}
+
+// Marks elements for themselves and their own links, from their displacements before the coarser grids.
 APART void markShare(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global int* marks)
 {
   for (int work = lid; work < 2 * VECTORS; work += items)
   {
     const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
-    const mask mark = markOf(s.odd, &s, pitch, tissuePitch, displacement, constraint, cut);
-    STORE(mark, marks + s.self);
+    mask held = (mask)(0);
+    UNROLL
+    for (int axis = 0; axis < AXES; ++axis)
+    {
+      held |= isHeld(LOAD(constraint + axis * tissuePitch + s.self));
+    }
+    const mask strained = strainedOf(s.odd, &s, pitch, displacement, constraint, cut);
+    const mask bits = select((mask)(0), (mask)(PIECE_HELD), held);
+    STORE(bits | select((mask)(0), (mask)(PIECE_STRAINED), strained), marks + s.self);
   }
 }
 
@@ -61,6 +130,10 @@ RULE int joinAt(
 {
   const real c = LOAD(constraint + s->self);
   const mask mark = LOAD(marks + s->self);
+  if (!SOME((mark != (PIECE_HELD | PIECE_STRAINED)) & (c != -INFINITY)))
+  {
+    return 0; // no mark is missing
+  }
   mask next = mark;
   UNROLL
   for (int d = 0; d < 6; ++d)
@@ -103,7 +176,7 @@ kernel void putBack(
   for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
   {
     const uint at = slot * ELEMENTS + n;
-    if (marks[at] != (HELD | STRAINED))
+    if (marks[at] != (PIECE_HELD | PIECE_STRAINED))
     {
       for (int axis = 0; axis < 3; ++axis)
       {

@@ -30,62 +30,74 @@ Feasibility::~Feasibility()
   this->bricks_.drop(this->lower_);
 }
 
-/// Those of some bricks in which a kernel finds what it looks for.
-std::vector<int> Feasibility::bricksThatAre(
-  const char* what, const char* file, bool vectors, const std::vector<int>& bricks)
+/// The bricks of those slots in which a kernel finds what it looks for. launch(list, found) launches it.
+std::vector<int> Feasibility::bricksFound(
+  const std::vector<int>& slots, const std::function<void(const cl::Buffer&, const cl::Buffer&)>& launch)
 {
   Context& context = this->bricks_.context();
-  std::vector<int> slots;
-  for (const int brick : bricks)
-  {
-    slots.push_back(this->bricks_.slot(brick));
-  }
   std::vector<cl_int> found(slots.size(), 0);
-  cl::Buffer& foundBuffer = this->found_.holding(context, found);
-  context.launch(context.kernel(file, this->bricks_.defines(vectors), what), slots.size(),
-    this->bricks_.workItems(vectors), this->list_.holding(context, slots), this->bricks_.layout(),
-    this->bricks_.state(), this->bricks_.spins(), foundBuffer);
+  const cl::Buffer& foundBuffer = this->found_.holding(context, found);
+  launch(this->list_.holding(context, slots), foundBuffer);
   context.read(foundBuffer, found);
 
-  std::vector<int> those;
+  std::vector<int> bricks;
   for (std::size_t n = 0; n < slots.size(); ++n)
   {
     if (found[n] != 0)
     {
-      those.push_back(bricks[n]);
+      bricks.push_back(this->bricks_.brick(slots[n]));
     }
   }
-  return those;
+  return bricks;
+}
+
+/// The same, for kernels that look at the state.
+std::vector<int> Feasibility::bricksThatAre(
+  const char* what, const char* file, bool vectors, const std::vector<int>& slots)
+{
+  return this->bricksFound(slots,
+    [&](const cl::Buffer& list, const cl::Buffer& found)
+    {
+      Context& context = this->bricks_.context();
+      context.launch(context.kernel(file, this->bricks_.defines(vectors), what), slots.size(),
+        this->bricks_.workItems(vectors), list, this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins(),
+        found);
+    });
 }
 
 bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
 {
+  const bool turning = this->bricks_.spins() != nullptr;
   std::vector<int> touched;
   for (const int slot : this->bricks_.touchedSlots())
   {
     touched.push_back(this->bricks_.brick(slot));
   }
   this->bricks_.require(touched);
-  const std::vector<int> violated = this->bricksThatAre("violated", "feasibility.cl", true, touched);
-  const bool turning = this->bricks_.spins() != nullptr;
+  const std::vector<int> slots = this->bricks_.touchedSlots();
+  const std::vector<int> violated =
+    this->bricksThatAre("violated", "feasibility.cl", true, turning ? slots : this->bricks_.slotsAround(slots));
+  std::vector<int> violatedSlots;
+  for (const int brick : violated)
+  {
+    violatedSlots.push_back(this->bricks_.slot(brick));
+  }
   if (violated.empty() ||
-      (turning && !this->bricksThatAre("contradicted", "contradictions.cl", false, violated).empty()))
+      (turning && !this->bricksThatAre("contradicted", "contradictions.cl", false, violatedSlots).empty()))
   {
     propagation.start({}); // leaves a conflict of none
     return violated.empty();
   }
-  Context& context = this->bricks_.context();
-  this->bricks_.keep(this->upper_);
   this->bricks_.saveBefore();
   if (turning)
   {
-    this->bricks_.keep(this->lower_); // both bounds are those of shifts, which begin with 0
+    this->bricks_.keep(this->upper_); // both bounds are those of shifts, which begin with 0
+    this->bricks_.keep(this->lower_);
   }
   else
   {
     // Bricks that get memory later are at rest, so that the zeros in their memory are the right bounds.
-    context.queue().enqueueCopyBuffer(
-      this->bricks_.displacement, this->upper_.buffer, 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
+    this->bricks_.saveIn(this->upper_);
   }
   this->fixedPoint_.start(violated);
   this->fixedPoint_.run(turning ? mostPasses : 0, std::numeric_limits<float>::infinity(), checkpoint,
@@ -98,28 +110,31 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
       }
     });
   bool feasible = this->fixedPoint_.finished();
-  const std::vector<int> slots = this->fixedPoint_.changed();
-  std::vector<int> bricks;
-  for (const int slot : slots)
+  const std::vector<int> changed = this->fixedPoint_.changed();
+  for (const int slot : changed)
   {
     this->bricks_.touch(slot);
-    bricks.push_back(this->bricks_.brick(slot));
   }
-  context.launch(
-    context.kernel("feasibility.cl", this->bricks_.defines(true), "settle"), slots.size(),
-    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
-    this->bricks_.tissuePitch(), this->bricks_.constraint, this->upper_.buffer,
-    [&](ArgumentList& own)
+  const std::vector<int> begin = this->bricksFound(changed,
+    [&](const cl::Buffer& list, const cl::Buffer& found)
     {
-      if (turning)
-      {
-        own.add(this->lower_.buffer);
-      }
-    },
-    this->bricks_.before(), this->bricks_.displacement);
+      Context& context = this->bricks_.context();
+      context.launch(
+        context.kernel("feasibility.cl", this->bricks_.defines(true), "settle"), changed.size(),
+        this->bricks_.workItems(true), list, this->bricks_.pitch(), this->bricks_.tissuePitch(),
+        this->bricks_.constraint, this->upper_.buffer,
+        [&](ArgumentList& own)
+        {
+          if (turning)
+          {
+            own.add(this->lower_.buffer);
+          }
+        },
+        this->bricks_.before(), this->bricks_.displacement, found);
+    });
   if (feasible)
   {
-    propagation.start(bricks);
+    propagation.start(begin);
     propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
     feasible = !turning || propagation.conflict().largest() <= rounding;
   }

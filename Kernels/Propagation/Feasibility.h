@@ -2,6 +2,9 @@
 
 #include "EnvelopePropagation.h"
 
+#include <functional>
+#include <vector>
+
 namespace chainmail
 {
 
@@ -22,7 +25,9 @@ public:
   bool run(EnvelopePropagation& propagation, const Checkpoint& checkpoint);
 
 private:
-  std::vector<int> bricksThatAre(const char* what, const char* file, bool vectors, const std::vector<int>& bricks);
+  std::vector<int> bricksFound(
+    const std::vector<int>& slots, const std::function<void(const cl::Buffer&, const cl::Buffer&)>& launch);
+  std::vector<int> bricksThatAre(const char* what, const char* file, bool vectors, const std::vector<int>& slots);
 
   Bricks& bricks_;
   FixedPoint fixedPoint_;

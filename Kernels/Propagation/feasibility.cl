@@ -52,7 +52,7 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
     {
       loadLimits(odd, s, constraint + axis * tissuePitch, cut, limits);
     }
-    const real u = LOAD(displacement + axis * pitch + s->self);
+    const real u = LOAD(displacement + axis * pitch + stateAddress(s, s->self));
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
@@ -69,14 +69,22 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
   return SOME(beyond);
 }
 
+// Whether a work-item's share of a brick has such elements. Every link joins elements of different colours, so one
+// colour sees them all, if the bricks around those that were moved are listed, too. Where elements turn they are not,
+// as bricks with links beyond their limits are looked at again one by one (contradictions.cl).
+#ifdef TURNING
+#define COLOURS_SEEN 2
+#else
+#define COLOURS_SEEN 1
+#endif
 APART int anyViolated(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
 {
   int any = 0;
-  for (int work = lid; work < 2 * VECTORS; work += items)
+  for (int work = lid; !any && work < COLOURS_SEEN * VECTORS; work += items)
   {
     const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
-    any |= isViolated(s.odd, &s, pitch, tissuePitch, constraint, cut, displacement SPIN_PASSED_ON);
+    any = isViolated(s.odd, &s, pitch, tissuePitch, constraint, cut, displacement SPIN_PASSED_ON);
   }
   return any;
 }
@@ -95,12 +103,13 @@ kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const floa
 RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
   global const uchar* cut, global float* lower, global float* upper BEFORE_ARGUMENTS SPIN_ARGUMENTS)
 {
-  int touched = 0;
 #ifdef TURNING
   real wanted[6][3];
   loadApart(odd, s, pitch, spin, proportions, wanted);
 #endif
   real limits[6];
+  mask changed = (mask)(0);
+  mask followed[6] = { changed, changed, changed, changed, changed, changed };
   ROLLED
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -110,7 +119,7 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
     }
     const real l = LOAD(lower + axis * pitch + s->self);
     const real u = LOAD(upper + axis * pitch + s->self);
-    real nextLower = l, nextUpper = u;
+    real nextLower = l, nextUpper = u, otherLower[6], otherUpper[6];
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
@@ -120,18 +129,29 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
 #else
       const real strain = (real)(0.0f);
 #endif
-      nextLower = max(nextLower, neighbour(lower + axis * pitch, s, d, odd) + strain - limits[d]);
-      nextUpper = min(nextUpper, neighbour(upper + axis * pitch, s, d, odd) + strain + limits[d]);
+      otherLower[d] = neighbour(lower + axis * pitch, s, d, odd);
+      otherUpper[d] = neighbour(upper + axis * pitch, s, d, odd);
+      nextLower = max(nextLower, otherLower[d] + strain - limits[d]);
+      nextUpper = min(nextUpper, otherUpper[d] + strain + limits[d]);
     }
     const mask moved = (nextLower != l) | (nextUpper != u);
     if (SOME(moved))
     {
       STORE(nextLower, lower + axis * pitch + s->self);
       STORE(nextUpper, upper + axis * pitch + s->self);
-      touched |= changedAround(s, moved);
+      changed |= moved;
+      UNROLL
+      for (int d = 0; d < 6; ++d)
+      {
+        followed[d] |= (nextLower - limits[d] > otherLower[d]) | (nextUpper + limits[d] < otherUpper[d]);
+      }
     }
   }
-  return touched;
+#ifdef TURNING
+  return changedAround(s, changed);
+#else
+  return changedBeyond(s, changed, followed); // others need not follow where their bounds are as tight already
+#endif
 }
 
 APART void boundIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint,
@@ -153,11 +173,13 @@ kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* c
 }
 
 // Leaves the mean in `before` and, except for held elements, in `displacement`. This is the state from which an
-// envelope wave that starts at the held elements can bring them back.
+// envelope wave that starts at the held elements can bring them back: `found` is set to 1 for bricks with such elements
+// that are elsewhere.
 kernel void settle(global const int* list, uint pitch, uint tissuePitch, global const float* constraint,
-  global const float* upper SHIFTED_ARGUMENTS, global float* before, global float* displacement)
+  global const float* upper SHIFTED_ARGUMENTS, global float* before, global float* displacement, global int* found)
 {
   const uint slot = list[get_group_id(0)];
+  int any = 0;
   for (int axis = 0; axis < 3; ++axis)
   {
     for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
@@ -173,6 +195,11 @@ kernel void settle(global const int* list, uint pitch, uint tissuePitch, global 
       {
         displacement[at] = mean;
       }
+      any |= displacement[at] != mean;
     }
+  }
+  if (any)
+  {
+    atomic_or(&found[get_group_id(0)], 1);
   }
 }

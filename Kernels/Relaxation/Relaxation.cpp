@@ -81,15 +81,16 @@ double nearOmega(int sweep, double times)
 /// Sweeps that reach less far open with the factors of nearOmega().
 constexpr int openingSweeps = 20;
 
-/// The over-relaxation factor of a sweep after the opening. What is left is long, and takes a factor as near to 2 as
-/// the longest displacement that fits into the grid asks for, twice as long as its `longest` axis. Such a factor leaves
+/// The over-relaxation factor of a sweep after the opening. What is left is long: much tissue that hangs on little goes
+/// back as slowly as an error a few times as long as the grid's `longest` axis. It takes a factor near 2, which leaves
 /// roughness, which a smaller one takes away. So sweeps come in rounds of 50, 100, 200, ..., in which the factor falls
 /// to what the opening came to; the last round ends with the last of the sweeps that are asked for. `late` counts
 /// the sweeps since the opening, `left` those that are still to come, with this one.
 double lateOmega(int late, int left, int longest)
 {
   constexpr int firstRound = 50;
-  constexpr double fall = 0.6;
+  constexpr double fall = 0.1;
+  constexpr double timesAsLong = 3.0;
   constexpr double pi = 3.14159265358979323846;
   int roundsEnd = firstRound;
   for (int round = 2 * firstRound; roundsEnd <= late; round *= 2)
@@ -97,7 +98,7 @@ double lateOmega(int late, int left, int longest)
     roundsEnd += round;
   }
   const int leftInRound = std::min(roundsEnd - late, left);
-  const double longestOmega = 2.0 / (1.0 + std::sin(pi / (2.0 * std::max(longest, 1))));
+  const double longestOmega = 2.0 / (1.0 + std::sin(pi / (2.0 * timesAsLong * std::max(longest, 1))));
   return std::max(finalNearOmega, std::min(longestOmega, 2.0 / (1.0 + fall / leftInRound)));
 }
 
