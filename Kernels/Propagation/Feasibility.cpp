@@ -42,9 +42,9 @@ std::vector<int> Feasibility::bricksThatAre(
   }
   std::vector<cl_int> found(slots.size(), 0);
   cl::Buffer& foundBuffer = this->found_.holding(context, found);
-  context.launch(context.kernel(file, this->bricks_.defines(vectors), what), slots.size(),
+  context.launch(context.kernel(file, this->bricks_.defines(vectors, this->bricks_.turned()), what), slots.size(),
     this->bricks_.workItems(vectors), this->list_.holding(context, slots), this->bricks_.layout(),
-    this->bricks_.state(), this->bricks_.spins(), foundBuffer);
+    this->bricks_.state(), this->bricks_.turned(), foundBuffer);
   context.read(foundBuffer, found);
 
   std::vector<int> those;
@@ -67,7 +67,7 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   }
   this->bricks_.require(touched);
   const std::vector<int> violated = this->bricksThatAre("violated", "feasibility.cl", true, touched);
-  const bool turning = this->bricks_.spins() != nullptr;
+  const bool turning = this->bricks_.turned() != nullptr;
   if (violated.empty() ||
       (turning && !this->bricksThatAre("contradicted", "contradictions.cl", false, violated).empty()))
   {
@@ -94,7 +94,7 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
       own.add(this->bricks_.tissue(), turning ? this->lower_.buffer : this->bricks_.before(), this->upper_.buffer);
       if (turning)
       {
-        own.add(this->bricks_.before(), this->bricks_.spins());
+        own.add(this->bricks_.before(), this->bricks_.turned());
       }
     });
   bool feasible = this->fixedPoint_.finished();
@@ -106,7 +106,7 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     bricks.push_back(this->bricks_.brick(slot));
   }
   context.launch(
-    context.kernel("feasibility.cl", this->bricks_.defines(true), "settle"), slots.size(),
+    context.kernel("feasibility.cl", this->bricks_.defines(true, this->bricks_.turned()), "settle"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
     this->bricks_.tissuePitch(), this->bricks_.constraint, this->upper_.buffer,
     [&](ArgumentList& own)

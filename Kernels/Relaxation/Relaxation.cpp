@@ -158,6 +158,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
   this->schedule_.begin(waves ? SweepSchedule::Bodies()
                               : SweepSchedule::Bodies{ [&] { return clusters.inactiveBricks(); },
                                   [&](const std::vector<int>& bricks) { clusters.activate(bricks); } });
+  this->bricks_.setTurned(true);
   const float still = stillResidual(tolerance);
   const double times = furtherFor(this->bricks_.turning().poissonRatio);
 
