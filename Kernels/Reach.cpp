@@ -8,41 +8,88 @@
 namespace chainmail
 {
 
+namespace
+{
+
+/// Handles that have not come as far as they are to, and by how much all of them lack [mm], each on its worst axis.
+struct Lacking
+{
+  Handles::Change handles;
+  std::vector<Vector3> reached; ///< by each of them
+  double lack = 0.0;
+};
+
+Lacking lackingOf(Handles& handles)
+{
+  constexpr double rounding = 1e-5;
+  Lacking all;
+  const std::vector<ProbeResult> results = handles.reached();
+  for (std::size_t n = 0; n < results.size(); ++n)
+  {
+    const Handles::Pointer& handle = handles.all()[n];
+    double ofProbe = 0.0;
+    double asked = 0.0;
+    for (int a = 0; a < 3; ++a)
+    {
+      ofProbe = std::max(ofProbe, std::fabs(handle->probe.displacement[a] - results[n].reached[a]));
+      asked = std::max(asked, std::fabs(handle->probe.displacement[a]));
+    }
+    if (!handle->probe.anchor && !handle->voxels.empty() && ofProbe > rounding * asked)
+    {
+      all.lack += ofProbe;
+      all.handles.moved.push_back(handle);
+      all.reached.push_back(results[n].reached);
+    }
+  }
+  return all;
+}
+
+/// Lets handles go a small share of what they lack, which takes a wave of few steps. Returns how much of it they got.
+double tryShare(
+  double share, Waves& waves, Handles& handles, const Lacking& lacking, const Checkpoint& checkpoint, int& iterations)
+{
+  std::vector<Vector3> asked;
+  for (std::size_t n = 0; n < lacking.reached.size(); ++n)
+  {
+    Vector3& displacement = lacking.handles.moved[n]->probe.displacement;
+    asked.push_back(displacement);
+    for (int a = 0; a < 3; ++a)
+    {
+      displacement[a] = lacking.reached[n][a] + share * (displacement[a] - lacking.reached[n][a]);
+    }
+  }
+  waves.add(lacking.handles);
+  iterations += waves.run(0, checkpoint).iterations;
+  for (std::size_t n = 0; n < asked.size(); ++n)
+  {
+    lacking.handles.moved[n]->probe.displacement = asked[n];
+  }
+  return (lacking.lack - lackingOf(handles).lack) / (share * lacking.lack);
+}
+
+}
+
 int reachFurther(Waves& waves, Handles& handles, const std::function<void()>& settle, const Checkpoint& checkpoint)
 {
   constexpr int mostWaves = 40;
   constexpr double leastGain = 0.02; // of what is lacking
-  constexpr double rounding = 1e-5;
   int iterations = 0;
   double before = std::numeric_limits<double>::infinity();
   for (int wave = 0; wave < mostWaves; ++wave)
   {
-    Handles::Change further;
-    double lack = 0.0;
-    const std::vector<ProbeResult> results = handles.reached();
-    for (std::size_t n = 0; n < results.size(); ++n)
-    {
-      const Handles::Pointer& handle = handles.all()[n];
-      double ofProbe = 0.0;
-      double asked = 0.0;
-      for (int a = 0; a < 3; ++a)
-      {
-        ofProbe = std::max(ofProbe, std::fabs(handle->probe.displacement[a] - results[n].reached[a]));
-        asked = std::max(asked, std::fabs(handle->probe.displacement[a]));
-      }
-      if (!handle->probe.anchor && !handle->voxels.empty() && ofProbe > rounding * asked)
-      {
-        lack += ofProbe;
-        further.moved.push_back(handle);
-      }
-    }
-    if (further.moved.empty() || lack > (1.0 - leastGain) * before)
+    const Lacking lacking = lackingOf(handles);
+    if (lacking.handles.moved.empty() || lacking.lack > (1.0 - leastGain) * before)
     {
       break;
     }
-    before = lack;
+    before = lacking.lack;
     settle();
-    waves.add(further);
+    // Where turning helps nothing, a wave that asks for all would only be taken back.
+    if (wave == 0 && tryShare(leastGain, waves, handles, lacking, checkpoint, iterations) < 0.1)
+    {
+      break;
+    }
+    waves.add(lacking.handles);
     iterations += waves.run(0, checkpoint).iterations;
   }
   return iterations;

@@ -11,7 +11,8 @@ namespace chainmail
 
 /// Lets the waves of probes that came less far than asked travel again, for as long as they gain. Waves move bones and
 /// do not turn them, and where elements turn, what a probe can reach grows with the rotation of bones. `settle` lets
-/// tissue settle a little between one wave and the next. Returns the iterations of the waves.
+/// tissue settle a little between one wave and the next. After the first time a small step tells whether that helps at
+/// all. Returns the iterations of the waves.
 int reachFurther(Waves& waves, Handles& handles, const std::function<void()>& settle, const Checkpoint& checkpoint);
 
 /// Simulation::heldBy(), where no wave is under way. `reduction` is null where the model is not reduced; `bricks` are

@@ -186,15 +186,16 @@ void Readout::displacements(float* out, bool zeroed) const
       for (const Bricks::Row& row : bricks.rows(bricks.brick(slot)))
       {
         // Memory that the system has yet to provide stays so where nothing moved.
-        float largest = 0.0f;
+        bool moved = false;
         for (int i = 0; i < row.count; ++i)
         {
           for (std::size_t a = 0; a < 3; ++a)
           {
-            largest = std::max(largest, std::fabs(u(a, row.local(i))));
+            const float value = u(a, row.local(i));
+            moved = moved || value != 0.0f || std::signbit(value); // -0 is shown, too, whatever lies beside it
           }
         }
-        float* to = largest > 0.0f ? out + 3 * row.voxel : nullptr;
+        float* to = moved ? out + 3 * row.voxel : nullptr;
         for (int i = 0; to && i < row.count; ++i, to += 3)
         {
           for (std::size_t a = 0; a < 3; ++a)

@@ -86,12 +86,12 @@ std::size_t Bricks::workItems(bool vectors) const
   return std::min(256, this->elements_ / 2 / this->width(vectors));
 }
 
-std::string Bricks::defines(bool vectors) const
+std::string Bricks::defines(bool vectors, const Spins* spins) const
 {
   return "-DBX=" + std::to_string(this->size_[0]) + " -DBY=" + std::to_string(this->size_[1]) +
          " -DBZ=" + std::to_string(this->size_[2]) + " -DWIDTH=" + std::to_string(this->width(vectors)) +
          " -DAXES=" + std::to_string(this->model_->axes()) + " -DSKEW=" + std::to_string(skew) +
-         (this->anyCut() ? " -DCUTS" : "") + (this->spins_ ? " -DTURNING" : "");
+         (this->anyCut() ? " -DCUTS" : "") + (spins ? " -DTURNING" : "");
 }
 
 bool Bricks::fill(int brick, std::vector<float>& out) const
@@ -417,6 +417,7 @@ void Bricks::clearDisplacements()
   {
     this->context_->queue().enqueueFillBuffer(
       this->spins_->spin.buffer, cl_float(0), 0, sizeof(float) * this->spins_->spin.runs * this->pitch());
+    this->spins_->any = false;
   }
   this->context_->queue().finish();
   std::fill(this->touched_.begin(), this->touched_.end(), 0);

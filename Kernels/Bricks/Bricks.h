@@ -37,6 +37,7 @@ struct Turning
 struct Spins
 {
   Field spin{ 3, sizeof(float), "the rotations of the tissue reached" };
+  bool any = false;      ///< whether an element may have turned since all were at rest
   cl_float4 proportions; ///< the spacing, divided by the geometric mean of that of the three axes, and 2 kappa
 
   bool swell() const { return this->proportions.s[3] > 0.0f; }
@@ -73,7 +74,9 @@ public:
   const std::shared_ptr<Context>& sharedContext() const { return this->context_; }
   /// The -D options that every kernel with brick.clh needs. With `vectors` a kernel handles as many elements at once as
   /// suits the device, else one.
-  std::string defines(bool vectors) const;
+  std::string defines(bool vectors) const { return this->defines(vectors, this->spins()); }
+  /// The same where these are the spins that the kernel is to know of.
+  std::string defines(bool vectors, const Spins* spins) const;
   /// Work-items for one colour of a brick.
   std::size_t workItems(bool vectors) const;
 
@@ -128,6 +131,16 @@ public:
 
   /// The spins of all elements; null where elements do not turn.
   const Spins* spins() const { return this->spins_.get(); }
+  /// The same where any element may have turned. Where none has, waves do as well without.
+  const Spins* turned() const { return this->spins_ && this->spins_->any ? this->spins_.get() : nullptr; }
+  /// To be called where elements that have spins may turn, or are turned back.
+  void setTurned(bool any)
+  {
+    if (this->spins_)
+    {
+      this->spins_->any = any;
+    }
+  }
   const Turning& turning() const { return this->turning_; }
   /// The -D options of kernels that include swelling.clh.
   std::string ofSwelling() const { return this->spins_ && this->spins_->swell() ? " -DSWELLING" : ""; }

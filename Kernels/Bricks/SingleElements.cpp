@@ -3,6 +3,8 @@
 #include "Bricks.h"
 #include "ElementRule.h"
 
+#include <algorithm>
+
 namespace chainmail
 {
 
@@ -50,6 +52,8 @@ std::vector<float> Bricks::displacements(const std::vector<std::uint32_t>& addre
 void Bricks::setSpins(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
 {
   this->set(this->spins_->spin.buffer, this->pitch(), 3, addresses, values);
+  this->spins_->any =
+    this->spins_->any || std::any_of(values.begin(), values.end(), [](float value) { return value != 0.0f; });
 }
 
 std::vector<float> Bricks::spinsAt(const std::vector<std::uint32_t>& addresses)

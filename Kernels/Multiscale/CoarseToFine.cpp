@@ -117,6 +117,7 @@ public:
     if (this->bricks_.spins())
     {
       transfer(this->finer_.spins()->spin.buffer, 1.0f, this->bricks_.spins()->spin.buffer);
+      this->bricks_.setTurned(this->finer_.turned() != nullptr);
       this->clusters_->straighten();
       keepSpins(this->bricks_, this->spinsBefore_);
     }
@@ -193,6 +194,7 @@ public:
     if (this->bricks_.spins())
     {
       transfer(this->bricks_.spins()->spin.buffer, 1.0f, this->finer_.spins()->spin.buffer);
+      this->finer_.setTurned(true);
       this->bricks_.drop(this->spinsBefore_);
     }
   }
@@ -338,6 +340,7 @@ void CoarseToFine::cycle(
       {
         // Spins of before contradict each other nowhere. Tissue and bones then only move, and turn in the sweeps after.
         turnBack(this->bricks_, this->spinsBefore_);
+        this->bricks_.setTurned(this->turnedBefore_);
         clusters.straighten(false);
         this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
       }
@@ -465,6 +468,7 @@ bool CoarseToFine::run(
   if (this->bricks_.spins())
   {
     keepSpins(this->bricks_, this->spinsBefore_);
+    this->turnedBefore_ = this->bricks_.turned() != nullptr;
   }
   this->cycle(clusters, elasticity, tolerance, checkpoint);
   return true;
@@ -484,6 +488,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
       const std::size_t bytes = sizeof(cl_float) * 3 * this->bricks_.pitch();
       context.queue().enqueueCopyBuffer(this->before_.buffer, this->bricks_.displacement, 0, 0, bytes);
       turnBack(this->bricks_, this->spinsBefore_);
+      this->bricks_.setTurned(this->turnedBefore_);
     }
     this->bricks_.drop(this->spinsBefore_);
   }

@@ -59,6 +59,7 @@ private:
   FixedPoint pieces_;
   Field before_{ 3, sizeof(cl_float), "the displacement before a relaxation" };
   Field spinsBefore_{ 3, sizeof(cl_float), "the rotations before a relaxation" };
+  bool turnedBefore_ = false; ///< whether there were any
   double energyBefore_ = 0.0;
   bool feasible_ = true; ///< whether the finest grid could be made feasible
   Field marks_{ 1, sizeof(cl_int), "what hangs together" };

@@ -27,7 +27,7 @@ EnvelopePropagation::Conflict EnvelopePropagation::conflict() const
 void EnvelopePropagation::start(const std::vector<int>& bricks)
 {
   this->fixedPoint_.start(bricks);
-  if (!this->bricks_.spins() || bricks.empty())
+  if (!this->bricks_.turned() || bricks.empty())
   {
     return;
   }
@@ -63,8 +63,8 @@ int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& che
     const int done = this->fixedPoint_.run(iterations, enough, checkpoint,
       [this](ArgumentList& own)
       {
-        own.add(this->bricks_.displacement, this->bricks_.before(), this->bricks_.tissue(), this->bricks_.spins());
-        if (this->bricks_.spins())
+        own.add(this->bricks_.displacement, this->bricks_.before(), this->bricks_.tissue(), this->bricks_.turned());
+        if (this->bricks_.turned())
         {
           own.add(this->shift_.buffer);
         }

@@ -30,14 +30,16 @@ Feasibility::~Feasibility()
   this->bricks_.drop(this->lower_);
 }
 
-/// The bricks of those slots in which a kernel finds what it looks for. launch(list, found) launches it.
-std::vector<int> Feasibility::bricksFound(
-  const std::vector<int>& slots, const std::function<void(const cl::Buffer&, const cl::Buffer&)>& launch)
+/// The bricks of those slots in which a kernel finds what it looks for.
+std::vector<int> Feasibility::bricksThatAre(
+  const char* what, const char* file, bool vectors, const std::vector<int>& slots)
 {
   Context& context = this->bricks_.context();
   std::vector<cl_int> found(slots.size(), 0);
   const cl::Buffer& foundBuffer = this->found_.holding(context, found);
-  launch(this->list_.holding(context, slots), foundBuffer);
+  context.launch(context.kernel(file, this->bricks_.defines(vectors, this->bricks_.turned()), what), slots.size(),
+    this->bricks_.workItems(vectors), this->list_.holding(context, slots), this->bricks_.layout(),
+    this->bricks_.state(), this->bricks_.turned(), foundBuffer);
   context.read(foundBuffer, found);
 
   std::vector<int> bricks;
@@ -51,29 +53,15 @@ std::vector<int> Feasibility::bricksFound(
   return bricks;
 }
 
-/// The same, for kernels that look at the state.
-std::vector<int> Feasibility::bricksThatAre(
-  const char* what, const char* file, bool vectors, const std::vector<int>& slots)
-{
-  return this->bricksFound(slots,
-    [&](const cl::Buffer& list, const cl::Buffer& found)
-    {
-      Context& context = this->bricks_.context();
-      context.launch(context.kernel(file, this->bricks_.defines(vectors), what), slots.size(),
-        this->bricks_.workItems(vectors), list, this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins(),
-        found);
-    });
-}
-
 bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
 {
-  const bool turning = this->bricks_.spins() != nullptr;
   std::vector<int> touched;
   for (const int slot : this->bricks_.touchedSlots())
   {
     touched.push_back(this->bricks_.brick(slot));
   }
   this->bricks_.require(touched);
+  const bool turning = this->bricks_.turned() != nullptr;
   const std::vector<int> slots = this->bricks_.touchedSlots();
   const std::vector<int> violated =
     this->bricksThatAre("violated", "feasibility.cl", true, turning ? slots : this->bricks_.slotsAround(slots));
@@ -106,35 +94,34 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
       own.add(this->bricks_.tissue(), turning ? this->lower_.buffer : this->bricks_.before(), this->upper_.buffer);
       if (turning)
       {
-        own.add(this->bricks_.before(), this->bricks_.spins());
+        own.add(this->bricks_.before(), this->bricks_.turned());
       }
     });
   bool feasible = this->fixedPoint_.finished();
   const std::vector<int> changed = this->fixedPoint_.changed();
+  std::vector<int> bricks;
   for (const int slot : changed)
   {
     this->bricks_.touch(slot);
+    bricks.push_back(this->bricks_.brick(slot));
   }
-  const std::vector<int> begin = this->bricksFound(changed,
-    [&](const cl::Buffer& list, const cl::Buffer& found)
+  Context& context = this->bricks_.context();
+  context.launch(
+    context.kernel("feasibility.cl", this->bricks_.defines(true, this->bricks_.turned()), "settle"), changed.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, changed), this->bricks_.pitch(),
+    this->bricks_.tissuePitch(), this->bricks_.constraint, this->upper_.buffer,
+    [&](ArgumentList& own)
     {
-      Context& context = this->bricks_.context();
-      context.launch(
-        context.kernel("feasibility.cl", this->bricks_.defines(true), "settle"), changed.size(),
-        this->bricks_.workItems(true), list, this->bricks_.pitch(), this->bricks_.tissuePitch(),
-        this->bricks_.constraint, this->upper_.buffer,
-        [&](ArgumentList& own)
-        {
-          if (turning)
-          {
-            own.add(this->lower_.buffer);
-          }
-        },
-        this->bricks_.before(), this->bricks_.displacement, found);
-    });
+      if (turning)
+      {
+        own.add(this->lower_.buffer);
+      }
+    },
+    this->bricks_.before(), this->bricks_.displacement);
   if (feasible)
   {
-    propagation.start(begin);
+    // The wave also takes back what rounding leaves of the means, so it begins wherever there are any.
+    propagation.start(bricks);
     propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
     feasible = !turning || propagation.conflict().largest() <= rounding;
   }

@@ -2,7 +2,6 @@
 
 #include "EnvelopePropagation.h"
 
-#include <functional>
 #include <vector>
 
 namespace chainmail
@@ -25,8 +24,6 @@ public:
   bool run(EnvelopePropagation& propagation, const Checkpoint& checkpoint);
 
 private:
-  std::vector<int> bricksFound(
-    const std::vector<int>& slots, const std::function<void(const cl::Buffer&, const cl::Buffer&)>& launch);
   std::vector<int> bricksThatAre(const char* what, const char* file, bool vectors, const std::vector<int>& slots);
 
   Bricks& bricks_;

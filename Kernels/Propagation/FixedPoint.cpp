@@ -88,7 +88,7 @@ void FixedPoint::launch(
   }
   this->log_.toDevice(context);
   const Index3 size = this->bricks_.size();
-  const Kernel kernel = context.kernel(this->file_, this->bricks_.defines(true), this->name_);
+  const Kernel kernel = context.kernel(this->file_, this->bricks_.defines(true, this->bricks_.turned()), this->name_);
   for (std::size_t n = 0; n < turns.size(); ++n)
   {
     if (turns[n].parity == 0 || n == 0)

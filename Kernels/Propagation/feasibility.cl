@@ -63,7 +63,8 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
 #else
       const real other = neighbour(displacement + axis * pitch, s, d, odd);
 #endif
-      beyond |= (other - limits[d] > u) | (other + limits[d] < u);
+      // With rounding these are four tests: two are the neighbour's own.
+      beyond |= (other - limits[d] > u) | (other + limits[d] < u) | (u - limits[d] > other) | (u + limits[d] < other);
     }
   }
   return SOME(beyond);
@@ -173,13 +174,11 @@ kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* c
 }
 
 // Leaves the mean in `before` and, except for held elements, in `displacement`. This is the state from which an
-// envelope wave that starts at the held elements can bring them back: `found` is set to 1 for bricks with such elements
-// that are elsewhere.
+// envelope wave that starts at the held elements can bring them back.
 kernel void settle(global const int* list, uint pitch, uint tissuePitch, global const float* constraint,
-  global const float* upper SHIFTED_ARGUMENTS, global float* before, global float* displacement, global int* found)
+  global const float* upper SHIFTED_ARGUMENTS, global float* before, global float* displacement)
 {
   const uint slot = list[get_group_id(0)];
-  int any = 0;
   for (int axis = 0; axis < 3; ++axis)
   {
     for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
@@ -195,11 +194,6 @@ kernel void settle(global const int* list, uint pitch, uint tissuePitch, global 
       {
         displacement[at] = mean;
       }
-      any |= displacement[at] != mean;
     }
-  }
-  if (any)
-  {
-    atomic_or(&found[get_group_id(0)], 1);
   }
 }

@@ -23,14 +23,20 @@ constexpr int sweepsPerGroupTurn = 8;
 /// many sweeps groups also get a turn every so often.
 constexpr int sweepsPerTimedGroupTurn = 30;
 
-/// Elements that turn do so in one of so many sweeps (turn.cl), and in each of the first: what coarser grids leave is
-/// rough, and would contradict spins that follow later.
-constexpr int sweepsPerRotation = 3;
-constexpr int firstRotations = 4;
+/// How many sweeps elements that turn go on from one in which they turn (turn.cl) to the next. They turn in each of the
+/// first, since what coarser grids leave is rough and would contradict spins that follow later; and less often in the
+/// end than before, when displacements hardly change from sweep to sweep.
+constexpr int mostSweepsPerRotation = 6;
+int sweepsPerRotation(int sweep)
+{
+  constexpr int first = 4;
+  constexpr int opening = 12;
+  return sweep < first ? 1 : sweep <= opening ? 3 : mostSweepsPerRotation;
+}
 
 bool turnsIn(int sweep)
 {
-  return sweep < firstRotations || sweep % sweepsPerRotation == 0;
+  return sweep % sweepsPerRotation(sweep) == 0;
 }
 
 /// Sweeps in one batch of launches.
@@ -121,7 +127,7 @@ void Relaxation::relaxColour(
   Context& context = this->bricks_.context();
   if (this->bricks_.spins())
   {
-    const cl_int turning = turnsIn(sweep) ? sweepsPerRotation : 0;
+    const cl_int turning = turnsIn(sweep) ? mostSweepsPerRotation : 0;
     const std::string defines = this->bricks_.defines(true) + elasticity.defines() + this->bricks_.ofSwelling();
     context.launch(context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
       this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), turning, omega, still,
@@ -160,6 +166,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
   this->schedule_.begin(waves ? SweepSchedule::Bodies()
                               : SweepSchedule::Bodies{ [&] { return clusters.inactiveBricks(); },
                                   [&](const std::vector<int>& bricks) { clusters.activate(bricks); } });
+  this->bricks_.setTurned(true);
   const float still = stillResidual(tolerance);
   const double times = furtherFor(this->bricks_.turning().poissonRatio);
 

@@ -600,7 +600,7 @@ APART float turnShare(int lid, int items, uint slot, uint last, int colour, bool
   return move;
 }
 
-// turning: in a sweep in which elements turn, how many sweeps ago they did so before; else 0.
+// turning: in a sweep in which elements turn, how many sweeps ago they did so before at most; else 0.
 kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, int turning, float omega, float still, LAYOUT_ARGUMENTS,
   global float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
 {

@@ -448,3 +448,35 @@ TEST(Turning, MethodsThatDoNotTurnAreRefused)
 }
 
 }
+
+// As long as nothing has turned waves are those of tissue that does not turn, to the bit, however many there are.
+TEST(Turning, WavesBeforeAnythingTurnsAreAsWithout)
+{
+  Scene scene = boneScene();
+  Random random(24);
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      if (scene.constraint[scene.grid.at(i, j, k)] > 0.0f)
+      {
+        scene.give(i, j, k, static_cast<float>(random(0.2, 0.4)));
+      }
+    });
+  Simulation off = simulate(scene);
+  Simulation on = simulateTurning(scene);
+  for (const Vector3& to : { Vector3{ 1.3, -0.7, 0.9 }, Vector3{ 0.4, 0.8, -0.6 }, Vector3{ -0.3, 0.1, 0.7 } })
+  {
+    for (Simulation* simulation : { &off, &on })
+    {
+      const Vector3 reached = simulation->pull({ onBone(scene, 18, 5, 12, to, 1.1) })[0].reached;
+      for (int a = 0; a < 3; ++a)
+      {
+        ASSERT_NEAR(reached[a], to[a], 1e-5) << "tissue settles where a probe comes short";
+      }
+    }
+    EXPECT_TRUE(sameBits(displacements(on), displacements(off)));
+  }
+  on.relax(10, 0.0);
+  off.relax(10, 0.0);
+  EXPECT_FALSE(sameBits(displacements(on), displacements(off))) << "nothing turns: a poor test";
+}
