@@ -58,12 +58,24 @@ double tryShare(
       displacement[a] = lacking.reached[n][a] + share * (displacement[a] - lacking.reached[n][a]);
     }
   }
-  waves.add(lacking.handles);
-  iterations += waves.run(0, checkpoint).iterations;
-  for (std::size_t n = 0; n < asked.size(); ++n)
+  const auto askAgain = [&]
   {
-    lacking.handles.moved[n]->probe.displacement = asked[n];
+    for (std::size_t n = 0; n < asked.size(); ++n)
+    {
+      lacking.handles.moved[n]->probe.displacement = asked[n];
+    }
+  };
+  try
+  {
+    waves.add(lacking.handles);
+    iterations += waves.run(0, checkpoint).iterations;
   }
+  catch (...)
+  {
+    askAgain(); // whoever stops an update finds the probes as they were
+    throw;
+  }
+  askAgain();
   return (lacking.lack - lackingOf(handles).lack) / (share * lacking.lack);
 }
 
