@@ -601,31 +601,44 @@ kernel void settle(global const uint* claims, global const uint* disputes, globa
   }
 }
 
-// Says for every voxel of the listed output bricks what becomes of it where no cell takes it: its offset is NaN where
-// material went away, else 0. `firsts` holds the lowest voxel of each brick.
+// What becomes of a voxel, the place of an element or not, that no tissue has claimed: its offset is NaN where material
+// went away, else 0.
+inline void leaveVoxel(const Tissue* t, int3 voxel, uint claim, global float* offset)
+{
+  const bool inside = all(voxel >= 0) && all(voxel < t->size.xyz);
+  const uint address = inside ? addressOf(voxel, t->table, t->strideY, t->strideZ) : 0;
+  const bool element = inside && isElement(t, address);
+  const bool rests = element && all(displacementAt(t, address) == 0.0f);
+  // Tissue that rests is not hidden by the border of other tissue.
+  if (claim >= RESTS || rests)
+  {
+    const bool left = claim == VACATED || (element && !rests) || (inside && isCarved(t, address));
+    vstore3((float3)(left ? NAN : 0.0f), 0, offset);
+  }
+}
+
+// Goes over the voxels of the listed output bricks. `firsts` holds the lowest voxel of each brick.
 kernel void leave(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
   global const uint* claims, global float* offsets)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
-  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  for (int n = get_local_id(0) * WIDTH; n < ELEMENTS; n += get_local_size(0) * WIDTH)
   {
-    const size_t at = get_group_id(0) * (size_t)ELEMENTS + n;
-    const uint claim = claims[at];
-    if (claim < BORDER)
+    const size_t first = get_group_id(0) * (size_t)ELEMENTS + n;
+    // BORDER is the sign.
+    if (!SOME(LOAD((global const int*)claims + first) < 0))
     {
       continue;
     }
-    // Tissue that rests is not hidden by the border of other tissue.
-    const int3 voxel = firsts[get_group_id(0)].xyz + (int3)(n % BX, n / BX % BY, n / (BX * BY));
-    const bool inside = all(voxel >= 0) && all(voxel < size.xyz);
-    const uint address = inside ? addressOf(voxel, table, strideY, strideZ) : 0;
-    const bool element = inside && isElement(&tissue, address);
-    const bool rests = element && all(displacementAt(&tissue, address) == 0.0f);
-    const bool left = claim == VACATED || (element && !rests) || (inside && isCarved(&tissue, address));
-    if (claim >= RESTS || rests)
+    for (int lane = 0; lane < WIDTH; ++lane)
     {
-      vstore3((float3)(left ? NAN : 0.0f), at, offsets);
+      const int m = n + lane;
+      if (claims[first + lane] >= BORDER)
+      {
+        leaveVoxel(&tissue, firsts[get_group_id(0)].xyz + (int3)(m % BX, m / BX % BY, m / (BX * BY)),
+          claims[first + lane], offsets + 3 * (first + lane));
+      }
     }
   }
 }
