@@ -297,18 +297,32 @@ APART void coverCell(const Tissue* t, const Output* o, local const Part* part, i
 
 // --- WIDTH cells whose elements belong together
 
-// Whether the links between some corners of a cell join them all.
-inline bool isOnePiece(uint corners)
+// The elements among the corners of WIDTH cells along x, one bit each. The first cell is at a place of the part.
+RULE mask elementsOfRow(local const Part* part, int3 at)
 {
-  uint joined = corners & -corners;
-  for (uint before = 0; before != joined;)
+  const mask number = laneNumbers();
+  mask elements = (mask)(0);
+  UNROLL
+  for (int n = 0; n < 4; ++n)
+  {
+    const ulong row = part->elements[ROW(at.y + (n & 1), at.z + (n >> 1))] >> at.x;
+    elements |= ((mask)((int)row) >> number & 3) << 2 * n;
+  }
+  return elements;
+}
+
+// Whether the links between some corners of cells join them all.
+RULE mask areOnePiece(mask corners)
+{
+  mask joined = corners & -corners, before;
+  do
   {
     before = joined;
-    const uint x = (joined & 0x55) << 1 | (joined >> 1 & 0x55);
-    const uint y = (joined & 0x33) << 2 | (joined >> 2 & 0x33);
-    const uint z = joined << 4 | joined >> 4;
+    const mask x = (joined & 0x55) << 1 | (joined >> 1 & 0x55);
+    const mask y = (joined & 0x33) << 2 | (joined >> 2 & 0x33);
+    const mask z = joined << 4 | joined >> 4;
     joined |= (x | y | z) & corners;
-  }
+  } while (SOME(before != joined));
   return joined == corners;
 }
 
@@ -436,19 +450,12 @@ RULE void takeReached(
 
 // Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
 // and has its lowest corner at `base`.
-RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, int3 base, uint wanted,
-  uint ambiguous, uint smooth)
+RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, int3 base, mask elements,
+  uint wanted, uint ambiguous, uint smooth)
 {
   Lanes lanes;
   Corners corners;
   const mask number = laneNumbers(), isSmooth = lanesOf(smooth);
-  mask elements = (mask)(0);
-  UNROLL
-  for (int n = 0; n < 4; ++n)
-  {
-    const ulong row = part->elements[ROW(at.y + (n & 1), at.z + (n >> 1))] >> at.x;
-    elements |= ((mask)((int)row) >> number & 3) << 2 * n;
-  }
   STORE(elements, lanes.elements);
   STORE((mask)(keyOf(o, base)) + 8 * number + popcount((elements & -elements) - 1), lanes.key);
   cornersOfRow(part, at, ambiguous, elements, &corners);
@@ -538,13 +545,16 @@ APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 a
   }
   uint wanted = (uint)((near & some & (moved | ~full)) >> at.x) & ((1u << WIDTH) - 1);
   const uint whole = (uint)((full & ~cut) >> at.x);
+  const mask elements = elementsOfRow(part, at);
+  int onePiece[WIDTH];
+  STORE(areOnePiece(elements), onePiece);
   for (int lane = 0; (wanted & ~whole) >> lane; ++lane)
   {
     const int3 place = at + (int3)(lane, 0, 0), corner = base + (int3)(lane, 0, 0);
     if ((wanted & ~whole) >> lane & 1)
     {
       const bool hasCell = all(corner < max(t->size.xyz - 1, 1));
-      const bool alone = (cut >> place.x & 1) || !isOnePiece(cornerBits(t, part->elements, place));
+      const bool alone = (cut >> place.x & 1) || !onePiece[lane];
       wanted &= hasCell && !alone ? ~0u : ~(1u << lane);
       if (hasCell && alone)
       {
@@ -557,7 +567,7 @@ APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 a
     // Copies of its own are not to be read again after each store.
     const Tissue tissue = *t;
     const Output output = *o;
-    coverRow(&tissue, &output, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted,
+    coverRow(&tissue, &output, part, at, base, elements, wanted, (uint)(ambiguous >> at.x) & wanted,
       (uint)(smoothCells(part, at.y, at.z) >> at.x));
   }
 }
