@@ -10,13 +10,13 @@ namespace chainmail
 namespace
 {
 
-/// Output voxels that are handled at once. Each takes 18 bytes on the device, but cells at the border of a batch are
+/// Output voxels that are handled at once. Each takes 17 bytes on the device, but cells at the border of a batch are
 /// gone over for both its sides.
-constexpr std::size_t voxelsPerBatch = std::size_t(1) << 21;
+constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
 
 /// A dispute of cover.cl has five words. Room is made for one of so many voxels at first.
 constexpr std::size_t wordsOfDispute = 5;
-constexpr std::size_t voxelsPerDispute = 16;
+constexpr std::size_t voxelsPerDispute = 64;
 
 /// What a buffer may keep between two runs. What needs more takes long enough for the buffer to be made again.
 constexpr std::size_t keptBytes = std::size_t(1) << 22;
