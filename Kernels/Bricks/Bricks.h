@@ -190,16 +190,16 @@ public:
   template <typename T> class SlotValues
   {
   public:
-    SlotValues(const T* first, std::size_t pitch)
-      : first_(first)
-      , pitch_(pitch)
+    SlotValues(const std::vector<Context::View<T>>& runs, std::size_t first)
+      : runs_(runs)
+      , first_(first)
     {
     }
-    T operator()(std::size_t run, std::uint32_t local) const { return this->first_[run * this->pitch_ + local]; }
+    T operator()(std::size_t run, std::uint32_t local) const { return this->runs_[run].get()[this->first_ + local]; }
 
   private:
-    const T* first_;
-    std::size_t pitch_;
+    const std::vector<Context::View<T>>& runs_;
+    std::size_t first_;
   };
   struct Runs
   {
@@ -345,7 +345,6 @@ void Bricks::readSlots(const std::vector<Runs>& fields, const std::vector<int>& 
   constexpr std::size_t valuesPerTransfer = std::size_t(1) << 20;
   constexpr std::size_t valuesBetween = std::size_t(1) << 16;
   const std::size_t elements = static_cast<std::size_t>(this->elements_);
-  std::vector<T> values;
   for (std::size_t begin = 0, end = 0; begin < slots.size(); begin = end)
   {
     end = begin + 1;
@@ -355,28 +354,20 @@ void Bricks::readSlots(const std::vector<Runs>& fields, const std::vector<int>& 
       ++end;
     }
     const std::size_t first = elements * slots[begin];
-    const std::size_t pitch = elements * (slots[end - 1] - slots[begin] + 1);
-    std::size_t runs = 0;
+    const std::size_t count = elements * (slots[end - 1] - slots[begin] + 1);
+    std::vector<Context::View<T>> runs;
     for (const Runs& field : fields)
     {
-      runs += field.count;
-    }
-    values.resize(runs * pitch);
-    T* out = values.data();
-    for (const Runs& field : fields)
-    {
-      for (std::size_t run = 0; run < field.count; ++run, out += pitch)
+      for (std::size_t run = 0; run < field.count; ++run)
       {
-        this->context_->queue().enqueueReadBuffer(
-          field.buffer, CL_FALSE, sizeof(T) * (run * this->pitch() + first), sizeof(T) * pitch, out);
+        runs.emplace_back(*this->context_, field.buffer, run * this->pitch() + first, count);
       }
     }
-    this->context_->queue().finish();
     inParallel(end - begin,
       [&](std::size_t n)
       {
         const int slot = slots[begin + n];
-        visit(slot, SlotValues<T>(values.data() + elements * (slot - slots[begin]), pitch));
+        visit(slot, SlotValues<T>(runs, elements * (slot - slots[begin])));
       });
   }
 }

@@ -115,15 +115,28 @@ public:
     }
   }
 
-  /// Calls visit(values) with the values that a buffer holds now. Where the device shares the host's memory nothing is
-  /// copied.
-  template <typename T, typename Visit> void look(const cl::Buffer& buffer, std::size_t count, const Visit& visit)
+  /// Some of the values that a buffer holds now, for the host to read while this lives. Where the device shares the
+  /// host's memory nothing is copied.
+  template <typename T> class View
   {
-    const auto unmap = [this, &buffer](T* values) { this->unmap(buffer, values); };
-    const std::unique_ptr<T, decltype(unmap)> values(
-      static_cast<T*>(this->queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, 0, sizeof(T) * count)), unmap);
-    visit(static_cast<const T*>(values.get()));
-  }
+  public:
+    View(Context& context, const cl::Buffer& buffer, std::size_t first, std::size_t count)
+      : values_(static_cast<T*>(
+                  context.queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, sizeof(T) * first, sizeof(T) * count)),
+          Unmap{ &context, buffer })
+    {
+    }
+    const T* get() const { return this->values_.get(); }
+
+  private:
+    struct Unmap
+    {
+      Context* context;
+      cl::Buffer buffer;
+      void operator()(T* values) const { this->context->unmap(this->buffer, values); }
+    };
+    std::unique_ptr<T, Unmap> values_;
+  };
 
 private:
   void unmap(const cl::Buffer& buffer, void* values) noexcept;

@@ -259,15 +259,12 @@ void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickReac
       end = begin + (end - begin) / 2;
       batch = makeBatch(this->bricks_, frame, reaches, wanted, begin, end);
     }
-    this->bricks_.context().look<float>(this->locate(batch), 3 * perBrick * (end - begin),
-      [&](const float* offsets)
-      {
-        for (std::size_t n = begin; n < end; ++n)
-        {
-          const float* offset = offsets + 3 * perBrick * (n - begin);
-          visit(clipped(frame.origin(wanted[n]), size, frame.low, frame.high, offset, copy));
-        }
-      });
+    const Context::View<float> offsets(this->bricks_.context(), this->locate(batch), 0, 3 * perBrick * (end - begin));
+    for (std::size_t n = begin; n < end; ++n)
+    {
+      const float* offset = offsets.get() + 3 * perBrick * (n - begin);
+      visit(clipped(frame.origin(wanted[n]), size, frame.low, frame.high, offset, copy));
+    }
   }
 }
 

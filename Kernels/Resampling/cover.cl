@@ -627,27 +627,74 @@ inline void leaveVoxel(const Tissue* t, int3 voxel, uint claim, global float* of
   }
 }
 
+#if WIDTH > 1
+
+// Leaves 2 * WIDTH voxels along x together, if tissue has claimed them all, or if they are unclaimed, lie in the grid and
+// are at rest. Returns whether.
+RULE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, global const uint* claims, global float* offsets)
+{
+  const mask low = LOAD((global const int*)claims), high = LOAD((global const int*)claims + WIDTH);
+  if (!SOME(low < 0) && !SOME(high < 0)) // BORDER is the sign
+  {
+    return true;
+  }
+  if (!inGrid || SOME(low != (int)NOTHING) || SOME(high != (int)NOTHING))
+  {
+    return false;
+  }
+  const uint addresses[2] = { addressOf(voxel, t->table, t->strideY, t->strideZ),
+    addressOf(voxel + (int3)(1, 0, 0), t->table, t->strideY, t->strideZ) };
+  mask changed = (mask)(0);
+  UNROLL
+  for (int n = 0; n < 2; ++n)
+  {
+    real u[3];
+    changed |= readColour(t, addresses[n], elementsAt(t, addresses[n]), u);
+#ifdef CUTS
+    changed |= (LOAD_BYTES(t->cut + addresses[n]) & 64) != 0; // as isCarved() has it
+#endif
+  }
+  if (SOME(changed))
+  {
+    return false;
+  }
+  UNROLL
+  for (int n = 0; n < 6; ++n)
+  {
+    STORE((real)(0.0f), offsets + n * WIDTH);
+  }
+  return true;
+}
+
+#endif
+
 // Goes over the voxels of the listed output bricks. `firsts` holds the lowest voxel of each brick.
 kernel void leave(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
   global const uint* claims, global float* offsets)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
-  for (int n = get_local_id(0) * WIDTH; n < ELEMENTS; n += get_local_size(0) * WIDTH)
+  const int3 first = firsts[get_group_id(0)].xyz;
+  claims += get_group_id(0) * (size_t)ELEMENTS;
+  offsets += 3 * get_group_id(0) * (size_t)ELEMENTS;
+#if WIDTH > 1
+  const bool inGrid = all(first >= 0) && all(first < size.xyz);
+#endif
+  for (int n = get_local_id(0) * 2 * WIDTH; n < ELEMENTS; n += get_local_size(0) * 2 * WIDTH)
   {
-    const size_t first = get_group_id(0) * (size_t)ELEMENTS + n;
-    // BORDER is the sign.
-    if (!SOME(LOAD((global const int*)claims + first) < 0))
+#if WIDTH > 1
+    // Nearly all voxels lie where others like them do.
+    const int3 voxel = first + (int3)(n % BX, n / BX % BY, n / (BX * BY));
+    if (leaveAlike(&tissue, voxel, inGrid, claims + n, offsets + 3 * n))
     {
       continue;
     }
-    for (int lane = 0; lane < WIDTH; ++lane)
+#endif
+    for (int m = n; m < n + 2 * WIDTH; ++m)
     {
-      const int m = n + lane;
-      if (claims[first + lane] >= BORDER)
+      if (claims[m] >= BORDER)
       {
-        leaveVoxel(&tissue, firsts[get_group_id(0)].xyz + (int3)(m % BX, m / BX % BY, m / (BX * BY)),
-          claims[first + lane], offsets + 3 * (first + lane));
+        leaveVoxel(&tissue, first + (int3)(m % BX, m / BX % BY, m / (BX * BY)), claims[m], offsets + 3 * m);
       }
     }
   }
