@@ -12,7 +12,11 @@ namespace
 
 /// Output voxels that are handled at once. Each takes 17 bytes on the device, but cells at the border of a batch are
 /// gone over for both its sides.
-constexpr std::size_t voxelsPerBatch = std::size_t(1) << 21;
+constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
+
+/// A dispute of cover.cl has five words. Room is made for one of so many voxels at first.
+constexpr std::size_t wordsOfDispute = 5;
+constexpr std::size_t voxelsPerDispute = 64;
 
 /// What a buffer may keep between two runs. What needs more takes long enough for the buffer to be made again.
 constexpr std::size_t keptBytes = std::size_t(1) << 22;
@@ -81,13 +85,11 @@ Resampling::Batch makeBatch(const Bricks& bricks, const OutputFrame& frame, cons
       reach.cells.each(frame.bricks, [&](std::size_t brick) { isSource[brick] = 1; });
     }
   }
-  batch.numbers.assign(frame.bricks.voxels(), -1);
   BrickBox cells;
   for (std::size_t n = 0; n < isSource.size(); ++n)
   {
     if (isSource[n])
     {
-      batch.numbers[n] = static_cast<int>(batch.sources.size());
       const Index3 origin = frame.origin(n);
       batch.sources.push_back(bricks.brickAt(origin[0], origin[1], origin[2]));
       cells.include(frame.bricks.indexOf(n));
@@ -112,10 +114,8 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
   const std::size_t items = this->bricks_.workItems(true);
   const std::size_t voxels = batch.firsts.size() * this->bricks_.elementsPerBrick();
   const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
-  const std::size_t cells = batch.sources.size() * (this->bricks_.elementsPerBrick() / this->bricks_.width(true));
   const cl::Buffer& claims = this->claims_.sized(context, sizeof(cl_uint) * voxels);
-  const cl::Buffer& contested = this->contested_.sized(context, voxels);
-  const cl::Buffer& again = this->again_.sized(context, cells);
+  const cl::Buffer& disputed = this->disputed_.sized(context, voxels);
   const cl::Buffer& found = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
   const auto tissue = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
     this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat)));
@@ -123,21 +123,26 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
     std::make_tuple(int4(batch.firstVoxel), int4(batch.bricks.size), int4(batch.firstCell), int4(batch.cells.size));
   const cl::Buffer& list = this->list_.holding(context, batch.sources);
   const cl::Buffer& places = this->places_.holding(context, batch.places);
-  const auto cover = [&](bool claiming)
+  // There is room for the disputes of nearly all scenes. Where more tissue lies over itself it is gone over once more.
+  cl_uint room = static_cast<cl_uint>(voxels / voxelsPerDispute), disputes = 0;
+  do
   {
+    room = std::max(room, disputes + disputes / 4);
+    const cl::Buffer& noted = this->disputes_.sized(context, sizeof(cl_uint) * (1 + wordsOfDispute * room));
+    context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
+    context.queue().enqueueFillBuffer(disputed, cl_uchar(0), 0, voxels);
+    context.queue().enqueueFillBuffer(noted, cl_uint(0), 0, sizeof(cl_uint));
     // A processor runs the work-items of a group in turn anyway. Where one does all, it knows what it wrote before.
     context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(),
-      this->bricks_.width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, contested, found, again,
-      static_cast<cl_int>(claiming));
-  };
-  context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
-  context.queue().enqueueFillBuffer(contested, cl_uchar(0), 0, voxels);
-  context.queue().enqueueFillBuffer(again, cl_uchar(0), 0, cells);
-  cover(true);
-  context.launch(context.kernel("cover.cl", defines, "leave"), batch.firsts.size(), items, tissue, boxes,
-    this->firsts_.holding(context, batch.firsts), this->numbers_.holding(context, batch.numbers), claims, contested,
-    found, again);
-  cover(false);
+      this->bricks_.width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, disputed, found, noted, room);
+    context.queue().enqueueReadBuffer(noted, CL_TRUE, 0, sizeof(cl_uint), &disputes);
+  } while (disputes > room);
+  if (disputes > 0)
+  {
+    context.launchOver(context.kernel("cover.cl", defines, "settle"), disputes, claims, this->disputes_.get(), found);
+  }
+  context.launch(context.kernel("cover.cl", defines, "leave"), batch.firsts.size(), items, tissue,
+    this->firsts_.holding(context, batch.firsts), claims, found);
   return found;
 }
 
@@ -221,7 +226,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, const std:
   // The kernels also have to read the tissue at rest where displaced tissue arrives.
   this->bricks_.know(tissue);
   this->locateAll(frame, reaches, wanted, checkpoint, visit);
-  for (Scratch* scratch : { &this->claims_, &this->contested_, &this->again_, &this->offsets_ })
+  for (Scratch* scratch : { &this->claims_, &this->disputed_, &this->disputes_, &this->offsets_ })
   {
     scratch->trim(keptBytes);
   }

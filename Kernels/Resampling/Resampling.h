@@ -28,7 +28,6 @@ public:
     std::vector<cl_int4> firsts; ///< the first voxels of the bricks that are handled
     std::vector<int> places;     ///< for each brick of `bricks` its number in `firsts`, or -1
     std::vector<int> sources;    ///< bricks of the grid whose cells may reach them
-    std::vector<int> numbers;    ///< for each brick of `bricks` its number in `sources`, or -1
     Grid cells;                  ///< the cells of the box around these bricks
     Index3 firstCell;
   };
@@ -52,10 +51,9 @@ private:
   Scratch list_{ "the list of bricks" };
   Scratch places_{ "the list of bricks" };
   Scratch firsts_{ "the list of bricks" };
-  Scratch numbers_{ "the list of bricks" };
   Scratch claims_{ "resampling" };
-  Scratch contested_{ "resampling" };
-  Scratch again_{ "resampling" };
+  Scratch disputed_{ "resampling" };
+  Scratch disputes_{ "resampling" };
   Scratch offsets_{ "resampling" };
 };
 

@@ -1,6 +1,5 @@
-// Resampling (resample.clh): `cover` goes over the moved cells, once to claim the output voxels that they cover, and
-// once more over those cells that have claimed a voxel that others claimed, too: only then is it known who has won. In
-// between, `leave` decides what becomes of voxels that no cell takes.
+// Resampling (resample.clh): in `cover` the moved cells claim the output voxels that they cover, in `settle` those get
+// voxels for which others had claims, too, and `leave` decides what becomes of voxels that no cell takes.
 //
 // Output voxels come in bricks, too. For each brick of a box that starts at voxel `boxFirst` (a multiple of the brick
 // size away from voxel 0), `places` gives its number in the list of bricks that tissue may reach, or -1. A list is
@@ -14,23 +13,26 @@ typedef struct
   int4 cellsFirst, cellsSize; // the box in which cells are counted
   global const int* places;
   volatile global uint* claims; // these three have one value for each voxel of the listed bricks
-  global uchar* contested;      // 1 where several cells claim the voxel
+  global uchar* disputed;       // 1 where a claim was
   global float* offsets;
-  bool claiming; // in the first pass
-  bool alone;    // the group is a single work-item
-  int3 brick;    // the first of the cells of the group
+  volatile global uint* disputes; // how many claims were, and `mostDisputes` of them
+  uint mostDisputes;
+  bool alone; // the group is a single work-item
+  int3 brick; // the first of the cells of the group
 } Output;
 
-// The number of a voxel, given by brick and offset in it, in the arrays of the output; -1 where it has none, or where
-// the cell with a key has no business: in the second pass, with voxels that it need not or cannot have.
-RULE int soughtIn(const Output* o, int brick, int offset, uint key)
+// A claim that was the lowest so far for a voxel that others had claimed before: five words after the first of
+// `disputes`, which are the voxel's number, the claim, and its offset.
+#define DISPUTE 5
+
+// The number of a voxel, given by brick and offset in it, in the arrays of the output; -1 where it has none.
+RULE int numberIn(const Output* o, int brick, int offset)
 {
   const int place = o->places[brick];
-  const int voxel = place * ELEMENTS + offset;
-  return place >= 0 && (o->claiming || (o->contested[voxel] && (o->claims[voxel] & ~BORDER) == key)) ? voxel : -1;
+  return place >= 0 ? place * ELEMENTS + offset : -1;
 }
 
-RULE int soughtAt(const Output* o, int3 at, uint key)
+RULE int numberAt(const Output* o, int3 at)
 {
   const uint3 from = convert_uint3(at - o->boxFirst.xyz); // huge where negative
   const uint3 brick = from / (uint3)(BX, BY, BZ), offset = from % (uint3)(BX, BY, BZ);
@@ -38,8 +40,8 @@ RULE int soughtAt(const Output* o, int3 at, uint key)
   {
     return -1;
   }
-  return soughtIn(o, brick.x + o->boxBricks.x * (brick.y + o->boxBricks.y * brick.z),
-    offset.x + BX * (offset.y + BY * offset.z), key);
+  return numberIn(o, brick.x + o->boxBricks.x * (brick.y + o->boxBricks.y * brick.z),
+    offset.x + BX * (offset.y + BY * offset.z));
 }
 
 // Whether a claim was made by this work-item, which then comes to write after what it wrote before.
@@ -54,44 +56,50 @@ RULE bool isOurs(const Output* o, uint claim)
   return all(at >= o->brick) && all(at < o->brick + (int3)(BX, BY, BZ));
 }
 
-// Claims a voxel, or, if that claim has won, says where its material came from. While no other work-item has claimed
-// it, the lowest claim so far has won.
-inline void take(const Output* o, int voxel, uint claim, float3 offset)
+// Claims a voxel for a cell, with the offset to where its material came from. Returns whether this is the lowest claim
+// so far, which has the voxel: then the offset is to be written. Where another work-item had claimed the voxel before,
+// that one may come to write only now, so that the claim has to be settled when all are made.
+inline bool isTaken(const Output* o, int voxel, uint claim, float3 offset)
 {
-  bool won = true;
-  if (o->claiming)
+  const uint before = atomic_min(o->claims + voxel, claim);
+  if (claim > before)
   {
-    const uint before = atomic_min(o->claims + voxel, claim);
-    won = before >= RESTS || ((before ^ claim) & ~BORDER) == 0;
-    if (!won)
+    return false;
+  }
+  if (before < RESTS && (!isOurs(o, before) || o->disputed[voxel]))
+  {
+    o->disputed[voxel] = 1;
+    const uint n = atomic_inc(o->disputes);
+    if (n < o->mostDisputes)
     {
-      const bool ours = isOurs(o, before);
-      won = ours && claim < before;
-      if (!ours)
-      {
-        o->contested[voxel] = 1;
-      }
+      volatile global uint* dispute = o->disputes + 1 + DISPUTE * (size_t)n;
+      dispute[0] = voxel;
+      dispute[1] = claim;
+      dispute[2] = as_uint(offset.x);
+      dispute[3] = as_uint(offset.y);
+      dispute[4] = as_uint(offset.z);
     }
   }
-  if (won && (o->claiming || o->claims[voxel] == claim))
-  {
-    vstore3(offset, voxel, o->offsets);
-  }
+  return true;
 }
 
-// Takes the voxels in which the air at some corners of a cell lies. Air that moved by less than a voxel carries its
-// surroundings along, so that no seam opens there; other air leaves. What elements leave behind is for `leave`.
+// Takes the voxels in which the air at some corners of a cell lies, unless the cell itself covers them. Air that moved
+// by less than a voxel carries its surroundings along, so that no seam opens there; other air leaves. What elements
+// leave behind is for `leave`.
 inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corners, const float3* u, uint key)
 {
   for (int n = 0; n < 8; ++n)
   {
-    const int voxel = corners >> n & 1 ? soughtAt(o, cornerAt(t, base, n), key) : -1;
+    const int voxel = corners >> n & 1 ? numberAt(o, cornerAt(t, base, n)) : -1;
     const bool rests = all(u[n] == 0.0f);
     if (voxel >= 0 && !rests && all(fabs(u[n]) < 1.0f))
     {
-      take(o, voxel, BORDER + key, -u[n]);
+      if (o->claims[voxel] != BORDER + key && isTaken(o, voxel, BORDER + key, -u[n]))
+      {
+        vstore3(-u[n], voxel, o->offsets);
+      }
     }
-    else if (voxel >= 0 && o->claiming)
+    else if (voxel >= 0)
     {
       atomic_min(o->claims + voxel, rests ? RESTS : VACATED);
     }
@@ -134,8 +142,20 @@ RULE void takeInside(const Output* o, const CellMap* map, const Lanes* lanes, co
     {
       const int nearest = (place.x > 0.5f) | (place.y > 0.5f) << 1 | (place.z > 0.5f) << 2;
       const uint border = lanes->elements[lane] >> nearest & 1 ? 0 : BORDER;
-      take(
+      hits[lane] = isTaken(
         o, lanes->voxel[lane], border + lanes->key[lane], (float3)(offset[0][lane], offset[1][lane], offset[2][lane]));
+    }
+    else
+    {
+      hits[lane] = 0;
+    }
+  }
+  // Each claim would wait for what was written before it.
+  for (int lane = 0; lane < WIDTH; ++lane)
+  {
+    if (hits[lane])
+    {
+      vstore3((float3)(offset[0][lane], offset[1][lane], offset[2][lane]), lanes->voxel[lane], o->offsets);
     }
   }
 }
@@ -158,6 +178,17 @@ RULE uint cornerBits(const Tissue* t, local const ulong* rows, int3 at)
     bits |= (uint)(t->flat.x ? (row & 1) * 3 : row & 3) << 2 * n;
   }
   return bits;
+}
+
+// Notes the air at the corners of a cell as taken, but for that of which the displacement is another for each cell.
+RULE void noteTaken(local Part* part, int3 at)
+{
+  UNROLL
+  for (int n = 0; n < 4; ++n)
+  {
+    const int row = ROW(at.y + (n & 1), at.z + (n >> 1));
+    part->taken[row] |= (ulong)3 << at.x & ~(part->elements[row] | part->ambiguous[row]);
+  }
 }
 
 // The displacement of corner n of the virtual cell that some corners of a cell span: the mean over those elements
@@ -211,7 +242,6 @@ inline void coverComponent(
     lanes.key[lane] = keyOf(o, cell->base) + component;
     lanes.elements[lane] = cell->elements;
   }
-  takeCorners(t, o, cell->base, air, u, lanes.key[0]);
   real corners[3][8];
   for (int n = 0; n < 8; ++n)
   {
@@ -228,7 +258,7 @@ inline void coverComponent(
   int used = 0;
   for (int3 voxel = first; all(voxel <= last);)
   {
-    const int number = soughtAt(o, voxel, lanes.key[0]);
+    const int number = numberAt(o, voxel);
     if (number >= 0)
     {
       const float3 target = convert_float3(voxel - base);
@@ -249,6 +279,7 @@ inline void coverComponent(
       used = 0;
     }
   }
+  takeCorners(t, o, cell->base, air, u, lanes.key[0]);
 }
 
 APART void coverCell(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, bool smooth)
@@ -266,18 +297,32 @@ APART void coverCell(const Tissue* t, const Output* o, local const Part* part, i
 
 // --- WIDTH cells whose elements belong together
 
-// Whether the links between some corners of a cell join them all.
-inline bool isOnePiece(uint corners)
+// The elements among the corners of WIDTH cells along x, one bit each. The first cell is at a place of the part.
+RULE mask elementsOfRow(local const Part* part, int3 at)
 {
-  uint joined = corners & -corners;
-  for (uint before = 0; before != joined;)
+  const mask number = laneNumbers();
+  mask elements = (mask)(0);
+  UNROLL
+  for (int n = 0; n < 4; ++n)
+  {
+    const ulong row = part->elements[ROW(at.y + (n & 1), at.z + (n >> 1))] >> at.x;
+    elements |= ((mask)((int)row) >> number & 3) << 2 * n;
+  }
+  return elements;
+}
+
+// Whether the links between some corners of cells join them all.
+RULE mask areOnePiece(mask corners)
+{
+  mask joined = corners & -corners, before;
+  do
   {
     before = joined;
-    const uint x = (joined & 0x55) << 1 | (joined >> 1 & 0x55);
-    const uint y = (joined & 0x33) << 2 | (joined >> 2 & 0x33);
-    const uint z = joined << 4 | joined >> 4;
+    const mask x = (joined & 0x55) << 1 | (joined >> 1 & 0x55);
+    const mask y = (joined & 0x33) << 2 | (joined >> 2 & 0x33);
+    const mask z = joined << 4 | joined >> 4;
     joined |= (x | y | z) & corners;
-  }
+  } while (SOME(before != joined));
   return joined == corners;
 }
 
@@ -368,11 +413,13 @@ RULE void takeReached(
       }
       for (int lane = 0; lane < WIDTH; ++lane)
       {
-        const int voxel = wanted[lane] ? soughtIn(o, brick[lane], offset[lane], lanes->key[lane]) : -1;
+        const int voxel = wanted[lane] ? numberIn(o, brick[lane], offset[lane]) : -1;
         if (voxel < 0)
         {
           continue;
         }
+        ASK_FOR(o->claims + voxel);
+        ASK_FOR(o->offsets + 3 * (size_t)voxel);
         const int n = count[lane]++;
         if (n == rounds)
         {
@@ -403,19 +450,12 @@ RULE void takeReached(
 
 // Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
 // and has its lowest corner at `base`.
-RULE void coverRow(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, uint wanted,
-  uint ambiguous, uint smooth)
+RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, int3 base, mask elements,
+  uint wanted, uint ambiguous, uint smooth)
 {
   Lanes lanes;
   Corners corners;
   const mask number = laneNumbers(), isSmooth = lanesOf(smooth);
-  mask elements = (mask)(0);
-  UNROLL
-  for (int n = 0; n < 4; ++n)
-  {
-    const ulong row = part->elements[ROW(at.y + (n & 1), at.z + (n >> 1))] >> at.x;
-    elements |= ((mask)((int)row) >> number & 3) << 2 * n;
-  }
   STORE(elements, lanes.elements);
   STORE((mask)(keyOf(o, base)) + 8 * number + popcount((elements & -elements) - 1), lanes.key);
   cornersOfRow(part, at, ambiguous, elements, &corners);
@@ -450,32 +490,46 @@ RULE void coverRow(const Tissue* t, const Output* o, local const Part* part, int
   int tooLong[WIDTH], airy[WIDTH];
   STORE(isLong, tooLong);
   STORE(hasAir, airy);
-  for (int lane = 0; lane < WIDTH && SOME(isLong | hasAir); ++lane)
+  for (int lane = 0; lane < WIDTH && SOME(isLong); ++lane)
   {
     if (tooLong[lane])
     {
       coverCell(t, o, part, at + (int3)(lane, 0, 0), base + (int3)(lane, 0, 0), smooth >> lane & 1);
     }
-    else if (airy[lane])
+  }
+  CellMap map;
+  mapOf(u, isSmooth, &map);
+  takeReached(o, &map, first, last, moves, start, &lanes);
+  for (int lane = 0; lane < WIDTH && SOME(hasAir); ++lane)
+  {
+    if (airy[lane])
     {
+      const int3 place = at + (int3)(lane, 0, 0);
+      const uint air = ~lanes.elements[lane] & 255 & ~cornerBits(t, part->taken, place);
       float3 u[8];
       for (int n = 0; n < 8; ++n)
       {
         u[n] = (float3)(corners.u[0][n][lane], corners.u[1][n][lane], corners.u[2][n][lane]);
       }
-      takeCorners(t, o, base + (int3)(lane, 0, 0), ~lanes.elements[lane] & 255, u, lanes.key[lane]);
+      takeCorners(t, o, base + (int3)(lane, 0, 0), air, u, lanes.key[lane]);
+      if (o->alone)
+      {
+        noteTaken(part, place);
+      }
     }
   }
-  CellMap map;
-  mapOf(u, isSmooth, &map);
-  takeReached(o, &map, first, last, moves, start, &lanes);
 }
 
 // --- Kernels
 
 // Handles WIDTH cells along x: those that have tissue and move.
-APART void coverCells(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base)
+APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 at, int3 base)
 {
+  const ulong near = part->near[at.y - 1 + PART_Y * (at.z - 1)];
+  if (!((uint)(near >> at.x) & ((1u << WIDTH) - 1)))
+  {
+    return;
+  }
   ulong full = ~(ulong)0, some = 0, moved = 0, ambiguous = 0, cut = any(t->flat.xyz != 0) ? ~(ulong)0 : 0;
   UNROLL
   for (int n = 0; n < 4; ++n)
@@ -489,16 +543,18 @@ APART void coverCells(const Tissue* t, const Output* o, local const Part* part, 
     cut |= part->cut[row] | part->cut[row] >> 1;
 #endif
   }
-  const ulong near = part->near[at.y - 1 + PART_Y * (at.z - 1)];
   uint wanted = (uint)((near & some & (moved | ~full)) >> at.x) & ((1u << WIDTH) - 1);
   const uint whole = (uint)((full & ~cut) >> at.x);
+  const mask elements = elementsOfRow(part, at);
+  int onePiece[WIDTH];
+  STORE(areOnePiece(elements), onePiece);
   for (int lane = 0; (wanted & ~whole) >> lane; ++lane)
   {
     const int3 place = at + (int3)(lane, 0, 0), corner = base + (int3)(lane, 0, 0);
     if ((wanted & ~whole) >> lane & 1)
     {
       const bool hasCell = all(corner < max(t->size.xyz - 1, 1));
-      const bool alone = (cut >> place.x & 1) || !isOnePiece(cornerBits(t, part->elements, place));
+      const bool alone = (cut >> place.x & 1) || !onePiece[lane];
       wanted &= hasCell && !alone ? ~0u : ~(1u << lane);
       if (hasCell && alone)
       {
@@ -511,97 +567,88 @@ APART void coverCells(const Tissue* t, const Output* o, local const Part* part, 
     // Copies of its own are not to be read again after each store.
     const Tissue tissue = *t;
     const Output output = *o;
-    coverRow(&tissue, &output, part, at, base, wanted, (uint)(ambiguous >> at.x) & wanted,
+    coverRow(&tissue, &output, part, at, base, elements, wanted, (uint)(ambiguous >> at.x) & wanted,
       (uint)(smoothCells(part, at.y, at.z) >> at.x));
   }
 }
 
-// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table. `again` has a byte
-// for each WIDTH cells along x of these bricks: in the second pass those are handled that have theirs set.
+// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table.
 kernel void cover(global const int* list, global const int* table, int strideY, int strideZ, uint pitch,
   global const float* displacement, global const float* constraint, global const uchar* cut, int4 size, int4 flat,
   int4 boxFirst, int4 boxBricks, int4 cellsFirst, int4 cellsSize, global const int* places,
-  volatile global uint* claims, global uchar* contested, global float* offsets, global const uchar* again, int claiming)
+  volatile global uint* claims, global uchar* disputed, global float* offsets, volatile global uint* disputes,
+  uint mostDisputes)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const int3 origin = brickAt(list[get_group_id(0)], strideY, strideZ) * (int3)(BX, BY, BZ);
-  const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, contested, offsets, claiming,
-    get_local_size(0) == 1, origin };
+  const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, disputed, offsets, disputes,
+    mostDisputes, get_local_size(0) == 1, origin };
   local Part part;
-  local uint rows[2]; // of cells that are handled, see isUsed()
-  again += get_group_id(0) * (size_t)(ELEMENTS / WIDTH);
   for (int n = 0; n < PARTS; ++n)
   {
     const int3 first = (int3)(n % (BX / PART_X), n / (BX / PART_X) % (BY / PART_Y), n / (BX / PART_X * (BY / PART_Y))) *
                        (int3)(PART_X, PART_Y, PART_Z);
-    if (get_local_id(0) == 0)
-    {
-      rows[0] = claiming ? ~0u : 0;
-      rows[1] = rows[0];
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    for (int work = get_local_id(0); !claiming && work < PART_WORK; work += get_local_size(0))
-    {
-      const int3 at = partAt(work);
-      if (again[inBrick(first + at) / WIDTH])
-      {
-        atomic_or(rows + at.z / 4, 1u << (at.y + 8 * (at.z % 4)));
-      }
-    }
-    barrier(CLK_LOCAL_MEM_FENCE);
-    const ulong wanted = (ulong)rows[1] << 32 | rows[0];
-    if (wanted && lookAround(&tissue, origin + first - 1, wanted, &part))
+    if (lookAround(&tissue, origin + first - 1, &part))
     {
       for (int work = get_local_id(0); work < PART_WORK; work += get_local_size(0))
       {
         const int3 at = partAt(work);
-        if (claiming || again[inBrick(first + at) / WIDTH])
-        {
-          coverCells(&tissue, &output, &part, at + 1, origin + first + at);
-        }
+        coverCells(&tissue, &output, &part, at + 1, origin + first + at);
       }
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
 }
 
-// Says for every voxel of the listed output bricks what becomes of it where no cell takes it: its offset is NaN where
-// material went away, else 0. Then marks, in `again`, the cells that have won contested voxels. `firsts` holds the
-// lowest voxel of each brick, and `numbers` gives for each brick of the box its place in the list of `cover`.
+// Gives disputed voxels the offsets of those claims that have won.
+kernel void settle(global const uint* claims, global const uint* disputes, global float* offsets, uint count)
+{
+  const uint n = get_global_id(0);
+  global const uint* dispute = disputes + 1 + DISPUTE * (size_t)n;
+  if (n < count && claims[dispute[0]] == dispute[1])
+  {
+    vstore3((float3)(as_float(dispute[2]), as_float(dispute[3]), as_float(dispute[4])), dispute[0], offsets);
+  }
+}
+
+// What becomes of a voxel, the place of an element or not, that no tissue has claimed: its offset is NaN where material
+// went away, else 0.
+inline void leaveVoxel(const Tissue* t, int3 voxel, uint claim, global float* offset)
+{
+  const bool inside = all(voxel >= 0) && all(voxel < t->size.xyz);
+  const uint address = inside ? addressOf(voxel, t->table, t->strideY, t->strideZ) : 0;
+  const bool element = inside && isElement(t, address);
+  const bool rests = element && all(displacementAt(t, address) == 0.0f);
+  // Tissue that rests is not hidden by the border of other tissue.
+  if (claim >= RESTS || rests)
+  {
+    const bool left = claim == VACATED || (element && !rests) || (inside && isCarved(t, address));
+    vstore3((float3)(left ? NAN : 0.0f), 0, offset);
+  }
+}
+
+// Goes over the voxels of the listed output bricks. `firsts` holds the lowest voxel of each brick.
 kernel void leave(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
-  global const float* constraint, global const uchar* cut, int4 size, int4 flat, int4 boxFirst, int4 boxBricks,
-  int4 cellsFirst, int4 cellsSize, global const int4* firsts, global const int* numbers, global const uint* claims,
-  global uchar* contested, global float* offsets, global uchar* again)
+  global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
+  global const uint* claims, global float* offsets)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
-  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  for (int n = get_local_id(0) * WIDTH; n < ELEMENTS; n += get_local_size(0) * WIDTH)
   {
-    const size_t at = get_group_id(0) * (size_t)ELEMENTS + n;
-    const int3 voxel = firsts[get_group_id(0)].xyz + (int3)(n % BX, n / BX % BY, n / (BX * BY));
-    const uint claim = claims[at];
-    if (claim >= BORDER)
+    const size_t first = get_group_id(0) * (size_t)ELEMENTS + n;
+    // BORDER is the sign.
+    if (!SOME(LOAD((global const int*)claims + first) < 0))
     {
-      // Tissue that rests is not hidden by the border of other tissue.
-      const bool inside = all(voxel >= 0) && all(voxel < size.xyz);
-      const uint address = inside ? addressOf(voxel, table, strideY, strideZ) : 0;
-      const bool element = inside && isElement(&tissue, address);
-      const bool rests = element && all(displacementAt(&tissue, address) == 0.0f);
-      const bool left = claim == VACATED || (element && !rests) || (inside && isCarved(&tissue, address));
-      if (claim >= RESTS || rests)
-      {
-        vstore3((float3)(left ? NAN : 0.0f), at, offsets);
-        contested[at] = 0;
-        continue;
-      }
+      continue;
     }
-    if (contested[at])
+    for (int lane = 0; lane < WIDTH; ++lane)
     {
-      const int cell = (claim & ~BORDER) / 8;
-      const int3 base =
-        cellsFirst.xyz + (int3)(cell % cellsSize.x, cell / cellsSize.x % cellsSize.y, cell / cellsSize.x / cellsSize.y);
-      const int3 from = base - boxFirst.xyz, brick = from / (int3)(BX, BY, BZ);
-      const int number = numbers[brick.x + boxBricks.x * (brick.y + boxBricks.y * brick.z)];
-      again[number * (size_t)(ELEMENTS / WIDTH) + inBrick(from % (int3)(BX, BY, BZ)) / WIDTH] = 1;
+      const int m = n + lane;
+      if (claims[first + lane] >= BORDER)
+      {
+        leaveVoxel(&tissue, firsts[get_group_id(0)].xyz + (int3)(m % BX, m / BX % BY, m / (BX * BY)),
+          claims[first + lane], offsets + 3 * (first + lane));
+      }
     }
   }
 }
