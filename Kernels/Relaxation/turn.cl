@@ -371,9 +371,14 @@ RULE void turnWithin(const TurningLinks* links, const real* own, real mine[3][3]
 {
   const real least = min(askNeighbours(links, mine, proportions).room, (real)(0.0f));
   beyond &= all->room < least;
+  if (!SOME(beyond))
+  {
+    return;
+  }
+  // Not chosen in the loop: PoCL 6.0 with LLVM 18 cannot compile that in many work-items (see changedBeyond).
+  real share = shareWithin(links, mine, turnedTo, proportions);
   for (int attempt = 0; attempt < 2 && SOME(beyond); ++attempt)
   {
-    const real share = attempt == 0 ? shareWithin(links, mine, turnedTo, proportions) : (real)(0.0f);
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -382,6 +387,7 @@ RULE void turnWithin(const TurningLinks* links, const real* own, real mine[3][3]
     axesTurned(next, turnedTo);
     *all = askNeighbours(links, turnedTo, proportions);
     beyond &= all->room < least;
+    share = (real)(0.0f);
   }
 }
 
