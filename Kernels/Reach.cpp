@@ -81,11 +81,11 @@ double tryShare(
 
 }
 
-int reachFurther(Waves& waves, Handles& handles, const std::function<void()>& settle, const Checkpoint& checkpoint)
+Further reachFurther(Waves& waves, Handles& handles, const std::function<void()>& settle, const Checkpoint& checkpoint)
 {
   constexpr int mostWaves = 40;
   constexpr double leastGain = 0.02; // of what is lacking
-  int iterations = 0;
+  Further further;
   double before = std::numeric_limits<double>::infinity();
   for (int wave = 0; wave < mostWaves; ++wave)
   {
@@ -97,14 +97,15 @@ int reachFurther(Waves& waves, Handles& handles, const std::function<void()>& se
     before = lacking.lack;
     settle();
     // Where turning helps nothing, a wave that asks for all would only be taken back.
-    if (wave == 0 && tryShare(leastGain, waves, handles, lacking, checkpoint, iterations) < 0.1)
+    if (wave == 0 && tryShare(leastGain, waves, handles, lacking, checkpoint, further.iterations) < 0.1)
     {
       break;
     }
     waves.add(lacking.handles);
-    iterations += waves.run(0, checkpoint).iterations;
+    further.iterations += waves.run(0, checkpoint).iterations;
+    further.travelled = true;
   }
-  return iterations;
+  return further;
 }
 
 HeldBy findHolder(

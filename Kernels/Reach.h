@@ -9,11 +9,18 @@
 namespace chainmail
 {
 
+/// What reachFurther() did.
+struct Further
+{
+  int iterations = 0;     ///< of the waves
+  bool travelled = false; ///< whether a wave travelled again, but for the small step
+};
+
 /// Lets the waves of probes that came less far than asked travel again, for as long as they gain. Waves move bones and
 /// do not turn them, and where elements turn, what a probe can reach grows with the rotation of bones. `settle` lets
 /// tissue settle a little between one wave and the next. After the first time a small step tells whether that helps at
-/// all. Returns the iterations of the waves.
-int reachFurther(Waves& waves, Handles& handles, const std::function<void()>& settle, const Checkpoint& checkpoint);
+/// all.
+Further reachFurther(Waves& waves, Handles& handles, const std::function<void()>& settle, const Checkpoint& checkpoint);
 
 /// Simulation::heldBy(), where no wave is under way. `reduction` is null where the model is not reduced; `bricks` are
 /// the elements that deform, and `model` is that of the voxels.

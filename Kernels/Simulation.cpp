@@ -288,17 +288,26 @@ PropagateResult Simulation::Impl::propagate(int iterations)
       PropagateResult result = this->waves_.run(iterations, checkpoint);
       if (iterations == 0 && this->bricks_.spins())
       {
-        constexpr int sweeps = 8; // turn bones about as far as a wave moves them
-        bool coarse = true;       // once coarser grids gain nothing they go on to, as bones only turn further
+        // Sweeps that turn bones about as far as a wave moves them: fewer where coarser grids have turned them before.
+        constexpr int sweeps = 4;
+        bool coarse = true; // once coarser grids gain nothing they go on to, as bones only turn further
         const auto settle = [&]
         {
           this->relaxer().restart(coarse);
           const RelaxationTask task{ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
             nullptr, sweeps, 0.0, [&](int) { checkpoint(); } };
           coarse = this->relaxer().run(task).coarseStep > 0.0;
-          this->relaxer().restart(false); // a last wave leaves little for coarser grids
+          if (!coarse)
+          {
+            this->relaxer().run(task);
+          }
         };
-        result.iterations += reachFurther(this->waves_, this->handles_, settle, checkpoint);
+        const Further further = reachFurther(this->waves_, this->handles_, settle, checkpoint);
+        result.iterations += further.iterations;
+        if (further.travelled)
+        {
+          this->relaxer().restart(false); // a last wave leaves little for coarser grids
+        }                                 // else the sweeps that follow go on from those of settling
       }
       return result;
     });

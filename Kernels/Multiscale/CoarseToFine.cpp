@@ -25,14 +25,19 @@ struct Sweeps
 };
 
 /// `depth` counts the grids between this one and the finest. Deeper grids settle displacements that are far apart, and
-/// their sweeps cost little; on small grids sweeps cost next to nothing.
-Sweeps sweepsOn(const Grid& grid, std::size_t depth)
+/// their sweeps cost little; on small grids sweeps cost next to nothing. Where elements turn, spins that contradict
+/// each other have been left behind on the grid before, so that displacements that are far apart have still to settle.
+Sweeps sweepsOn(const Grid& grid, std::size_t depth, bool turns)
 {
   if (*std::max_element(grid.size.begin(), grid.size.end()) <= 16)
   {
     return { Reach::Far, 40 };
   }
-  return depth == 0 ? Sweeps{ Reach::Near, 30 } : Sweeps{ Reach::Far, 30 };
+  if (depth == 0)
+  {
+    return turns ? Sweeps{ Reach::Far, 50 } : Sweeps{ Reach::Near, 30 };
+  }
+  return { Reach::Far, 30 };
 }
 
 /// A grid with no axis longer than this is the coarsest one.
@@ -147,7 +152,7 @@ public:
   void relax(std::size_t depth, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
   {
     this->clusters_->begin(this->held_);
-    const Sweeps sweeps = sweepsOn(this->model_->grid(), depth);
+    const Sweeps sweeps = sweepsOn(this->model_->grid(), depth, this->bricks_.spins() != nullptr);
     this->relaxation_.run(
       *this->clusters_, elasticity, nullptr, sweeps.reach, 0, sweeps.count, tolerance, [&](int) { checkpoint(); });
   }

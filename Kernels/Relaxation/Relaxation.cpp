@@ -25,18 +25,19 @@ constexpr int sweepsPerTimedGroupTurn = 30;
 
 /// How many sweeps elements that turn go on from one in which they turn (turn.cl) to the next. They turn in each of the
 /// first, since what coarser grids leave is rough and would contradict spins that follow later; and less often in the
-/// end than before, when displacements hardly change from sweep to sweep.
+/// end than before, when displacements hardly change from sweep to sweep. Where coarser grids went before, spins are
+/// what they had to leave behind most of all (CoarseToFine), so that elements turn more often.
 constexpr int mostSweepsPerRotation = 6;
-int sweepsPerRotation(int sweep)
+int sweepsPerRotation(Reach reach, int sweep)
 {
-  constexpr int first = 4;
-  constexpr int opening = 12;
+  const int first = reach == Reach::Far ? 4 : 6;
+  const int opening = reach == Reach::Far ? 12 : 24;
   return sweep < first ? 1 : sweep <= opening ? 3 : mostSweepsPerRotation;
 }
 
-bool turnsIn(int sweep)
+bool turnsIn(Reach reach, int sweep)
 {
-  return sweep % sweepsPerRotation(sweep) == 0;
+  return sweep % sweepsPerRotation(reach, sweep) == 0;
 }
 
 /// Sweeps in one batch of launches.
@@ -108,26 +109,44 @@ double lateOmega(int late, int left, int longest)
   return std::max(finalNearOmega, std::min(longestOmega, 2.0 / (1.0 + fall / leftInRound)));
 }
 
+/// The over-relaxation factor of a sweep that follows coarser grids where elements turn. Spins that contradict each
+/// other are left behind there, and with them errors that are long: once the first sweeps have smoothed what is rough,
+/// the others open as sweeps that reach far. The last ones take roughness away again. `left` counts the sweeps that are
+/// still to come, with this one.
+double turningOmega(int sweep, int left, double times)
+{
+  constexpr int smoothing = 4;
+  constexpr double fall = 0.08;
+  if (sweep < smoothing)
+  {
+    return nearOmega(sweep, times);
+  }
+  const double omega = sweep < openingSweeps ? farOmega(sweep - smoothing, times) : nearOmega(sweep, times);
+  return std::min(omega, further(2.0 / (1.0 + fall / left), times));
+}
+
 /// The over-relaxation factor of a sweep. With `longest` 0 the opening never ends.
-float omegaOf(Reach reach, int sweep, int left, int longest, double times)
+float omegaOf(Reach reach, int sweep, int left, int longest, bool turns, double times)
 {
   const int late = sweep - openingSweeps;
   if (longest > 0 && late >= 0)
   {
     return static_cast<float>(lateOmega(late, left, longest));
   }
-  return static_cast<float>(reach == Reach::Far ? farOmega(sweep, times) : nearOmega(sweep, times));
+  return static_cast<float>(reach == Reach::Far ? farOmega(sweep, times)
+                            : turns             ? turningOmega(sweep, left, times)
+                                                : nearOmega(sweep, times));
 }
 
 }
 
 void Relaxation::relaxColour(
-  int colour, int sweep, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
+  int colour, bool turns, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
 {
   Context& context = this->bricks_.context();
   if (this->bricks_.spins())
   {
-    const cl_int turning = turnsIn(sweep) ? mostSweepsPerRotation : 0;
+    const cl_int turning = turns ? mostSweepsPerRotation : 0;
     const std::string defines = this->bricks_.defines(true) + elasticity.defines() + this->bricks_.ofSwelling();
     context.launch(context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
       this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), turning, omega, still,
@@ -182,11 +201,11 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
     return std::max(static_cast<float>(tolerance), groupsMayMove ? restingMove : 0.0f);
   };
   // A sweep in which elements did not turn tells nothing about whether they are at rest.
-  const auto isJudged = [this](int sweep) { return !this->bricks_.spins() || turnsIn(sweep); };
+  const bool spins = this->bricks_.spins() != nullptr;
+  const auto isJudged = [spins, reach](int sweep) { return !spins || turnsIn(reach, sweep); };
   // Where elements turn, or no coarser grids went before, sweeps go on as they open.
   const Index3& size = this->bricks_.model().grid().size;
-  const int longest =
-    reach == Reach::Far || waves || this->bricks_.spins() ? 0 : *std::max_element(size.begin(), size.end());
+  const int longest = reach == Reach::Far || waves || spins ? 0 : *std::max_element(size.begin(), size.end());
   // How many sweeps there are, after so many, to the next timed turn of blocked groups.
   const auto sweepsToGroups = [longest](int sweep)
   { return longest > 0 ? sweepsPerTimedGroupTurn - sweep % sweepsPerTimedGroupTurn : sweepsPerBatch; };
@@ -202,13 +221,13 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       launched = std::max(launched, result.iterations + n);
       checkpoint(launched);
       const int done = result.iterations + n;
-      const float omega = omegaOf(reach, firstSweep + done, iterations - done, longest, times);
+      const float omega = omegaOf(reach, firstSweep + done, iterations - done, longest, spins, times);
       this->schedule_.beginSweep(isJudged(firstSweep + done - 1) ? restingMoveAfter(n) : SweepSchedule::goesOn);
       for (int colour = 0; colour < 2; ++colour)
       {
         if (this->schedule_.takesTurn(colour))
         {
-          this->relaxColour(colour, firstSweep + done, omega, still, elasticity, waves);
+          this->relaxColour(colour, turnsIn(reach, firstSweep + done), omega, still, elasticity, waves);
         }
       }
       if (!waves && clusters.anyActive() && this->schedule_.takesTurn(SweepSchedule::ofBodies))

@@ -38,7 +38,7 @@ public:
 
 private:
   void relaxColour(
-    int colour, int sweep, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
+    int colour, bool turns, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
   float turnOfGroups(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest);
 
   Bricks& bricks_;

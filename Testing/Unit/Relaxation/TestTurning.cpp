@@ -210,6 +210,33 @@ TEST(Turning, ReachGrowsWithTheRotationOfBones)
   EXPECT_LT(turns, 4.0 * slides);
 }
 
+// A probe is asked for more than turning helps it to: relaxation goes on where the settling in between ended, as it
+// would after a pull that is asked for no more than was reached.
+TEST(Turning, RelaxationGoesOnFromSettling)
+{
+  Scene scene({ 17, 17, 17 }, 0.2f);
+  scene.anchors.faces[4] = true;
+  Probe probe;
+  probe.position = scene.place(8, 8, 16);
+  probe.radius = 2.1;
+  const auto settled = [&](double asked, int iterations)
+  {
+    probe.displacement[2] = asked;
+    Simulation simulation = simulateTurning(scene);
+    simulation.setCoarseToFine(true);
+    const double reached = simulation.pull({ probe })[0].reached[2];
+    simulation.relax(iterations, 0.0);
+    return std::make_pair(reached, simulation.measure().energy);
+  };
+  constexpr int ofSettling = 4;
+  constexpr int sweeps = 6;
+  const auto [reached, energy] = settled(6.0, sweeps);
+  ASSERT_LT(reached, 5.0);
+  const auto [again, expected] = settled(reached, ofSettling + sweeps);
+  EXPECT_NEAR(again, reached, 1e-5);
+  EXPECT_NEAR(energy, expected, 1e-5 * expected);
+}
+
 // Coarser grids come to the same optimum, sooner.
 TEST(Turning, CoarseToFineComesToTheSameOptimumSooner)
 {
