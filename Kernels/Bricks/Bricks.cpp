@@ -88,8 +88,20 @@ std::size_t Bricks::workItems(bool vectors) const
 
 std::string Bricks::defines(bool vectors, const Spins* spins) const
 {
+  return this->definesFor(this->width(vectors), spins);
+}
+
+std::string Bricks::definesOfRows() const
+{
+  const DeviceInfo& device = this->context_->info();
+  const int longest = device.floatsAtOnce < 16 ? this->width(true) : 16;
+  return this->definesFor(device.gpu ? 1 : std::min(longest, this->size_[0] / 2), this->spins());
+}
+
+std::string Bricks::definesFor(int width, const Spins* spins) const
+{
   return "-DBX=" + std::to_string(this->size_[0]) + " -DBY=" + std::to_string(this->size_[1]) +
-         " -DBZ=" + std::to_string(this->size_[2]) + " -DWIDTH=" + std::to_string(this->width(vectors)) +
+         " -DBZ=" + std::to_string(this->size_[2]) + " -DWIDTH=" + std::to_string(width) +
          " -DAXES=" + std::to_string(this->model_->axes()) + " -DSKEW=" + std::to_string(skew) +
          (this->anyCut() ? " -DCUTS" : "") + (spins ? " -DTURNING" : "");
 }
