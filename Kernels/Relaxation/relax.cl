@@ -17,79 +17,30 @@
 
 #include "halo.clh"
 
-// A little less than a link's limit. The rounding of differences is far below what is left out.
-#define ALMOST 0.999999f
-
-// Keeps the steps that go far within the boxes of all links, where neighboursAdd() and relaxedPlace() of element.clh
-// have them. Loops that stay loops leave the registers to the sums, with which most pieces end.
-RULE void stepWithin(const Site* s, const Beside* beside, const real* c, global const uchar* cut, const real* u,
-  const mask* far, real* next)
-{
-  real cs[AXES], us[3], places[3];
-  mask fars[3];
-  const Beside lying = *beside; // only loops need it in memory
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    cs[min(axis, AXES - 1)] = c[min(axis, AXES - 1)];
-    us[axis] = u[axis];
-    fars[axis] = far[axis];
-    places[axis] = next[axis];
-  }
-  ROLLED
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    if (!SOME(fars[axis]))
-    {
-      continue;
-    }
-    const int which = min(axis, AXES - 1);
-    real lower = (real)(-INFINITY), upper = (real)(INFINITY);
-    ROLLED
-    for (int d = 0; d < 6; ++d)
-    {
-      const real limit = linkLimit(cs[which], linkedConstraint(&lying, cut, s, which, d));
-      const real place = displacementBeside(&lying, axis, d);
-      lower = max(lower, place - limit);
-      upper = min(upper, place + limit);
-    }
-    const real within = min(max(places[axis], lower), upper);
-    places[axis] = select(places[axis], select(us[axis], within, lower <= upper), fars[axis]);
-  }
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    next[axis] = places[axis];
-  }
-}
-
-// Relaxes one piece of work and notes the largest moves: as neighboursAdd() and relaxedPlace() of element.clh say, but
-// only where an element would come near the limit of a link along an axis its box is looked at.
+// Relaxes one piece of work and notes the largest moves.
 RULE void relaxPiece(const Site* s, const Beside* beside, float omega, float still, float slack, int limited,
   uint pitch, uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut,
   real* most, int* faces WAVES_ARGUMENTS)
 {
-  real c[AXES], weights[AXES], room[3], u[3], pull[3];
+  real c[AXES], u[3];
   mask relaxes[AXES], free = (mask)(0);
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    c[axis] = LOAD(constraint + axis * tissuePitch + s->self);
+    c[axis] = LOAD_WHOLE(constraint + axis * tissuePitch + s->self);
     relaxes[axis] = (c[axis] > 0.0f) & IS_STILL(axis, s);
     free |= relaxes[axis];
-    weights[axis] = (real)(0.0f);
   }
   if (!SOME(free))
   {
     return;
   }
-  const float almost = limited ? ALMOST : INFINITY;
+  Neighbours neighbours[3];
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
-    u[axis] = LOAD(displacement + axis * pitch + s->self);
-    pull[axis] = (real)(0.0f);
-    room[axis] = (real)(INFINITY);
+    u[axis] = LOAD_WHOLE(displacement + axis * pitch + s->self);
+    neighbours[axis] = noNeighbours();
   }
   UNROLL
   for (int d = 0; d < 6; ++d)
@@ -102,35 +53,19 @@ RULE void relaxPiece(const Site* s, const Beside* beside, float omega, float sti
       {
         limit = linkLimit(c[axis], linkedConstraint(beside, cut, s, axis, d));
         weight = linkWeight(limit);
-        weights[axis] += weight;
         relaxes[axis] &= IS_OF_SAME_FRONT(axis, s, d, s->odd, limit);
       }
-      const real other = displacementBeside(beside, axis, d);
-      const real apart = fabs(other - u[axis]);
-      pull[axis] += weight * linkPull(u[axis], other, limit, slack);
-      room[axis] = min(room[axis], almost * limit - apart);
+      neighboursAdd(&neighbours[axis], u[axis], displacementBeside(beside, axis, d), limit, weight, slack);
     }
   }
-  real next[3];
-  mask far[3], anyFar = (mask)(0);
+  real next[3], move = (real)(0.0f);
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
-    const int which = min(axis, AXES - 1);
-    const real residual = pull[axis] / weights[which];
-    const real step = select((real)(STAY), omega * residual, relaxes[which] & (fabs(residual) > still));
-    next[axis] = u[axis] + step;
-    far[axis] = fabs(step) > max(room[axis], 0.0f);
-    anyFar |= far[axis];
-  }
-  if (SOME(anyFar))
-  {
-    stepWithin(s, beside, c, cut, u, far, next);
-  }
-  real move = (real)(0.0f);
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
-  {
+    Neighbours* const n = &neighbours[axis];
+    n->lower = limited ? n->lower : (real)(-INFINITY);
+    n->upper = limited ? n->upper : (real)(INFINITY);
+    next[axis] = select(u[axis], relaxedPlace(*n, u[axis], omega, still), relaxes[min(axis, AXES - 1)]);
     move = max(move, fabs(next[axis] - u[axis]));
   }
   if (SOME(move > 0.0f))
