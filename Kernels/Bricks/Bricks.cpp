@@ -10,8 +10,8 @@ namespace chainmail
 
 Index3 defaultBrickSize(const DeviceInfo& device)
 {
-  // CPUs: two 8-wide vectors for each row and colour, and bricks that fit the second-level cache. GPUs: two elements of
-  // a colour for each of 256 work-items.
+  // CPUs: a vector of 16 or two of 8 for each row and colour, and bricks that fit the second-level cache. GPUs: two
+  // elements of a colour for each of 256 work-items.
   return device.gpu ? Index3{ 16, 8, 8 } : Index3{ 32, 8, 8 };
 }
 
