@@ -10,8 +10,8 @@ namespace chainmail
 
 Index3 defaultBrickSize(const DeviceInfo& device)
 {
-  // CPUs: two 8-wide vectors for each row and colour, and bricks that fit the second-level cache. GPUs: two elements of
-  // a colour for each of 256 work-items.
+  // CPUs: a vector of 16 or two of 8 for each row and colour, and bricks that fit the second-level cache. GPUs: two
+  // elements of a colour for each of 256 work-items.
   return device.gpu ? Index3{ 16, 8, 8 } : Index3{ 32, 8, 8 };
 }
 
@@ -88,8 +88,20 @@ std::size_t Bricks::workItems(bool vectors) const
 
 std::string Bricks::defines(bool vectors, const Spins* spins) const
 {
+  return this->definesFor(this->width(vectors), spins);
+}
+
+std::string Bricks::definesOfRows() const
+{
+  const DeviceInfo& device = this->context_->info();
+  const int longest = device.floatsAtOnce < 16 ? this->width(true) : 16;
+  return this->definesFor(device.gpu ? 1 : std::min(longest, this->size_[0] / 2), this->spins());
+}
+
+std::string Bricks::definesFor(int width, const Spins* spins) const
+{
   return "-DBX=" + std::to_string(this->size_[0]) + " -DBY=" + std::to_string(this->size_[1]) +
-         " -DBZ=" + std::to_string(this->size_[2]) + " -DWIDTH=" + std::to_string(this->width(vectors)) +
+         " -DBZ=" + std::to_string(this->size_[2]) + " -DWIDTH=" + std::to_string(width) +
          " -DAXES=" + std::to_string(this->model_->axes()) + " -DSKEW=" + std::to_string(skew) +
          (this->anyCut() ? " -DCUTS" : "") + (spins ? " -DTURNING" : "");
 }

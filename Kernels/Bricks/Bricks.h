@@ -77,6 +77,8 @@ public:
   std::string defines(bool vectors) const { return this->defines(vectors, this->spins()); }
   /// The same where these are the spins that the kernel is to know of.
   std::string defines(bool vectors, const Spins* spins) const;
+  /// The same for a kernel that gains from vectors as long as the device has them, up to a row.
+  std::string definesOfRows() const;
   /// Work-items for one colour of a brick.
   std::size_t workItems(bool vectors) const;
 
@@ -279,6 +281,8 @@ public:
   auto state() const { return std::tuple_cat(std::tuple<const cl::Buffer&>(this->displacement), this->tissue()); }
 
 private:
+  std::string definesFor(int width, const Spins* spins) const;
+
   enum class Status : std::uint8_t
   {
     Unknown,

@@ -83,6 +83,7 @@ DeviceInfo describe(const cl::Device& device)
   info.globalMemory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.maxAllocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   info.computeUnits = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+  info.floatsAtOnce = device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>();
   return info;
 }
 

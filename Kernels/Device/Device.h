@@ -16,6 +16,7 @@ struct DeviceInfo
   std::size_t globalMemory = 0;  ///< [bytes]
   std::size_t maxAllocation = 0; ///< largest single buffer [bytes]
   unsigned computeUnits = 0;
+  unsigned floatsAtOnce = 0; ///< in the vectors that the device has instructions for
 };
 
 /// All usable devices of this machine, best first: GPUs by compute units, then the others. Empty when OpenCL has no

@@ -153,7 +153,7 @@ void Relaxation::relaxColour(
       this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins());
     return;
   }
-  const std::string defines = this->bricks_.defines(true) + elasticity.ofLinks() + (waves ? " -DWAVES" : "");
+  const std::string defines = this->bricks_.definesOfRows() + elasticity.ofLinks() + (waves ? " -DWAVES" : "");
   context.launch(context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(), this->bricks_.workItems(true),
     this->schedule_, static_cast<cl_int>(colour), omega, still, elasticity.slack,
     static_cast<cl_int>(elasticity.limited), this->bricks_.layout(), this->bricks_.state(), waves);

@@ -17,72 +17,30 @@
 
 #include "halo.clh"
 
-// A little less than a link's limit. The rounding of differences is far below what is left out.
-#define ALMOST(limit) (0.999999f * (limit))
-
-// Keeps the steps of a piece of work within the boxes of all links, where neighboursAdd() and relaxedPlace() of
-// element.clh have them. Loops that stay loops leave the registers to the sums, with which most pieces end.
-RULE void stepWithin(const Site* s, const Beside* beside, const real* c, global const uchar* cut, const real* u,
-  const real* step, real* next)
-{
-  real cs[AXES], us[3], steps[3], places[3];
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    cs[min(axis, AXES - 1)] = c[min(axis, AXES - 1)];
-    us[axis] = u[axis];
-    steps[axis] = step[axis];
-    places[axis] = next[axis];
-  }
-  ROLLED
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    const int which = min(axis, AXES - 1);
-    real lower = (real)(-INFINITY), upper = (real)(INFINITY);
-    ROLLED
-    for (int d = 0; d < 6; ++d)
-    {
-      const real limit = linkLimit(cs[which], linkedConstraint(beside, cut, s, which, d));
-      const real place = displacementBeside(beside, axis, d);
-      lower = max(lower, place - limit);
-      upper = min(upper, place + limit);
-    }
-    const real within = min(max(places[axis], lower), upper);
-    places[axis] = select(us[axis], within, (steps[axis] != 0.0f) & (lower <= upper));
-  }
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    next[axis] = places[axis];
-  }
-}
-
-// Relaxes one piece of work and returns the largest move: as neighboursAdd() and relaxedPlace() of element.clh say, but
-// only where an element would come near the limit of a link its box is looked at.
-RULE float relaxPiece(const Site* s, const Beside* beside, float omega, float still, float slack, int limited,
+// Relaxes one piece of work and notes the largest moves.
+RULE void relaxPiece(const Site* s, const Beside* beside, float omega, float still, float slack, int limited,
   uint pitch, uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut,
-  int* faces WAVES_ARGUMENTS)
+  real* most, int* faces WAVES_ARGUMENTS)
 {
-  real c[AXES], weights[AXES], room[AXES], u[3], pull[3];
+  real c[AXES], u[3];
   mask relaxes[AXES], free = (mask)(0);
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    c[axis] = LOAD(constraint + axis * tissuePitch + s->self);
+    c[axis] = LOAD_WHOLE(constraint + axis * tissuePitch + s->self);
     relaxes[axis] = (c[axis] > 0.0f) & IS_STILL(axis, s);
     free |= relaxes[axis];
-    weights[axis] = (real)(0.0f);
-    room[axis] = (real)(INFINITY);
   }
   if (!SOME(free))
   {
-    return 0.0f;
+    return;
   }
+  Neighbours neighbours[3];
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
-    u[axis] = LOAD(displacement + axis * pitch + s->self);
-    pull[axis] = (real)(0.0f);
+    u[axis] = LOAD_WHOLE(displacement + axis * pitch + s->self);
+    neighbours[axis] = noNeighbours();
   }
   UNROLL
   for (int d = 0; d < 6; ++d)
@@ -95,48 +53,31 @@ RULE float relaxPiece(const Site* s, const Beside* beside, float omega, float st
       {
         limit = linkLimit(c[axis], linkedConstraint(beside, cut, s, axis, d));
         weight = linkWeight(limit);
-        weights[axis] += weight;
         relaxes[axis] &= IS_OF_SAME_FRONT(axis, s, d, s->odd, limit);
       }
-      const real other = displacementBeside(beside, axis, d);
-      const real apart = fabs(other - u[axis]);
-      const int which = min(axis, AXES - 1);
-      pull[axis] += weight * linkPull(u[axis], other, limit, slack);
-      room[which] = min(room[which], ALMOST(limit) - apart);
+      neighboursAdd(&neighbours[axis], u[axis], displacementBeside(beside, axis, d), limit, weight, slack);
     }
   }
-  real step[3], next[3];
-  mask far = (mask)(0);
+  real next[3], move = (real)(0.0f);
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
-    const int which = min(axis, AXES - 1);
-    const real residual = pull[axis] / weights[which];
-    step[axis] = select((real)(STAY), omega * residual, relaxes[which] & (fabs(residual) > still));
-    next[axis] = u[axis] + step[axis];
-    far |= fabs(step[axis]) > room[which];
-  }
-  if (limited && SOME(far & free))
-  {
-    stepWithin(s, beside, c, cut, u, step, next);
-  }
-  real move = (real)(0.0f);
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
-  {
+    Neighbours* const n = &neighbours[axis];
+    n->lower = limited ? n->lower : (real)(-INFINITY);
+    n->upper = limited ? n->upper : (real)(INFINITY);
+    next[axis] = select(u[axis], relaxedPlace(*n, u[axis], omega, still), relaxes[min(axis, AXES - 1)]);
     move = max(move, fabs(next[axis] - u[axis]));
   }
-  const float largest = largestOf(move);
-  if (largest > 0.0f)
+  if (SOME(move > 0.0f))
   {
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
-      STORE(next[axis], displacement + axis * pitch + s->self);
+      STORE_WHOLE(next[axis], displacement + axis * pitch + s->self);
     }
     *faces |= movedFaces(s, move > 0.0f);
+    *most = max(*most, move);
   }
-  return largest;
 }
 
 // Relaxes the share of one of `items` work-items in a brick and returns the largest move. `last` is the last slot.
@@ -145,17 +86,16 @@ APART float relaxShare(int lid, int items, uint slot, uint last, int colour, flo
   int* faces WAVES_ARGUMENTS)
 {
   HALO(halo);
-  float move = 0.0f;
+  real most = (real)(0.0f);
   for (int work = lid; work < VECTORS; work += items)
   {
     const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
     const Beside beside = besideOf(
       halo, &s, slot, last, colour, pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint);
-    const float most = relaxPiece(&s, &beside, omega, still, slack, limited, pitch, tissuePitch, displacement,
-      constraint, cut, faces WAVES_PASSED_ON);
-    move = max(move, most);
+    relaxPiece(&s, &beside, omega, still, slack, limited, pitch, tissuePitch, displacement, constraint, cut, &most,
+      faces WAVES_PASSED_ON);
   }
-  return move;
+  return largestOf(most);
 }
 
 kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float slack, int limited, LAYOUT_ARGUMENTS,
