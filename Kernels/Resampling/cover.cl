@@ -596,7 +596,7 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
         coverCells(&tissue, &output, &part, at + 1, origin + first + at);
       }
     }
-    barrier(CLK_LOCAL_MEM_FENCE);
+    ALL_HAVE_COME
   }
 }
 
