@@ -147,7 +147,7 @@ void Relaxation::relaxColour(
   if (this->bricks_.spins())
   {
     const cl_int turning = turns ? mostSweepsPerRotation : 0;
-    const std::string defines = this->bricks_.defines(true) + elasticity.defines() + this->bricks_.ofSwelling();
+    const std::string defines = this->bricks_.definesOfRows() + elasticity.defines() + this->bricks_.ofSwelling();
     context.launch(context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
       this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), turning, omega, still,
       this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins());
