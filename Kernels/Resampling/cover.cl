@@ -418,7 +418,7 @@ RULE void takeReached(
         {
           continue;
         }
-        ASK_FOR(o->claims + voxel);
+        ASK_FOR((global const uint*)o->claims + voxel);
         ASK_FOR(o->offsets + 3 * (size_t)voxel);
         const int n = count[lane]++;
         if (n == rounds)
@@ -668,6 +668,8 @@ RULE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, global const uint
 
 #endif
 
+#define LEFT_AT_ONCE (WIDTH > 1 ? 2 * WIDTH : 1)
+
 // Goes over the voxels of the listed output bricks. `firsts` holds the lowest voxel of each brick.
 kernel void leave(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
@@ -680,7 +682,7 @@ kernel void leave(global const int* table, int strideY, int strideZ, uint pitch,
 #if WIDTH > 1
   const bool inGrid = all(first >= 0) && all(first < size.xyz);
 #endif
-  for (int n = get_local_id(0) * 2 * WIDTH; n < ELEMENTS; n += get_local_size(0) * 2 * WIDTH)
+  for (int n = get_local_id(0) * LEFT_AT_ONCE; n < ELEMENTS; n += get_local_size(0) * LEFT_AT_ONCE)
   {
 #if WIDTH > 1
     // Nearly all voxels lie where others like them do.
@@ -690,7 +692,7 @@ kernel void leave(global const int* table, int strideY, int strideZ, uint pitch,
       continue;
     }
 #endif
-    for (int m = n; m < n + 2 * WIDTH; ++m)
+    for (int m = n; m < n + LEFT_AT_ONCE; ++m)
     {
       if (claims[m] >= BORDER)
       {
