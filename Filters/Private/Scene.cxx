@@ -404,7 +404,7 @@ void Scene::ReadProbes()
       const std::string name = this->NameOf(this->Probes.size());
       if (!IsFinite(position))
       {
-        throw chainmail::InputError(name + ": the position has to be finite.");
+        throw chainmail::InputError(name + ": the position has to be finite. Give the probe one on the tissue.");
       }
       chainmail::Probe probe;
       probe.position = this->Space.PointToEngine(position);
@@ -428,7 +428,8 @@ void Scene::ReadProbes()
         displacements->GetTuple(p, displacement);
         if (!IsFinite(displacement))
         {
-          throw chainmail::InputError(name + ": the displacement " + ToString(displacement) + " has to be finite.");
+          throw chainmail::InputError(name + ": the displacement " + ToString(displacement) +
+                                      " has to be finite. Give the probe another target.");
         }
         probe.displacement = this->Space.VectorToEngine(displacement);
       }

@@ -77,8 +77,9 @@ InputSurface ReadSurface(const Leaf& leaf, const Frame& space)
         surface->GetPoint(cell->GetId(n), point);
         if (!IsFinite(point))
         {
-          throw chainmail::InputError(where + ", point " + std::to_string(cell->GetId(n)) + " at " + ToString(point) +
-                                      ": the position has to be finite.");
+          throw chainmail::InputError(
+            where + ", point " + std::to_string(cell->GetId(n)) + " at " + ToString(point) +
+            ": the position has to be finite. Leave the point out, or put it where it belongs.");
         }
       }
       if (cell->GetNumberOfIds() >= 3)
