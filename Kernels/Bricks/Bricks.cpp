@@ -159,20 +159,16 @@ void Bricks::enlarge(
   cl::Buffer larger;
   try
   {
-    larger = this->context_->allocate(runs * pitch * bytes, purpose, 1);
+    larger = this->context_->allocate(runs * pitch * bytes, purpose);
   }
   catch (const MemoryError& error)
   {
     throw MemoryError(std::string(error.what()) + ' ' + whatFits(this->context_->info()));
   }
   cl::CommandQueue& queue = this->context_->queue();
-  for (std::size_t run = 0; run < runs; ++run)
+  for (std::size_t run = 0; values > 0 && run < runs; ++run)
   {
-    if (values > 0)
-    {
-      queue.enqueueCopyBuffer(buffer, larger, run * oldPitch * bytes, run * pitch * bytes, values * bytes);
-    }
-    queue.enqueueFillBuffer(larger, cl_uchar(0), (run * pitch + values) * bytes, (pitch - values) * bytes);
+    queue.enqueueCopyBuffer(buffer, larger, run * oldPitch * bytes, run * pitch * bytes, values * bytes);
   }
   queue.finish();
   buffer = larger; // one field after the other, so that there are never two copies of all

@@ -19,24 +19,62 @@ namespace chainmail
 namespace
 {
 
-/// Asks the system for pages of 2 MB for the memory of a buffer that a processor works in, where it has them: fields
-/// are read brick by brick, from all over, and few of their many small pages are known to the processor at a time.
-/// Large pages are also handed out several times as fast. Without them all is as right and slower.
-void askForLargePages(void* memory, std::size_t bytes)
+/// A device that is a processor works in memory of the process. Small buffers it gets from its driver. For others this
+/// asks the system: such memory holds zeros and takes no room until somebody writes there, goes back to the system
+/// together with the buffer, where a heap keeps what lies below other memory in use, and comes in pages of 2 MB, as
+/// far as the system has them: fields are read brick by brick, from all over, and few of their many small pages are
+/// known to a processor at a time. Large pages are also handed out several times as fast.
+class Pages
 {
-#ifdef MADV_HUGEPAGE
-  constexpr std::uintptr_t page = std::uintptr_t(1) << 21;
-  const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(memory) + page - 1) / page * page;
-  const std::uintptr_t end = (reinterpret_cast<std::uintptr_t>(memory) + bytes) / page * page;
-  if (begin < end)
+public:
+  static constexpr std::size_t fewestBytes = std::size_t(1) << 20;
+
+#ifdef __linux__
+  /// Where the system has no memory left there are none.
+  explicit Pages(std::size_t bytes)
+    : bytes_(bytes + largePage)
+    , begin_(mmap(nullptr, this->bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0))
   {
-    madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+    if (this->begin_ == MAP_FAILED)
+    {
+      this->begin_ = nullptr;
+      return;
+    }
+    const std::size_t past = reinterpret_cast<std::uintptr_t>(this->begin_) % largePage;
+    this->first_ = static_cast<char*>(this->begin_) + (past == 0 ? 0 : largePage - past);
+    madvise(this->first_, bytes, MADV_HUGEPAGE);
   }
+  ~Pages()
+  {
+    if (this->begin_)
+    {
+      munmap(this->begin_, this->bytes_);
+    }
+  }
+  Pages(const Pages&) = delete;
+  Pages& operator=(const Pages&) = delete;
+
+  void* get() const
+  {
+    return this->first_;
+  }
+
+private:
+  static constexpr std::size_t largePage = std::size_t(1) << 21;
+
+  std::size_t bytes_;
+  void* begin_;
+  void* first_ = nullptr;
 #else
-  static_cast<void>(memory);
-  static_cast<void>(bytes);
+  explicit Pages(std::size_t)
+  {
+  }
+  void* get() const
+  {
+    return nullptr;
+  }
 #endif
-}
+};
 
 std::string megabytes(std::size_t bytes)
 {
@@ -181,27 +219,52 @@ void Context::enqueue(const Kernel& kernel, std::size_t groups, std::size_t item
   kernel.program_->noteLaunch(kernel.name_, items);
 }
 
-void Context::count(cl::Buffer& buffer, std::size_t bytes)
+/// What lives as long as a buffer does: its share of the bytes in use, and its memory where that is the engine's own.
+struct Context::Lease
 {
-  using Share = std::pair<std::shared_ptr<BytesInUse>, std::size_t>;
-  auto share = std::make_unique<Share>(this->inUse_, bytes);
+  std::shared_ptr<BytesInUse> inUse;
+  std::size_t bytes;
+  std::unique_ptr<Pages> pages;
+};
+
+/// Lets a lease end together with a buffer. A driver that does not tell when a buffer is gone, such as Wine's, leaves
+/// it to the caller, and what the buffer holds is not counted.
+void Context::endWith(cl::Buffer& buffer, std::unique_ptr<Lease>& lease)
+{
   try
   {
     buffer.setDestructorCallback(
       [](cl_mem, void* data)
       {
-        const std::unique_ptr<Share> gone(static_cast<Share*>(data));
-        gone->first->now -= gone->second;
+        const std::unique_ptr<Lease> ended(static_cast<Lease*>(data));
+        ended->inUse->now -= ended->bytes;
       },
-      share.get());
+      lease.get());
   }
   catch (const cl::Error&)
   {
-    return; // a driver that does not tell when a buffer is gone, such as Wine's: what it holds is not counted
+    return;
   }
-  share.release();
-  const std::size_t now = this->inUse_->now += bytes;
+  const std::size_t now = this->inUse_->now += lease->bytes;
   this->inUse_->most = std::max(this->inUse_->most.load(), now);
+  lease.release();
+}
+
+/// A buffer of zeros in pages of its own; none where the device is no processor, or cannot have one.
+cl::Buffer Context::inPages(std::size_t bytes)
+{
+  if (this->info_.gpu || bytes < Pages::fewestBytes)
+  {
+    return {};
+  }
+  auto lease = std::make_unique<Lease>(Lease{ this->inUse_, bytes, std::make_unique<Pages>(bytes) });
+  if (!lease->pages->get())
+  {
+    return {};
+  }
+  cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, lease->pages->get());
+  this->endWith(buffer, lease);
+  return lease ? cl::Buffer() : buffer;
 }
 
 std::size_t Context::takePeakBytes()
@@ -224,14 +287,13 @@ cl::Buffer Context::allocate(std::size_t bytes, const char* purpose, std::size_t
   }
   try
   {
-    cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE, bytes);
-    this->count(buffer, bytes);
-    if (!this->info_.gpu)
+    if (cl::Buffer buffer = this->inPages(bytes); buffer())
     {
-      void* const memory = this->queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, bytes);
-      askForLargePages(memory, bytes);
-      this->unmap(buffer, memory);
+      return buffer;
     }
+    cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE, bytes);
+    auto lease = std::make_unique<Lease>(Lease{ this->inUse_, bytes, nullptr });
+    this->endWith(buffer, lease);
     // Many a device finds out that it has no room only when something is written.
     this->queue_.enqueueFillBuffer(buffer, cl_uchar(0), 0, zeros);
     this->queue_.finish();

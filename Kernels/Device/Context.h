@@ -141,7 +141,9 @@ public:
 private:
   void unmap(const cl::Buffer& buffer, void* values) noexcept;
   void enqueue(const Kernel& kernel, std::size_t groups, std::size_t items);
-  void count(cl::Buffer& buffer, std::size_t bytes);
+  struct Lease;
+  void endWith(cl::Buffer& buffer, std::unique_ptr<Lease>& lease);
+  cl::Buffer inPages(std::size_t bytes);
 
   cl::Device device_;
   DeviceInfo info_;

@@ -140,7 +140,7 @@ struct Buffer::Memory
   void* notified = nullptr;
 };
 
-Buffer::Buffer(const Context&, cl_mem_flags, std::size_t bytes)
+Buffer::Buffer(const Context&, cl_mem_flags flags, std::size_t bytes, void* host)
 {
   if (bytes == 0 || bytes > Device().getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>())
   {
@@ -151,6 +151,10 @@ Buffer::Buffer(const Context&, cl_mem_flags, std::size_t bytes)
     throw Error(CL_MEM_OBJECT_ALLOCATION_FAILURE, "clCreateBuffer");
   }
   this->memory_ = std::make_shared<Memory>(bytes);
+  if (flags & CL_MEM_USE_HOST_PTR) // as a device with memory of its own does it
+  {
+    std::memcpy(this->memory_->data, host, bytes);
+  }
 }
 
 cl_int Buffer::setDestructorCallback(void (*notify)(cl_mem, void*), void* data)
@@ -336,8 +340,8 @@ void Kernel::setPlain(cl_uint index, const void* value, std::size_t bytes)
   this->state_->at(index).plain.assign(from, from + bytes);
 }
 
-void CommandQueue::enqueueNDRangeKernel(const Kernel& kernel, const NDRange&, const NDRange& all, const NDRange& group,
-  const std::vector<Event>*, Event*)
+void CommandQueue::enqueueNDRangeKernel(
+  const Kernel& kernel, const NDRange&, const NDRange& all, const NDRange& group, const std::vector<Event>*, Event*)
 {
   if (group.size() == 0 || all.size() % group.size() != 0)
   {

@@ -106,7 +106,7 @@ public:
   struct Memory;
 
   Buffer() = default;
-  Buffer(const Context&, cl_mem_flags, std::size_t bytes);
+  Buffer(const Context&, cl_mem_flags flags, std::size_t bytes, void* host = nullptr);
 
   cl_mem operator()() const { return reinterpret_cast<cl_mem>(this->memory_.get()); }
   const std::shared_ptr<Memory>& memory() const { return this->memory_; }

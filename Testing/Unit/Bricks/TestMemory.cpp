@@ -5,7 +5,11 @@
 #include "Device.h"
 #include "Scene.h"
 
+#include <algorithm>
+#include <chrono>
+#include <fstream>
 #include <iostream>
+#include <thread>
 
 namespace
 {
@@ -67,11 +71,11 @@ Index3 scaled(const Index3& size)
 }
 
 /// Bricks of a size with which no pool fills the device before it meets the limit of one buffer.
-Simulation simulate(const RigidBlock& block)
+Simulation simulate(const RigidBlock& block, const Index3& bricks = scaled({ 32, 32, 32 }))
 {
   Settings settings;
   settings.device = device().name;
-  settings.brickSize = scaled({ 32, 32, 32 });
+  settings.brickSize = bricks;
   return Simulation(block.model(), settings);
 }
 
@@ -141,6 +145,48 @@ int tooManyTogether()
 }
 const ChildPart manyPart("tooManyTogether", tooManyTogether);
 
+/// Bytes of this process in memory; 0 where the system does not tell.
+long resident()
+{
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;)
+  {
+    long kilobytes = 0;
+    if (word == "VmRSS:" && status >> kilobytes)
+    {
+      return 1024 * kilobytes;
+    }
+  }
+  return 0;
+}
+
+int severalInTurn()
+{
+  const RigidBlock block(scaled({ 128, 128, 96 }));
+  const RigidBlock little({ 12, 10, 8 });
+  std::vector<Simulation> kept; // their memory may lie behind that of the ones that end
+  long before = 0;
+  for (int n = 0; n < 5; ++n)
+  {
+    Simulation simulation = simulate(block);
+    pull(simulation, block);
+    kept.push_back(simulate(little, { 8, 4, 4 }));
+    pull(kept.back(), little);
+    std::cout << "held: " << (simulation.measure().deviceBytes >> 20) << '\n';
+    before = n == 0 ? resident() : before;
+  }
+  // A driver may let go of the last buffers a little later.
+  long more = resident() - before;
+  for (int n = 0; n < 100; ++n)
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    more = std::min(more, resident() - before);
+  }
+  std::cout << "more: " << (more >> 20) << '\n';
+  return 0;
+}
+const ChildPart turnsPart("severalInTurn", severalInTurn);
+
 /// The number in `text` behind `before`, -1 if there is none.
 long numberBehind(const std::string& text, const std::string& before)
 {
@@ -192,6 +238,20 @@ TEST(Memory, BuffersThatTogetherDoNotFitSayHowMuchIsNeeded)
   EXPECT_TRUE(needed > 0 && needed <= 4) << "each buffer should fit by itself: " << child.output;
   const long simulations = numberBehind(child.output, "simulations: ");
   EXPECT_TRUE(simulations == 3 || simulations == 4) << child.output;
+}
+
+TEST(Memory, WhatADeformationTookGoesBackToTheSystem)
+{
+  if (isSmall() || device().gpu || resident() == 0)
+  {
+    GTEST_SKIP() << "for processors, on systems that tell how much memory a process has";
+  }
+  const ChildResult child = runChild({}, "severalInTurn");
+  EXPECT_EQ(child.status, 0) << child.output;
+  const long held = numberBehind(child.output, "held: ");
+  EXPECT_GT(held, 20) << child.output;
+  // Those that end leave nothing behind; what the little ones took since then is a few MB.
+  EXPECT_LT(numberBehind(child.output, "more: "), 8 - held) << child.output;
 }
 
 }
