@@ -1,4 +1,4 @@
-# Writes OUTPUT, the C++ definition of kernelSource() (KernelSources.h), from the OpenCL files in SOURCES (joined by
+# Writes OUTPUT, the C++ definition of the functions in KernelSources.h, from the OpenCL files in SOURCES (joined by
 # "|"). Run at build time with cmake -P, so that an edited kernel is embedded again.
 #
 # Every line becomes a raw literal of its own and the compiler joins them: no literal comes near a compiler's limit.
@@ -23,6 +23,7 @@ foreach (source IN LISTS SOURCES)
   string(APPEND table "  if (fileName == \"${name}\")\n    return R\"~(#line 1 \"${name}\"\n)~\"\n    R\"~(${text})~\";\n")
 endforeach ()
 
+string(SHA256 hash "${table}")
 file(WRITE "${OUTPUT}" "// Made from the OpenCL files of Kernels by EmbedSources.cmake.
 #include \"KernelSources.h\"
 
@@ -32,6 +33,11 @@ namespace chainmail::detail
 const char* kernelSource(const std::string& fileName)
 {
 ${table}  return nullptr;
+}
+
+const char* kernelsHash()
+{
+  return \"${hash}\";
 }
 
 }

@@ -6,9 +6,9 @@ needs_buttons xdotool
 phantom GuiStop 64 56 72
 mkdir "$output/kernels" || fail "cannot write to $output"
 fill "$output" "s|@WAIT@|$(pauses 40)|" <"$here/StopUpdate.xml.in"
-# With a cache of its own there are kernels to compile, in PoCL, too.
-CHAINMAIL_CACHE_DIR=$output/kernels POCL_CACHE_DIR=$output/kernels CHAINMAIL_WATCHED=$output/watched.txt \
-  play "$output" --script="$here/watchStop.py" &
+# With a cache of its own there are kernels to compile, in PoCL, too, unless that is done ahead.
+CHAINMAIL_COMPILE_AHEAD=0 CHAINMAIL_CACHE_DIR=$output/kernels POCL_CACHE_DIR=$output/kernels \
+  CHAINMAIL_WATCHED=$output/watched.txt play "$output" --script="$here/watchStop.py" &
 player=$!
 ended() { ! kill -0 $player 2>/dev/null; }
 

@@ -18,7 +18,8 @@ endforeach ()
 
 step("Unpacking it" dpkg-deb --extract "${packages}" "${WORK}/root")
 file(GLOB_RECURSE files RELATIVE "${WORK}/root/usr" "${WORK}/root/*")
-foreach (part "^${PLUGIN_DESTINATION}/ChainMail/ChainMail.so$" "^${PYTHON_DESTINATION}/chainmail/ChainMailFilters.*so$"
+foreach (part "^${PLUGIN_DESTINATION}/ChainMail/ChainMail.so$"
+    "^${PLUGIN_DESTINATION}/ChainMail/ChainMailCompileAhead$" "^${PYTHON_DESTINATION}/chainmail/ChainMailFilters.*so$"
     "^include/ChainMail/vtkChainMailDeformation.h$" "^include/ChainMail/Kernels/Simulation.h$" "/ChainMailConfig.cmake$"
     "^share/ChainMail/Presets.json$" "^share/doc/chainmail/copyright$" "^share/doc/chainmail/README.Debian$"
     "^share/doc/chainmail/README.md$" "^share/doc/chainmail/Data/Using.md$" "^share/doc/chainmail/Data/Images/forearm.png$"

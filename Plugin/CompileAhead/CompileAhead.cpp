@@ -1,0 +1,123 @@
+// A program that has the kernels compiled which most scenes use, so that the first update need not wait for them. A
+// small scene runs through the engine on the device that is taken where none is named, and what is compiled on the way
+// stays in the caches of the user (Data/Install.md). It is a process of its own since a driver's compiler holds one
+// lock for all threads of a process, and comes to harm in one that ends meanwhile.
+//
+// It ends at once where it ran before: with the same kernels, and with the same programs still in the cache.
+
+#include "Error.h"
+#include "KernelSources.h"
+#include "Model.h"
+#include "ProgramCache.h"
+#include "Simulation.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+#include <limits>
+
+#ifdef __unix__
+#include <unistd.h>
+#endif
+
+namespace
+{
+
+using namespace chainmail;
+
+/// A block of soft tissue with a bone in it, held at one face.
+std::shared_ptr<const Model> block()
+{
+  Grid grid;
+  grid.size = { 40, 40, 40 };
+  return std::make_shared<const Model>(grid, 1,
+    [grid](std::size_t first, int count, float* constraints)
+    {
+      for (int n = 0; n < count; ++n)
+      {
+        const Index3 at = grid.indexOf(first + n);
+        const bool bone = at[0] > 8 && at[1] / 6 == 1 && at[2] / 6 == 1;
+        const bool air = at[2] > 36;
+        constraints[n] = air          ? -std::numeric_limits<float>::infinity()
+                         : at[0] == 0 ? -0.2f
+                         : bone       ? 0.0f
+                         : at[1] > 20 ? 0.45f
+                                      : 0.2f;
+      }
+    });
+}
+
+/// An incision from one side of the block to its middle.
+Surface incision()
+{
+  Surface surface;
+  surface.points = { { 20.5, -1.0, -1.0 }, { 20.5, 20.0, -1.0 }, { 20.5, 20.0, 41.0 }, { 20.5, -1.0, 41.0 } };
+  surface.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
+  return surface;
+}
+
+void look(const Simulation& simulation)
+{
+  simulation.measure();
+  simulation.resample({ 0, 0, 0 }, [](const ResampledBox&) {});
+}
+
+/// What takes long to compile and is used last comes first: whoever updates at the same time begins with the rest.
+void use(const Settings& settings)
+{
+  Probe probe;
+  probe.position = { 30.0, 20.0, 20.0 };
+  probe.displacement = { 6.0, -4.0, -3.0 };
+  probe.radius = 3.0;
+  Probe other = probe;
+  other.position = { 30.0, 30.0, 30.0 };
+  other.displacement = { -5.0, 4.0, 2.0 };
+
+  Simulation simulation(block(), settings);
+  simulation.setCoarseToFine(true);
+  simulation.pull({ probe });
+  look(simulation);
+  simulation.relax(40, 1e-3);
+  simulation.cut(incision());
+  simulation.pull({ probe, other });
+  simulation.relax(40, 1e-3);
+  look(simulation);
+}
+
+/// This process goes on in the background: others come first, and nobody is to wait for a pipe or socket that it was
+/// started with.
+void stepBack()
+{
+#ifdef __unix__
+  nice(10);
+  const long most = sysconf(_SC_OPEN_MAX);
+  for (int file = STDERR_FILENO + 1; file < std::min(most, 1L << 16); ++file)
+  {
+    close(file);
+  }
+#endif
+}
+
+}
+
+int main()
+{
+  stepBack();
+  try
+  {
+    const ProgramCache cache(ProgramCache::userFolder());
+    const std::string done = std::string("compiled ahead: ") + detail::kernelsHash();
+    if (cache.find(done).empty())
+    {
+      use(Settings());
+      cache.keep(done, [] { return "done"; });
+    }
+    return EXIT_SUCCESS;
+  }
+  catch (const std::exception& error)
+  {
+    std::cerr << error.what() << '\n'; // the first update says it, too
+    return EXIT_FAILURE;
+  }
+}
