@@ -177,10 +177,11 @@ RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint
 
 // Asks for what a piece of work reads beyond the ends of its row and beyond the faces of its brick, which lies too far
 // apart for processors to foresee.
-inline void askAround(
-  const Site* s, int saved, uint pitch, global const float* displacement, global const float* before)
+inline void askAround(const Site* s, int saved, uint pitch, global const float* displacement,
+  global const float* before, global const float* constraint)
 {
   const int inside = within(s);
+  ASK_FOR(constraint + s->edge);
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -211,11 +212,15 @@ inline int heldNear(uint slot, int saved, global int* visits, LAYOUT_ARGUMENTS, 
   {
     return known;
   }
+  for (int work = 0; work < 2 * VECTORS; ++work)
+  {
+    const Site s = siteOf(slot, work & 1, work / 2, pitch, table, place, strideY, strideZ);
+    askAround(&s, saved, pitch, displacement, before, constraint);
+  }
   int held = 0;
   for (int work = 0; work < 2 * VECTORS; ++work)
   {
     const Site s = siteOf(slot, work & 1, work / 2, pitch, table, place, strideY, strideZ);
-    askAround(&s, saved, pitch, displacement, before);
     held |= anyHeld(&s, tissuePitch, constraint);
   }
   const int found = held ? VISIT_HELD : VISIT_FREE;
