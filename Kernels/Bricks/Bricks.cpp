@@ -91,11 +91,11 @@ std::string Bricks::defines(bool vectors, const Spins* spins) const
   return this->definesFor(this->width(vectors), spins);
 }
 
-std::string Bricks::definesOfRows() const
+std::string Bricks::definesOfRows(const Spins* spins) const
 {
   const DeviceInfo& device = this->context_->info();
   const int longest = device.floatsAtOnce < 16 ? this->width(true) : 16;
-  return this->definesFor(device.gpu ? 1 : std::min(longest, this->size_[0] / 2), this->spins());
+  return this->definesFor(device.gpu ? 1 : std::min(longest, this->size_[0] / 2), spins);
 }
 
 std::string Bricks::definesFor(int width, const Spins* spins) const
@@ -475,10 +475,21 @@ void Bricks::saveIn(Field& field)
     this->workItems(true), this->displacement, field.buffer, count, perGroup);
 }
 
-void Bricks::restoreBefore()
+void Bricks::saveBefore(const std::vector<int>& slots)
 {
-  this->context_->queue().enqueueCopyBuffer(
-    this->before(), this->displacement, 0, 0, sizeof(float) * 3 * this->pitch());
+  this->keep(this->before_, 1);
+  this->copyBricks(slots, this->displacement, this->before());
+}
+
+void Bricks::restoreBefore(const std::vector<int>& slots)
+{
+  this->copyBricks(slots, this->before(), this->displacement);
+}
+
+void Bricks::copyBricks(const std::vector<int>& slots, const cl::Buffer& from, const cl::Buffer& to)
+{
+  this->context_->launch(this->context_->kernel("scatter.cl", "", "copyBricks"), slots.size(), this->workItems(true),
+    from, to, this->pitch(), static_cast<cl_uint>(this->elements_), this->addresses_.holding(*this->context_, slots));
 }
 
 void Bricks::removeElements(const std::vector<std::size_t>& voxels)

@@ -78,7 +78,8 @@ public:
   /// The same where these are the spins that the kernel is to know of.
   std::string defines(bool vectors, const Spins* spins) const;
   /// The same for a kernel that gains from vectors as long as the device has them, up to a row.
-  std::string definesOfRows() const;
+  std::string definesOfRows() const { return this->definesOfRows(this->spins()); }
+  std::string definesOfRows(const Spins* spins) const;
   /// Work-items for one colour of a brick.
   std::size_t workItems(bool vectors) const;
 
@@ -152,9 +153,11 @@ public:
   /// The tension of single elements, where they have any.
   std::vector<float> tensionsAt(const std::vector<std::uint32_t>& addresses);
 
-  /// Saves the displacements as the state before a wave, or goes back to that state.
+  /// Saves the displacements as the state before a wave: all, or those of some slots. Then the others hold anything.
   void saveBefore() { this->saveIn(this->before_); }
-  void restoreBefore();
+  void saveBefore(const std::vector<int>& slots);
+  /// Goes back to that state in these slots.
+  void restoreBefore(const std::vector<int>& slots);
   /// Gives that state memory or, when no wave needs it any more, takes it away.
   void keepBefore() { this->keep(this->before_); }
   void forgetBefore() { this->drop(this->before_); }
@@ -251,7 +254,7 @@ public:
   cl::Buffer displacement; ///< float [axis][address]
   cl::Buffer constraint;   ///< float [axis][address], signed, with the pitch of tissue
   cl::Buffer cut;          ///< uchar [address], bits as in Links; only where anyCut()
-  /// float [axis][address], the state that saveBefore() saved
+  /// float [axis][address], the state that saveBefore() saved, also brick by brick on the device (envelope.cl)
   const cl::Buffer& before() const { return this->before_.buffer; }
   /// `cut` or, for kernels that were built without cuts and do not read it, any buffer.
   const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }
@@ -300,6 +303,7 @@ private:
     const char* purpose);
   void exchange(
     const cl::Buffer& field, std::size_t runs, std::size_t perBrick, const cl::Buffer& pairs, std::size_t count);
+  void copyBricks(const std::vector<int>& slots, const cl::Buffer& from, const cl::Buffer& to);
   void uploadTables();
   bool fill(int brick, std::vector<float>& out) const;
   /// Addresses and values of single elements.

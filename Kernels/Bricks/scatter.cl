@@ -47,6 +47,19 @@ kernel void exchange(global uint* field, uint pitch, int runs, uint length, glob
   }
 }
 
+// Copies bricks of `length` values in each of three runs, one work-group for each slot of a list.
+kernel void copyBricks(global const uint* from, global uint* to, uint pitch, uint length, global const int* list)
+{
+  const uint first = list[get_group_id(0)] * length;
+  for (int run = 0; run < 3; ++run)
+  {
+    for (uint n = get_local_id(0); n < length; n += get_local_size(0))
+    {
+      to[run * pitch + first + n] = from[run * pitch + first + n];
+    }
+  }
+}
+
 // Copies the first `count` values, `perGroup` in each work-group. So all cores of a processor share the copying, and the
 // getting of new memory, of which the first to write gets the page.
 kernel void copy(global const uint* from, global uint* to, uint count, uint perGroup)

@@ -39,9 +39,27 @@ void EnvelopePropagation::start(const std::vector<int>& bricks)
   {
     slots.push_back(this->bricks_.slot(brick));
   }
-  context.launch(context.kernel("envelope.cl", this->bricks_.defines(true), "beginShifts"), slots.size(),
+  context.launch(context.kernel("envelope.cl", this->bricks_.definesOfRows(), "beginShifts"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
     this->bricks_.displacement, this->bricks_.before(), this->shift_.buffer);
+}
+
+void EnvelopePropagation::saveRest()
+{
+  std::vector<char> saved(this->bricks_.states(), 0);
+  for (const int slot : this->fixedPoint_.seen())
+  {
+    saved[slot] = 1;
+  }
+  std::vector<int> rest;
+  for (int slot = 1; slot < this->bricks_.states(); ++slot)
+  {
+    if (saved[slot] == 0)
+    {
+      rest.push_back(slot);
+    }
+  }
+  this->bricks_.saveBefore(rest);
 }
 
 void EnvelopePropagation::heldChanged()

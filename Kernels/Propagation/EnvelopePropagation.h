@@ -5,9 +5,9 @@
 namespace chainmail
 {
 
-/// Envelope propagation (envelope.cl), a method of this project. It starts from the feasible state saved in
-/// Bricks::before, in which handles have been moved, and lets every element go into the bounds of its neighbours until
-/// nothing changes.
+/// Envelope propagation (envelope.cl), a method of this project. It starts from a feasible state in which handles
+/// have been moved, and lets every element go into the bounds of its neighbours until nothing changes. The bricks of
+/// these handles were saved before (Bricks::saveBefore), all others are when the wave comes to them.
 class EnvelopePropagation
 {
 public:
@@ -32,6 +32,12 @@ public:
 
   /// To be called where other tissue is held than before while the wave is under way.
   void heldChanged();
+
+  /// Puts everything back to where it was before the wave.
+  void takeBack() { this->bricks_.restoreBefore(this->fixedPoint_.seen()); }
+
+  /// Makes Bricks::before() hold the state before the wave everywhere, after its end.
+  void saveRest();
 
   /// Lets the wave travel for at most `iterations` (0: to its end). In each one every brick that the wave has reached
   /// has its turn once. A conflict of more than `enough` ends the wave where it is; conflict() is then at most the

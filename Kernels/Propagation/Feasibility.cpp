@@ -36,10 +36,12 @@ std::vector<int> Feasibility::bricksThatAre(
 {
   Context& context = this->bricks_.context();
   std::vector<cl_int> found(slots.size(), 0);
+  const std::string defines = vectors ? this->bricks_.definesOfRows(this->bricks_.turned())
+                                      : this->bricks_.defines(false, this->bricks_.turned());
   const cl::Buffer& foundBuffer = this->found_.holding(context, found);
-  context.launch(context.kernel(file, this->bricks_.defines(vectors, this->bricks_.turned()), what), slots.size(),
-    this->bricks_.workItems(vectors), this->list_.holding(context, slots), this->bricks_.layout(),
-    this->bricks_.state(), this->bricks_.turned(), foundBuffer);
+  context.launch(context.kernel(file, defines, what), slots.size(), this->bricks_.workItems(vectors),
+    this->list_.holding(context, slots), this->bricks_.layout(), this->bricks_.state(), this->bricks_.turned(),
+    foundBuffer);
   context.read(foundBuffer, found);
 
   std::vector<int> bricks;
@@ -107,7 +109,7 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   }
   Context& context = this->bricks_.context();
   context.launch(
-    context.kernel("feasibility.cl", this->bricks_.defines(true, this->bricks_.turned()), "settle"), changed.size(),
+    context.kernel("feasibility.cl", this->bricks_.definesOfRows(this->bricks_.turned()), "settle"), changed.size(),
     this->bricks_.workItems(true), this->list_.holding(context, changed), this->bricks_.pitch(),
     this->bricks_.tissuePitch(), this->bricks_.constraint, this->upper_.buffer,
     [&](ArgumentList& own)

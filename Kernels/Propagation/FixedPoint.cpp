@@ -52,6 +52,7 @@ void FixedPoint::start(const std::vector<int>& bricks)
   for (const int brick : bricks)
   {
     this->visits_[this->bricks_.slot(brick)][VISIT_FROM] = VISIT_ANY;
+    this->visits_[this->bricks_.slot(brick)][VISIT_STATE] = VISIT_SEEN;
     // What changed in this brick may lie beside a face of its neighbour.
     for (int d = 0; d < 6; ++d)
     {
@@ -88,7 +89,7 @@ void FixedPoint::launch(
   }
   this->log_.toDevice(context);
   const Index3 size = this->bricks_.size();
-  const Kernel kernel = context.kernel(this->file_, this->bricks_.defines(true, this->bricks_.turned()), this->name_);
+  const Kernel kernel = context.kernel(this->file_, this->bricks_.definesOfRows(this->bricks_.turned()), this->name_);
   for (std::size_t n = 0; n < turns.size(); ++n)
   {
     if (turns[n].parity == 0 || n == 0)

@@ -40,7 +40,7 @@ public:
   /// The largest value of each extreme so far.
   const std::vector<float>& extremes() const { return this->extremes_; }
 
-  /// Slots that had a turn since the start, and slots in which something changed, ascending.
+  /// Slots in which it began or that had a turn since, and slots in which something changed, ascending.
   std::vector<int> seen();
   std::vector<int> changed();
 

@@ -167,6 +167,7 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
     {
       if (this->times_)
       {
+        this->propagation_.saveRest();
         std::vector<const Handle*> sources;
         for (const Handles::Pointer& handle : this->wave_->handles)
         {
@@ -211,7 +212,12 @@ void Waves::begin(Group handles)
   std::sort(wave.bricks.begin(), wave.bricks.end());
   wave.bricks.erase(std::unique(wave.bricks.begin(), wave.bricks.end()), wave.bricks.end());
   this->markHeld();
-  this->bricks_.saveBefore();
+  std::vector<int> slots;
+  for (const int brick : wave.bricks)
+  {
+    slots.push_back(this->bricks_.slot(brick));
+  }
+  this->bricks_.saveBefore(slots);
   wave.before = this->bricks_.displacements(wave.addresses);
   for (int a = 0; a < 3; ++a)
   {
@@ -301,7 +307,7 @@ bool Waves::settled()
   {
     return true;
   }
-  this->bricks_.restoreBefore();
+  this->propagation_.takeBack();
   if (wave.handles.size() > 1)
   {
     const Group handles = wave.handles;
@@ -404,7 +410,7 @@ void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& ch
     this->propagation_.run(0, this->wave_->enough, checkpoint);
   } while (!this->settled());
   const std::vector<float> values = this->bricks_.displacements(handle->addresses);
-  this->bricks_.restoreBefore();
+  this->propagation_.takeBack();
   this->end();
   this->place(handle->addresses, handle->bricks, values);
   this->latest_ = handle;

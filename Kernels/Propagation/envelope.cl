@@ -7,8 +7,12 @@
 // limit 0 passes shifts on as they are, to the bit. Otherwise the rounding of places, which differ from element to
 // element of a bone that has turned, would add up round and round.
 //
-// The host guarantees: `before` is a feasible state; moved tissue differs from it or is held; all 26 neighbours of a
-// brick that is ready have a slot (brick.clh, fixedpoint.clh).
+// A brick saves its state in `before` in its first turn. Where it has had none (VISIT_SEEN) its displacement is still
+// that before the wave.
+//
+// The host guarantees: the state before the wave is feasible, and `before` has it for the bricks to start in; moved
+// tissue differs from it or is held; all 26 neighbours of a brick that is ready have a slot (brick.clh,
+// fixedpoint.clh).
 //
 // The extremes are, for each axis, how much too high and how much too low moved tissue is for held tissue.
 
@@ -38,11 +42,41 @@ RULE mask isFollowed(real next, real u, real u0, real other, real limit)
   return !(raised | lowered) | (raised & (next - limit > other)) | (lowered & (next + limit < other));
 }
 
+// Bits 0 to 5: the bricks beyond the faces of a brick that have saved their states.
+RULE int savedBeyond(
+  uint slot, global const int* visits, global const int* table, global const int* place, int strideY, int strideZ)
+{
+  const int at = place[slot];
+  const int near[6] = { at - 1, at + 1, at - strideY, at + strideY, at - strideZ, at + strideZ };
+  int saved = 0;
+  for (int d = 0; d < 6; ++d)
+  {
+    saved |= visits[VISIT_ROW * table[near[d]] + VISIT_STATE] & VISIT_SEEN ? 1 << d : 0;
+  }
+  return saved;
+}
+
+// The directions in which what lies beside a piece of work, or beside its end, lies in the same brick.
+RULE int within(const Site* s)
+{
+  return (s->n > 0 ? 1 : 0) | (s->n + WIDTH < HALF ? 2 : 0) | (s->j > 0 ? 4 : 0) | (s->j < BY - 1 ? 8 : 0) |
+         (s->k > 0 ? 16 : 0) | (s->k < BZ - 1 ? 32 : 0);
+}
+
+// The displacement before the wave, on an axis, of the neighbour in direction d. `saved`: see savedBeyond(), together
+// with within().
+RULE real neighbourWas(
+  global const float* displacement, global const float* before, uint axis, int saved, const Site* s, int d, int odd)
+{
+  return neighbourOf(s->atRest, before + axis, (saved >> d & 1 ? before : displacement) + axis, s, d, odd);
+}
+
 // Updates one piece of work. `odd`: see BY_PARITY. `beside`, a constant, says whether it or a neighbour may be held.
-RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint tissuePitch, global float* displacement,
-  global const float* before, global const float* constraint, global const uchar* cut,
+RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, uint pitch, uint tissuePitch,
+  global float* displacement, global const float* before, global const float* constraint, global const uchar* cut,
   float* conflict SPIN_ARGUMENTS SHIFT_ARGUMENTS)
 {
+  const int saved = savedBeside | within(s);
 #ifdef TURNING
   real wanted[6][3];
   loadApart(odd, s, pitch, spin, proportions, wanted);
@@ -56,7 +90,7 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint t
   {
     if (axis < AXES)
     {
-      c = LOAD(constraint + axis * tissuePitch + s->self);
+      c = LOAD_WHOLE(constraint + axis * tissuePitch + s->self);
       UNROLL
       for (int d = 0; d < 6; ++d)
       {
@@ -71,21 +105,23 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint t
     for (int d = 0; d < 6; ++d)
     {
 #ifdef TURNING
-      const real apart = neighbour(before + axis * pitch, s, d, odd) - LOAD(before + axis * pitch + s->self);
+      const real apart = neighbourWas(displacement, before, axis * pitch, saved, s, d, odd) -
+                         LOAD_WHOLE(before + axis * pitch + s->self);
       const real strain = select(apart - wanted[d][axis], (real)(0.0f), limit[d] == 0.0f);
       other[d] = neighbour(shift + axis * pitch, s, d, odd);
       envelopeAdd(&e, strain + other[d], select(strain, strain + other[d], other[d] == 0.0f), held[d], limit[d]);
 #else
       other[d] = neighbour(displacement + axis * pitch, s, d, odd);
-      envelopeAdd(&e, other[d], neighbour(before + axis * pitch, s, d, odd), held[d], limit[d]);
+      const real was = neighbourWas(displacement, before, axis * pitch, saved, s, d, odd);
+      envelopeAdd(&e, other[d], was, held[d], limit[d]);
 #endif
     }
 #ifdef TURNING
-    const real u = LOAD(shift + axis * pitch + s->self);
+    const real u = LOAD_WHOLE(shift + axis * pitch + s->self);
     const real u0 = (real)(0.0f);
 #else
-    const real u = LOAD(displacement + axis * pitch + s->self);
-    const real u0 = LOAD(before + axis * pitch + s->self);
+    const real u = LOAD_WHOLE(displacement + axis * pitch + s->self);
+    const real u0 = LOAD_WHOLE(before + axis * pitch + s->self);
 #endif
     const mask own = beside ? isHeld(c) : (mask)(0);
     const real next = select(envelopeClamp(e, u0), u, own);
@@ -101,10 +137,10 @@ RULE int wave(const int odd, const int beside, const Site* s, uint pitch, uint t
     {
       moved |= goes;
 #ifdef TURNING
-      STORE(next, shift + axis * pitch + s->self);
-      STORE(LOAD(before + axis * pitch + s->self) + next, displacement + axis * pitch + s->self);
+      STORE_WHOLE(next, shift + axis * pitch + s->self);
+      STORE_WHOLE(LOAD_WHOLE(before + axis * pitch + s->self) + next, displacement + axis * pitch + s->self);
 #else
-      STORE(next, displacement + axis * pitch + s->self);
+      STORE_WHOLE(next, displacement + axis * pitch + s->self);
       UNROLL
       for (int d = 0; d < 6; ++d)
       {
@@ -127,7 +163,7 @@ RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    held |= isHeld(LOAD(constraint + axis * tissuePitch + s->self));
+    held |= isHeld(LOAD_WHOLE(constraint + axis * tissuePitch + s->self));
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
@@ -139,45 +175,92 @@ RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint
 
 #if WIDTH > 1
 
-// Whether any element of a brick, or of the bricks beyond its faces, is held on any axis: VISIT_HELD or VISIT_FREE. It
-// is found out once in a wave, since most bricks have nothing to do with held tissue.
-inline int heldNear(uint slot, global int* visits, uint tissuePitch, global const int* table, global const int* place,
-  int strideY, int strideZ, global const float* constraint)
+// Asks for what a piece of work reads beyond the ends of its row and beyond the faces of its brick, which lies too far
+// apart for processors to foresee.
+inline void askAround(const Site* s, int saved, uint pitch, global const float* displacement,
+  global const float* before, global const float* constraint)
+{
+  const int inside = within(s);
+  ASK_FOR(constraint + s->edge);
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    UNROLL
+    for (int n = 0; n < 5; ++n)
+    {
+      const int d = n > 0 ? n + 1 : s->odd;
+      const uint at = axis * pitch + stateAddress(s, n > 0 ? s->side[n - 1] : s->edge);
+      if (!(inside >> d & 1))
+      {
+        ASK_FOR(displacement + at);
+        if (saved >> d & 1)
+        {
+          ASK_FOR(before + at);
+        }
+      }
+    }
+  }
+}
+
+// Whether any element of a brick, or beside its faces, is held on any axis: VISIT_HELD or VISIT_FREE. It is found out
+// once in a wave, since most bricks have nothing to do with held tissue.
+inline int heldNear(uint slot, int saved, global int* visits, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* before, global const float* constraint)
 {
   const int known = visits[VISIT_ROW * slot + VISIT_STATE] & (VISIT_FREE | VISIT_HELD);
   if (known)
   {
     return known;
   }
-  const int at = place[slot];
-  const int bricks[7] = { at, at - 1, at + 1, at - strideY, at + strideY, at - strideZ, at + strideZ };
-  mask held = (mask)(0);
-  for (int n = 0; n < 7 * AXES; ++n)
+  for (int work = 0; work < 2 * VECTORS; ++work)
   {
-    global const float* c = constraint + n % AXES * tissuePitch + table[bricks[n / AXES]] * ELEMENTS;
-    for (int m = 0; m < ELEMENTS; m += WIDTH)
-    {
-      held |= isHeld(LOAD(c + m));
-    }
+    const Site s = siteOf(slot, work & 1, work / 2, pitch, table, place, strideY, strideZ);
+    askAround(&s, saved, pitch, displacement, before, constraint);
   }
-  const int found = SOME(held) ? VISIT_HELD : VISIT_FREE;
+  int held = 0;
+  for (int work = 0; work < 2 * VECTORS; ++work)
+  {
+    const Site s = siteOf(slot, work & 1, work / 2, pitch, table, place, strideY, strideZ);
+    held |= anyHeld(&s, tissuePitch, constraint);
+  }
+  const int found = held ? VISIT_HELD : VISIT_FREE;
   visits[VISIT_ROW * slot + VISIT_STATE] |= found;
   return found;
 }
 #define MAY_BE_HELD                                                                                                    \
-  (heldNear(slot, visits, tissuePitch, table, place, strideY, strideZ, constraint) == VISIT_HELD)
+  (heldNear(slot, saved, visits, pitch, tissuePitch, table, place, strideY, strideZ, displacement, before,             \
+     constraint) == VISIT_HELD)
 
 #else
 #define MAY_BE_HELD true
 #endif
 
-APART void propagateIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement,
-  global const float* before, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
+// Saves the share of a work-item of the state of a brick.
+RULE void save(int lid, int items, uint slot, uint pitch, global const float* displacement, global float* before)
+{
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    for (int n = lid * WIDTH; n < ELEMENTS; n += items * WIDTH)
+    {
+      const uint at = axis * pitch + slot * ELEMENTS + n;
+      STORE_WHOLE(LOAD_WHOLE(displacement + at), before + at);
+    }
+  }
+}
+
+APART void propagateIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, int items,
+  global float* displacement, global float* before, global const float* constraint,
+  global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
 {
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
+  const int saved = savedBeyond(slot, visits, table, place, strideY, strideZ);
+  if (from != 0 && !(visits[VISIT_ROW * slot + VISIT_STATE] & VISIT_SEEN))
+  {
+    save(lid, items, slot, pitch, displacement, before);
+  }
   const bool mayBeHeld = MAY_BE_HELD;
 #define WAVE(odd, beside)                                                                                              \
-  wave(odd, beside, &s, pitch, tissuePitch, displacement, before, constraint, cut,                                     \
+  wave(odd, beside, &s, saved, pitch, tissuePitch, displacement, before, constraint, cut,                              \
     conflict SPIN_PASSED_ON SHIFT_PASSED_ON)
 #define FREE_WAVE(odd) WAVE(odd, 0)
   FIXED_POINT(mayBeHeld && anyHeld(&s, tissuePitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
@@ -196,12 +279,12 @@ APART void propagateIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMEN
   }
 }
 
-kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement, global const float* before,
+kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement, global float* before,
   global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
 {
   FIXED_POINT_BEGIN
-  propagateIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, displacement,
-    before, constraint, cut SPIN_PASSED_ON SHIFT_PASSED_ON);
+  propagateIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ,
+    get_local_size(0), displacement, before, constraint, cut SPIN_PASSED_ON SHIFT_PASSED_ON);
 }
 
 // Sets the shifts in the bricks of a list to what handles have been moved by.

@@ -277,6 +277,34 @@ TEST(Propagate, SecondPullStartsFromTheDeformedState)
   expectFormula(simulation, block, {}, "released: nothing moves");
 }
 
+TEST(Propagate, ASecondWaveArrivesOnlyWhereItCame)
+{
+  // A chain is pulled taut, and its end then goes back by less than lets all of it follow.
+  const Scene scene({ 24, 1, 1 }, 0.25f);
+  for (const Index3& brick : brickSizes())
+  {
+    for (const int moved : { 3, 7 })
+    {
+      Simulation simulation = simulate(scene, brick);
+      simulation.setPropagationTimes(true);
+      simulation.pull({ probeAt(scene, { 0, 0, 0 }, { 20.0, 0.0, 0.0 }) });
+      const std::vector<float> taut = displacements(simulation);
+      simulation.pull({ probeAt(scene, { 0, 0, 0 }, { 20.0 - (0.5 * moved + 0.25), 0.0, 0.0 }) });
+      const std::vector<float> u = displacements(simulation);
+      std::vector<float> times(scene.grid.voxels());
+      std::vector<int> fronts(scene.grid.voxels());
+      simulation.propagationTimes(times.data());
+      simulation.wavefronts(fronts.data());
+      for (int n = 0; n < 24; ++n)
+      {
+        ASSERT_EQ(u[3 * n] != taut[3 * n], n <= moved) << n;
+        ASSERT_EQ(fronts[n], n <= moved + 1 ? 2 : 1) << n; // the first that stays is reached, too
+        ASSERT_EQ(times[n], 0.25f * n) << n;
+      }
+    }
+  }
+}
+
 TEST(Propagate, DisplacementIsFromWhereItGrabbedNotFromTheLastPlace)
 {
   Scene scene({ 8, 4, 4 });
