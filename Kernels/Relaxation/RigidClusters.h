@@ -62,6 +62,19 @@ public:
   /// Reads the places of the active clusters again, after anything but relax() has moved them.
   void refresh();
 
+  /// What kernels need of the active clusters: how many chunks, clusters and members there are, and CLUSTER_LISTS of
+  /// cluster.clh.
+  auto lists() const
+  {
+    const auto orNone = [this](const cl::Buffer& list) -> const cl::Buffer&
+    { return this->anyActive() ? list : this->bricks_.constraint; }; // of 0 entries nothing is read
+    return std::tuple_cat(
+      std::tuple<cl_int4>({ { static_cast<cl_int>(this->chunkList_.size()), static_cast<cl_int>(this->active_.size()),
+        static_cast<cl_int>(this->memberList_.size()), 0 } }),
+      std::tie(orNone(this->chunks_), orNone(this->links_), orNone(this->ways_), orNone(this->heads_),
+        orNone(this->members_), orNone(this->partial_), orNone(this->places_), orNone(this->moves_)));
+  }
+
   using Turn = TurningClusters::Turn;
 
   /// Launches the third colour pass: one update of every active cluster.
