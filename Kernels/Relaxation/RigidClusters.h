@@ -55,7 +55,7 @@ public:
 
   /// Makes the clusters of these bricks take part from now on. Gives memory to all bricks of these clusters.
   void activate(const std::vector<int>& bricks);
-  bool anyActive() const { return !this->chunkList_.empty(); }
+  bool anyActive() const { return !this->active_.empty() && !this->chunkList_.empty(); }
   /// Bricks of the clusters that could move but do not take part yet.
   std::vector<int> inactiveBricks() const;
 
@@ -99,6 +99,7 @@ private:
   std::vector<std::uint32_t> addressesOf(const Cluster& cluster) const;
   void alignAxis(const Cluster& cluster);
   std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
+  void list();
   void upload();
 
   Bricks& bricks_;
@@ -106,6 +107,7 @@ private:
   std::vector<std::uint32_t> voxels_;
   std::unordered_map<int, std::vector<int>> ofBrick_;
   std::vector<int> active_; ///< cluster numbers, in the order of the device's lists
+  std::vector<int> listed_; ///< what these lists hold, also when nothing is active
 
   TurningClusters turning_; ///< where elements turn
   std::vector<TurningClusters::Body> bodyList_;
