@@ -19,7 +19,7 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
   const cl::Buffer result = context.allocate(sizeof(BrickFigures) * list.size(), "the figures of the state");
   const std::size_t items = bricks.workItems(true);
   context.launch(
-    context.kernel("measure.cl", bricks.defines(true) + elasticity.ofLinks() + bricks.ofSwelling(), "measure"),
+    context.kernel("measure.cl", bricks.definesOfRows() + elasticity.ofLinks() + bricks.ofSwelling(), "measure"),
     list.size(), items, listBuffer, elasticity.slack, bricks.layout(), bricks.state(), bricks.spins(),
     cl::Local(sizeof(BrickFigures) * items), result);
   std::vector<BrickFigures> measured(list.size());

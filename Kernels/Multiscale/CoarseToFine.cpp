@@ -113,7 +113,7 @@ public:
     Context& context = this->bricks_.context();
     const auto transfer = [&](const cl::Buffer& from, float scale, const cl::Buffer& to)
     {
-      context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "coarsen"), slots.size(),
+      context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "coarsen"), slots.size(),
         this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.layout(),
         this->finer_.layout(), from, this->finer_.constraint, scale, to);
     };
@@ -191,7 +191,7 @@ public:
     const auto transfer = [&](const cl::Buffer& from, float scale, const cl::Buffer& to)
     {
       // The program is the one for this grid's cuts: those of the finer grid do not matter here.
-      context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "refine"), slots.size(),
+      context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "refine"), slots.size(),
         this->bricks_.workItems(true), this->list_.holding(context, slots), this->finer_.layout(),
         this->bricks_.layout(), from, this->bricks_.tissue(), this->finer_.constraint, scale, to);
     };
@@ -357,7 +357,7 @@ void CoarseToFine::cycle(
 void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
 {
   Context& context = this->bricks_.context();
-  const std::string defines = this->bricks_.defines(true);
+  const std::string defines = this->bricks_.definesOfRows();
   const std::size_t items = this->bricks_.workItems(true);
   const std::vector<int> touched = this->bricks_.touchedSlots();
   std::vector<cl_int> found(touched.size());
@@ -522,7 +522,7 @@ void CoarseToFine::goBack(float share)
 {
   Context& context = this->bricks_.context();
   const std::vector<int> slots = this->bricks_.touchedSlots();
-  context.launch(context.kernel("coarsen.cl", this->bricks_.defines(true), "goBack"), slots.size(),
+  context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "goBack"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), share,
     this->before_.buffer, this->bricks_.displacement);
 }

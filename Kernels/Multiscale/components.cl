@@ -40,7 +40,13 @@ APART bool anyStrained(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global c
   for (int work = lid; !any && work < 2 * VECTORS; work += items)
   {
     const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
-    any = SOME(strainedOf(s.odd, &s, pitch, displacement, constraint, cut));
+    mask displaced = (mask)(0);
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      displaced |= LOAD(displacement + axis * pitch + s.self) != 0.0f;
+    }
+    any = SOME(displaced) && SOME(strainedOf(s.odd, &s, pitch, displacement, constraint, cut));
   }
   return any;
 }

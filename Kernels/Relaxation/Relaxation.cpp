@@ -2,6 +2,7 @@
 
 #include "ActiveConstraints.h"
 #include "StillResidual.h"
+#include "sweepaccount.clh"
 
 #include <algorithm>
 #include <cmath>
@@ -42,6 +43,9 @@ bool turnsIn(Reach reach, int sweep)
 
 /// Sweeps in one batch of launches.
 constexpr int sweepsPerBatch = 8;
+
+/// In grids of no more elements than this a sweep takes about as long as launching its turns does.
+constexpr std::size_t fewElements = 1 << 15;
 
 /// The over-relaxation factors that the opening sweeps come to.
 constexpr double finalOmega = 1.9; // = 2 / (1 + sqrt(1 - rho2))
@@ -140,6 +144,30 @@ float omegaOf(Reach reach, int sweep, int left, int longest, bool turns, double 
 
 }
 
+Relaxation::Relaxation(Bricks& bricks)
+  : bricks_(bricks)
+  , schedule_(bricks)
+  , batch_(BATCH_ROW, "the list of turns")
+{
+}
+
+/// Whether a single work-item takes all turns of a batch in one launch.
+bool Relaxation::isSmall() const
+{
+  return this->bricks_.workItems(true) == 1 && !this->bricks_.spins() &&
+         this->schedule_.groups() * this->bricks_.elementsPerBrick() <= fewElements;
+}
+
+void Relaxation::relaxBatch(const RigidClusters& clusters, float still, const Elasticity& elasticity)
+{
+  Context& context = this->bricks_.context();
+  this->batch_.toDevice(context);
+  context.launch(context.kernel("relax.cl", this->bricks_.definesOfRows() + elasticity.ofLinks(), "relaxBatch"), 1, 1,
+    this->schedule_.activity(), this->schedule_.log(), this->batch_.buffer(), static_cast<cl_int>(this->batch_.rows()),
+    static_cast<cl_int>(this->schedule_.groups()), still, elasticity.slack, static_cast<cl_int>(elasticity.limited),
+    this->bricks_.layout(), this->bricks_.state(), clusters.lists());
+}
+
 void Relaxation::relaxColour(
   int colour, bool turns, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
 {
@@ -216,6 +244,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
     const int sweeps =
       std::min({ sweepsPerBatch, iterations - result.iterations, sweepsToGroups(firstSweep + result.iterations) });
     this->schedule_.beginBatch(sweeps);
+    const bool atOnce = !waves && this->isSmall();
+    this->batch_.clear(0);
     for (int n = 0; n < sweeps; ++n)
     {
       launched = std::max(launched, result.iterations + n);
@@ -225,7 +255,15 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       this->schedule_.beginSweep(isJudged(firstSweep + done - 1) ? restingMoveAfter(n) : SweepSchedule::goesOn);
       for (int colour = 0; colour < 2; ++colour)
       {
-        if (this->schedule_.takesTurn(colour))
+        if (!this->schedule_.takesTurn(colour))
+        {
+          continue;
+        }
+        if (atOnce)
+        {
+          this->schedule_.addTo(this->batch_, omega);
+        }
+        else
         {
           this->relaxColour(colour, turnsIn(reach, firstSweep + done), omega, still, elasticity, waves);
         }
@@ -234,9 +272,21 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       {
         // Where limits do not count, members of a cluster may be apart. With a factor of 1 it does
         // not matter where it is now.
-        clusters.relax(elasticity.limited ? omega : 1.0f, still, elasticity,
-          { this->schedule_.activity(), this->schedule_.log(), this->schedule_.turn() });
+        const float ofClusters = elasticity.limited ? omega : 1.0f;
+        if (atOnce)
+        {
+          this->schedule_.addTo(this->batch_, ofClusters);
+        }
+        else
+        {
+          clusters.relax(ofClusters, still, elasticity,
+            { this->schedule_.activity(), this->schedule_.log(), this->schedule_.turn() });
+        }
       }
+    }
+    if (atOnce)
+    {
+      this->relaxBatch(clusters, still, elasticity);
     }
 
     for (const float largest : this->schedule_.endBatch())

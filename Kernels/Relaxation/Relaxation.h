@@ -26,11 +26,7 @@ enum class Reach
 class Relaxation
 {
 public:
-  explicit Relaxation(Bricks& bricks)
-    : bricks_(bricks)
-    , schedule_(bricks)
-  {
-  }
+  explicit Relaxation(Bricks& bricks);
 
   /// Relaxes. While waves are under way rigid clusters stay where they are.
   RelaxResult run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves, Reach reach,
@@ -39,10 +35,13 @@ public:
 private:
   void relaxColour(
     int colour, bool turns, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
+  bool isSmall() const;
+  void relaxBatch(const RigidClusters& clusters, float still, const Elasticity& elasticity);
   float turnOfGroups(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest);
 
   Bricks& bricks_;
   SweepSchedule schedule_;
+  SharedTable batch_; ///< turns that one launch takes, see relaxBatch()
   int groupPeriod_ = 0; ///< sweeps between the turns of blocked groups
   int sweepsSinceGroups_ = 0;
 };

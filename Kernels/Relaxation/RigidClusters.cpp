@@ -210,11 +210,6 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels)
   }
   this->active_.clear();
   this->bodyList_.clear();
-  this->wayList_.clear();
-  this->chunkList_.clear();
-  this->linkList_.clear();
-  this->memberList_.clear();
-  this->clusterList_.clear();
 
   for (const std::size_t voxel : heldVoxels)
   {
@@ -359,17 +354,50 @@ void RigidClusters::activate(const std::vector<int>& bricks)
   for (const int id : added)
   {
     needed.insert(needed.end(), this->clusters_[id].bricks.begin(), this->clusters_[id].bricks.end());
+    if (this->turns())
+    {
+      this->bodyList_.push_back(this->bodyOf(this->clusters_[id]));
+    }
   }
   this->bricks_.require(needed);
+  this->active_.insert(this->active_.end(), added.begin(), added.end());
+  this->list();
+  if (this->turns())
+  {
+    this->turning_.upload(this->bodyList_, this->chunkList_.size());
+  }
+  else
+  {
+    this->refresh();
+  }
+}
 
-  const Grid& grid = this->bricks_.model().grid();
-  const int axes = this->bricks_.model().axes();
-  std::vector<float> c(axes);
+/// Lists the active clusters on the device. Most often they are those of the relaxation before, in the same order.
+void RigidClusters::list()
+{
+  if (this->active_ == this->listed_)
+  {
+    return;
+  }
+  if (this->listed_.size() > this->active_.size() ||
+      !std::equal(this->listed_.begin(), this->listed_.end(), this->active_.begin()))
+  {
+    this->listed_.clear();
+    this->wayList_.clear();
+    this->chunkList_.clear();
+    this->linkList_.clear();
+    this->memberList_.clear();
+    this->clusterList_.clear();
+  }
+  const std::vector<int> added(
+    this->active_.begin() + static_cast<std::ptrdiff_t>(this->listed_.size()), this->active_.end());
   this->bricks_.giveStates(this->bricksLinkedTo(added));
+  const Grid& grid = this->bricks_.model().grid();
+  std::vector<float> c(this->bricks_.model().axes());
   for (const int id : added)
   {
     const Cluster& cluster = this->clusters_[id];
-    const cl_int position = static_cast<cl_int>(this->active_.size());
+    const cl_int position = static_cast<cl_int>(this->listed_.size());
     const int axis = std::max(0, cluster.axis);
     const std::size_t firstLink = this->linkList_.size();
     for (std::size_t n = cluster.first; n < cluster.first + cluster.count; ++n)
@@ -395,11 +423,7 @@ void RigidClusters::activate(const std::vector<int>& bricks)
     }
     this->clusterList_.push_back(
       { { firstChunk, static_cast<cl_int>(this->chunkList_.size()) - firstChunk, cluster.axis, 0 } });
-    this->active_.push_back(id);
-    if (this->turns())
-    {
-      this->bodyList_.push_back(this->bodyOf(cluster));
-    }
+    this->listed_.push_back(id);
   }
   this->upload();
 }
@@ -439,14 +463,13 @@ void RigidClusters::upload()
   this->ways_ = context.upload(this->wayList_, purpose);
   this->members_ = context.upload(this->memberList_, purpose);
   this->heads_ = context.upload(this->clusterList_, purpose);
-  if (this->turns())
+  if (!this->turns())
   {
-    this->turning_.upload(this->bodyList_, this->chunkList_.size());
-    return;
+    const std::size_t chunks = std::max<std::size_t>(1, this->chunkList_.size());
+    this->partial_ = context.allocate(sizeof(cl_float) * 12 * chunks, purpose);
+    this->places_ = context.allocate(sizeof(cl_float) * 3 * this->active_.size(), purpose);
+    this->moves_ = context.allocate(sizeof(cl_float) * this->active_.size(), purpose);
   }
-  this->partial_ = context.allocate(sizeof(cl_float) * 12 * std::max<std::size_t>(1, this->chunkList_.size()), purpose);
-  this->moves_ = context.allocate(sizeof(cl_float) * this->active_.size(), purpose);
-  this->refresh();
 }
 
 void RigidClusters::refresh()
@@ -468,7 +491,7 @@ void RigidClusters::refresh()
     const Index3 at = grid.indexOf(this->voxels_[this->clusters_[id].first]);
     firsts.push_back(this->bricks_.address(at[0], at[1], at[2]));
   }
-  this->places_ = this->bricks_.context().upload(this->bricks_.displacements(firsts), "the rigid clusters");
+  this->bricks_.context().write(this->places_, 0, this->bricks_.displacements(firsts));
 }
 
 std::vector<int> RigidClusters::inactiveBricks() const

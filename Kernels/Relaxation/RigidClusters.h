@@ -55,12 +55,25 @@ public:
 
   /// Makes the clusters of these bricks take part from now on. Gives memory to all bricks of these clusters.
   void activate(const std::vector<int>& bricks);
-  bool anyActive() const { return !this->chunkList_.empty(); }
+  bool anyActive() const { return !this->active_.empty() && !this->chunkList_.empty(); }
   /// Bricks of the clusters that could move but do not take part yet.
   std::vector<int> inactiveBricks() const;
 
   /// Reads the places of the active clusters again, after anything but relax() has moved them.
   void refresh();
+
+  /// What kernels need of the active clusters: how many chunks, clusters and members there are, and CLUSTER_LISTS of
+  /// cluster.clh.
+  auto lists() const
+  {
+    const auto orNone = [this](const cl::Buffer& list) -> const cl::Buffer&
+    { return this->anyActive() ? list : this->bricks_.constraint; }; // of 0 entries nothing is read
+    return std::tuple_cat(
+      std::tuple<cl_int4>({ { static_cast<cl_int>(this->chunkList_.size()), static_cast<cl_int>(this->active_.size()),
+        static_cast<cl_int>(this->memberList_.size()), 0 } }),
+      std::tie(orNone(this->chunks_), orNone(this->links_), orNone(this->ways_), orNone(this->heads_),
+        orNone(this->members_), orNone(this->partial_), orNone(this->places_), orNone(this->moves_)));
+  }
 
   using Turn = TurningClusters::Turn;
 
@@ -86,6 +99,7 @@ private:
   std::vector<std::uint32_t> addressesOf(const Cluster& cluster) const;
   void alignAxis(const Cluster& cluster);
   std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
+  void list();
   void upload();
 
   Bricks& bricks_;
@@ -93,6 +107,7 @@ private:
   std::vector<std::uint32_t> voxels_;
   std::unordered_map<int, std::vector<int>> ofBrick_;
   std::vector<int> active_; ///< cluster numbers, in the order of the device's lists
+  std::vector<int> listed_; ///< what these lists hold, also when nothing is active
 
   TurningClusters turning_; ///< where elements turn
   std::vector<TurningClusters::Body> bodyList_;

@@ -110,6 +110,18 @@ cl_int4 SweepSchedule::turn() const
   return { { launch, this->before_, this->turns_.back().sweep, launch == 1 && this->waited_ ? 1 : 0 } };
 }
 
+void SweepSchedule::addTo(SharedTable& batch, float omega) const
+{
+  static_assert(ofBodies == SWEEP_OF_BODIES, "the device knows it by this number");
+  const int row = batch.rows();
+  batch.resize(row + 1);
+  const cl_int4 turn = this->turn();
+  std::copy(turn.s, turn.s + 4, batch[row]);
+  batch[row][BATCH_KIND] = this->turns_.back().kind;
+  batch.setReal(row, BATCH_ENOUGH, this->turns_.back().enough);
+  batch.setReal(row, BATCH_OMEGA, omega);
+}
+
 std::vector<float> SweepSchedule::endBatch()
 {
   this->log_.fromDevice(this->bricks_.context());

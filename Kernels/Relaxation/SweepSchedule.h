@@ -60,6 +60,8 @@ public:
   const cl::Buffer& activity() const { return this->activity_.buffer(); }
   const cl::Buffer& log() const { return this->log_.buffer(); }
   cl_int4 turn() const;
+  /// Adds the turn to a table of turns for one launch, see sweepaccount.clh.
+  void addTo(SharedTable& batch, float omega) const;
   std::size_t groups() const { return static_cast<std::size_t>(this->activity_.rows()) - 1; }
 
 private:

@@ -1,18 +1,18 @@
-// The third colour pass of a relaxation sweep: rigid clusters, each one unknown. The links that leave a cluster are
-// listed in an order that no brick size changes, in chunks of fixed length, so that sums are the same for every layout.
+// The third colour pass of a relaxation sweep: rigid clusters, each one unknown (cluster.clh).
 //
 // The host guarantees: all members of a cluster have the same displacement and none is held; the other ends of its
-// links are not rigid; the bricks of both have memory.
+// links are not rigid; the bricks of both have memory; WIDTH is 1.
 //
-// ways: the directions of links. activity, log, turn: see sweep.clh.
+// activity, log, turn: see sweep.clh.
 
 #include "brick.clh"
 #include "element.clh"
 #include "sweep.clh"
 #include "turning.clh"
 
-// Sums up one chunk of links. chunk: cluster, first link, number of links. partial[(chunk * 3 + axis) * 4] is the sum,
-// as the fields of Neighbours.
+#include "cluster.clh"
+
+// Sums up the links of clusters, chunk by chunk.
 kernel void clusterGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
   global const uchar* ways, global const float* places, float slack, uint pitch, uint tissuePitch,
   global const float* displacement, global const float* constraint SPIN_ARGUMENTS, global float* partial, uint count)
@@ -21,38 +21,14 @@ kernel void clusterGather(global const int* log, int4 turn, global const int4* c
   {
     return;
   }
-  const int4 chunk = chunks[get_global_id(0)];
   for (int axis = 0; axis < 3; ++axis)
   {
-    global const float* u = displacement + axis * pitch;
-    global const float* c = constraint + min(axis, AXES - 1) * tissuePitch;
-    const float ui = places[chunk.x * 3 + axis];
-    Neighbours sum = noNeighbours();
-    for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
-    {
-      const float limit = linkLimit(0.0f, c[links[n]]);
-      float place = u[links[n]];
-      float weight = linkWeight(limit);
-#ifdef TURNING
-      // Rigid elements do not turn where constraints differ by axis.
-      const float other[3] = { spin[links[n]], spin[pitch + links[n]], spin[2 * pitch + links[n]] };
-      const float length = proportion(proportions, ways[n] / 2);
-      float wanted[3];
-      wantedApart(other, ways[n], proportions, wanted);
-      place -= 0.5f * wanted[axis];
-      weight /= length * length;
-#endif
-      neighboursAdd(&sum, ui, place, limit, weight, slack);
-    }
-    vstore4((float4)(sum.weight, sum.pull, sum.lower, sum.upper), get_global_id(0) * 3 + axis, partial);
+    gatherChunk(get_global_id(0), axis, chunks, links, ways, places, slack, pitch, tissuePitch, displacement,
+      constraint SPIN_PASSED_ON, partial);
   }
 }
 
-// Moves the clusters, one work-group each. The chunks are added up in LANES sums, whatever the number of work-items.
-//
-// cluster: first chunk, number of chunks, axis (-1 for all three). moves: how far the cluster went, 0 where it stayed.
-// limited: whether links keep their limits.
-#define LANES 16
+// Moves the clusters, one work-group each. limited: whether links keep their limits.
 kernel void clusterMove(global int* log, int4 turn, global const int4* clusters, int limited, float omega, float still,
   global const float* partial, global float* places, global float* moves)
 {
@@ -62,16 +38,7 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
   const int4 cluster = clusters[id];
   for (int lane = lid; lane < 3 * LANES; lane += get_local_size(0))
   {
-    Neighbours n = noNeighbours();
-    for (int chunk = lane / 3; chunk < cluster.y; chunk += LANES)
-    {
-      const float4 part = vload4((cluster.x + chunk) * 3 + lane % 3, partial);
-      n.weight += part.x;
-      n.pull += part.y;
-      n.lower = max(n.lower, part.z);
-      n.upper = min(n.upper, part.w);
-    }
-    lanes[lane] = n;
+    lanes[lane] = laneOfCluster(cluster, lane / 3, lane % 3, partial);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lid > 0)
@@ -97,18 +64,9 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
     Neighbours n = noNeighbours();
     for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
     {
-      const Neighbours part = lanes[3 * lane + axis];
-      n.weight += part.weight;
-      n.pull += part.pull;
-      n.lower = max(n.lower, part.lower);
-      n.upper = min(n.upper, part.upper);
+      neighboursJoin(&n, lanes[3 * lane + axis]);
     }
-    n.lower = limited ? n.lower : -INFINITY;
-    n.upper = limited ? n.upper : INFINITY;
-    const float u = places[id * 3 + axis];
-    const float next = relaxedPlace(n, u, omega, still);
-    places[id * 3 + axis] = next;
-    move = max(move, fabs(next - u));
+    move = max(move, moveAlong(n, limited, omega, still, places + id * 3 + axis));
   }
   moves[id] = move;
   if (move > 0.0f)
@@ -117,25 +75,12 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
   }
 }
 
-// Moves the members to their cluster's new place. member: address, cluster.
+// Moves the members to their cluster's new place.
 kernel void clusterScatter(global int* activity, int4 turn, global const uint2* members, global const int4* clusters,
   global const float* places, global const float* moves, uint pitch, global float* displacement, uint count)
 {
-  if (get_global_id(0) >= count)
+  if (get_global_id(0) < count)
   {
-    return;
-  }
-  const uint2 member = members[get_global_id(0)];
-  if (moves[member.y] == 0.0f)
-  {
-    return;
-  }
-  atomic_max(&activity[SWEEP_ROW * (member.x / ELEMENTS) + SWEEP_NOTED], turn.z);
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    if (clusters[member.y].z < 0 || clusters[member.y].z == axis)
-    {
-      displacement[axis * pitch + member.x] = places[member.y * 3 + axis];
-    }
+    scatterMember(get_global_id(0), turn.z, activity, members, clusters, places, moves, pitch, displacement);
   }
 }

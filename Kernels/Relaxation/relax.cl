@@ -15,6 +15,7 @@
 #include "turning.clh"
 #include "wavefronts.clh"
 
+#include "cluster.clh"
 #include "halo.clh"
 
 // Relaxes one piece of work and notes the largest moves.
@@ -113,3 +114,89 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
   }
   endSweepTurn(&mine, touched, move, slot, colour, SWEEP_EVER, activity, log, turn, enough);
 }
+
+#if WIDTH > 1 && !defined(WAVES)
+
+// The turn of all clusters.
+inline void relaxClusters(int4 chunkClusterMemberCounts, int4 turn, float omega, float still, float slack, int limited,
+  global int* activity, global int* log, uint pitch, uint tissuePitch, global float* displacement,
+  global const float* constraint, CLUSTER_LISTS)
+{
+  if (isCalledOff(log, turn, -1.0f))
+  {
+    log[SWEEP_LOG * turn.x + SWEEP_CALLED_OFF] = 1;
+    return;
+  }
+  for (int n = 0; n < 3 * chunkClusterMemberCounts.x; ++n)
+  {
+    gatherChunk(n / 3, n % 3, chunks, links, ways, places, slack, pitch, tissuePitch, displacement, constraint, partial);
+  }
+  for (int id = 0; id < chunkClusterMemberCounts.y; ++id)
+  {
+    const int4 cluster = clusters[id];
+    float move = 0.0f;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      if (cluster.z >= 0 && cluster.z != axis)
+      {
+        continue;
+      }
+      Neighbours n = noNeighbours();
+      for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
+      {
+        neighboursJoin(&n, laneOfCluster(cluster, lane, axis, partial));
+      }
+      move = max(move, moveAlong(n, limited, omega, still, places + id * 3 + axis));
+    }
+    moves[id] = move;
+    if (move > 0.0f)
+    {
+      atomic_max(&log[SWEEP_LOG * turn.x + SWEEP_LARGEST], as_int(move));
+    }
+  }
+  for (int n = 0; n < chunkClusterMemberCounts.z; ++n)
+  {
+    scatterMember(n, turn.z, activity, members, clusters, places, moves, pitch, displacement);
+  }
+}
+
+// Several turns, one after the other, of all bricks and rigid clusters of a grid. It is run by a single work-item, for
+// grids so small that a launch for each turn would take longer than the turn itself. The bits are the same.
+kernel void relaxBatch(global int* activity, global int* log, global const int* batch, int turns, int slots,
+  float still, float slack, int limited, LAYOUT_ARGUMENTS, global float* displacement,
+  global const float* constraint, global const uchar* cut, int4 chunkClusterMemberCounts, CLUSTER_LISTS)
+{
+  for (int n = 0; n < turns; ++n)
+  {
+    global const int* row = batch + BATCH_ROW * n;
+    const int4 turn = vload4(0, row);
+    const int kind = row[BATCH_KIND];
+    const float enough = as_float(row[BATCH_ENOUGH]), omega = as_float(row[BATCH_OMEGA]);
+    if (kind == SWEEP_OF_BODIES)
+    {
+      relaxClusters(chunkClusterMemberCounts, turn, omega, still, slack, limited, activity, log, pitch, tissuePitch,
+        displacement, constraint, chunks, links, ways, clusters, members, partial, places, moves);
+    }
+    for (int slot = 1; kind != SWEEP_OF_BODIES && slot <= slots; ++slot)
+    {
+      int has = 0, touched = 0;
+      for (int d = -1; d < 6; ++d)
+      {
+        has |= turnByRow(d, slot, kind, turn.z - 1, activity, log, turn, enough, table, place, strideY, strideZ);
+      }
+      float move = 0.0f;
+      if (has == TURN_HAS)
+      {
+        move = relaxShare(0, 1, slot, slots, kind, omega, still, slack, limited, pitch, tissuePitch, table, place,
+          strideY, strideZ, displacement, constraint, cut, &touched);
+      }
+      noteTurn(has, touched, move, slot, kind, SWEEP_EVER, activity, log, turn, enough);
+    }
+    if (log[SWEEP_LOG * turn.x + SWEEP_CALLED_OFF])
+    {
+      return;
+    }
+  }
+}
+
+#endif
