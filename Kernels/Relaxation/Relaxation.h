@@ -41,7 +41,7 @@ private:
 
   Bricks& bricks_;
   SweepSchedule schedule_;
-  SharedTable batch_; ///< turns that one launch takes, see relaxBatch()
+  SharedTable batch_;   ///< turns that one launch takes, see relaxBatch()
   int groupPeriod_ = 0; ///< sweeps between the turns of blocked groups
   int sweepsSinceGroups_ = 0;
 };
