@@ -24,21 +24,16 @@ constexpr int sweepsPerGroupTurn = 8;
 /// many sweeps groups also get a turn every so often.
 constexpr int sweepsPerTimedGroupTurn = 30;
 
-/// How many sweeps elements that turn go on from one in which they turn (turn.cl) to the next. They turn in each of the
-/// first, since what coarser grids leave is rough and would contradict spins that follow later; and less often in the
-/// end than before, when displacements hardly change from sweep to sweep. Where coarser grids went before, spins are
-/// what they had to leave behind most of all (CoarseToFine), so that elements turn more often.
+/// Whether elements turn in a sweep (turn.cl): in every third of the first, and in every sixth in the end, when
+/// displacements hardly change from sweep to sweep. Where coarser grids went before, spins are what they had to leave
+/// behind most of all (CoarseToFine), so that elements turn more often for longer; but not in the first sweep, since
+/// displacements are rough there and spins that follow these would contradict each other.
 constexpr int mostSweepsPerRotation = 6;
-int sweepsPerRotation(Reach reach, int sweep)
-{
-  const int first = reach == Reach::Far ? 4 : 6;
-  const int opening = reach == Reach::Far ? 12 : 24;
-  return sweep < first ? 1 : sweep <= opening ? 3 : mostSweepsPerRotation;
-}
-
 bool turnsIn(Reach reach, int sweep)
 {
-  return sweep % sweepsPerRotation(reach, sweep) == 0;
+  const int first = reach == Reach::Far ? 0 : 1;
+  const int opening = reach == Reach::Far ? 12 : 24;
+  return sweep % (sweep <= opening ? 3 : mostSweepsPerRotation) == first;
 }
 
 /// Sweeps in one batch of launches.

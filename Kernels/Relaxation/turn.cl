@@ -53,16 +53,6 @@ typedef struct
 #endif
 } TurningLinks;
 
-// What a spin adds to each of the three axes.
-RULE void axesTurned(const real* spin, real out[3][3])
-{
-  UNROLL
-  for (int a = 0; a < 3; ++a)
-  {
-    turnedAxis(spin, a, out[a]);
-  }
-}
-
 #ifdef SWELLING
 // Adds the neighbour in direction d: its place less u(i), and what its spin adds to the axis of the link.
 RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const real* apart, const real* theirs,
@@ -186,12 +176,13 @@ RULE void loadTurningLinks(const Site* s, const Beside* beside, const real* c, c
   for (int d = 0; d < 6; ++d)
   {
     const int a = d / 2;
+    const float length = proportion(proportions, a);
     real other[3], theirs[3];
     UNROLL
     for (int axis = 0; axis < AXES; ++axis)
     {
       links->limit[d][axis] = linkLimit(c[axis], linkedConstraint(beside, cut, s, axis, d));
-      links->weight[d][axis] = linkWeight(links->limit[d][axis]);
+      links->weight[d][axis] = 1.0f / (length * length) / (links->limit[d][axis] + WEIGHT_EPSILON);
     }
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
@@ -240,14 +231,15 @@ RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proporti
   UNROLL
   for (int a = 0; a < 3; ++a)
   {
+    const float length = proportion(proportions, a);
     real pull[3];
     UNROLL
     for (int b = 0; b < 3; ++b)
     {
       const int axis = min(b, AXES - 1);
-      const float ratio = proportion(proportions, b) / proportion(proportions, a);
-      const real both = links->weight[2 * a][axis] + links->weight[2 * a + 1][axis];
-      pull[b] = ratio * links->pull[a][b] - both * mine[a][b];
+      const float area = proportion(proportions, b) * length;
+      const real both = length * length * (links->weight[2 * a][axis] + links->weight[2 * a + 1][axis]);
+      pull[b] = area * links->pull[a][b] - both * mine[a][b];
       stiffness[a] = b == 0 ? both : b < AXES ? max(stiffness[a], both) : stiffness[a];
     }
     UNROLL
@@ -312,14 +304,13 @@ RULE TurningNeighbours askNeighbours(const TurningLinks* links, real mine[3][3],
   UNROLL
   for (int d = 0; d < 6; ++d)
   {
-    const float length = proportion(proportions, d / 2);
     real most[AXES];
     UNROLL
     for (int b = 0; b < 3; ++b)
     {
       const int axis = min(b, AXES - 1);
       const real strain = strainOf(links, mine, d, b, proportions);
-      const real weight = links->weight[d][axis] * (1.0f / (length * length));
+      const real weight = links->weight[d][axis];
       all.pull[b] = d == 0 ? weight * strain : weight * strain + all.pull[b];
       all.weight[axis] = d == 0 ? weight : b < AXES ? all.weight[axis] + weight : all.weight[axis];
       most[axis] = b < AXES ? fabs(strain) : max(most[axis], fabs(strain));
@@ -384,7 +375,7 @@ RULE void turnWithin(const TurningLinks* links, const real* own, real mine[3][3]
     {
       next[axis] = select(next[axis], own[axis] + share * (next[axis] - own[axis]), beyond);
     }
-    axesTurned(next, turnedTo);
+    turnedAxes(next, turnedTo);
     *all = askNeighbours(links, turnedTo, proportions);
     beyond &= all->room < least;
     share = (real)(0.0f);
@@ -470,10 +461,10 @@ RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const
 }
 #endif
 
-// Relaxes one piece of work, which may turn or only move, and returns the largest move. `mayTurn` is a constant, so
-// that it takes no registers.
-RULE float turnPiece(const Site* s, const Beside* beside, bool mayTurn, float omega, float still, uint pitch,
-  uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut,
+// Relaxes one piece of work, which may turn or only move, and notes the largest moves. `mayTurn` is a constant, so that
+// it takes no registers.
+RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float omega, float still, uint pitch,
+  uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut, real* most,
   int* faces SPIN_ARGUMENTS)
 {
   real c[AXES], u[3], own[3], mine[3][3];
@@ -483,23 +474,23 @@ RULE float turnPiece(const Site* s, const Beside* beside, bool mayTurn, float om
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    c[axis] = LOAD(constraint + axis * tissuePitch + s->self);
+    c[axis] = LOAD_WHOLE(constraint + axis * tissuePitch + s->self);
     relaxes[axis] = c[axis] > 0.0f;
     turns &= (c[axis] != 0.0f) & (c[axis] != -INFINITY); // rigid elements turn with their clusters
     does |= relaxes[axis];
   }
   if (!SOME(does | turns))
   {
-    return 0.0f;
+    return;
   }
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
-    u[axis] = LOAD(displacement + axis * pitch + s->self);
-    own[axis] = LOAD(spin + axis * pitch + s->self);
+    u[axis] = LOAD_WHOLE(displacement + axis * pitch + s->self);
+    own[axis] = LOAD_WHOLE(spin + axis * pitch + s->self);
   }
   loadTurningLinks(s, beside, c, u, pitch, tissuePitch, constraint, cut, &links SPIN_PASSED_ON);
-  axesTurned(own, mine);
+  turnedAxes(own, mine);
 #ifdef SWELLING
   real late[3];
   lateBy(s, &links, mine, pitch, late SPIN_PASSED_ON);
@@ -528,7 +519,7 @@ RULE float turnPiece(const Site* s, const Beside* beside, bool mayTurn, float om
     {
       next[axis] = select(own[axis], next[axis], turning);
     }
-    axesTurned(next, turnedTo);
+    turnedAxes(next, turnedTo);
   }
 
   TurningNeighbours all = askNeighbours(&links, turnedTo, proportions);
@@ -566,23 +557,26 @@ RULE float turnPiece(const Site* s, const Beside* beside, bool mayTurn, float om
   for (int axis = 0; axis < 3; ++axis)
   {
     nextPlace[axis] = u[axis] + move[axis];
-    moved = max(moved, max(fabs(nextPlace[axis] - u[axis]), fabs(next[axis] - own[axis])));
+    moved = max(moved, fabs(nextPlace[axis] - u[axis]));
+    moved = mayTurn ? max(moved, fabs(next[axis] - own[axis])) : moved;
   }
-  const float largest = largestOf(moved);
 #ifdef SWELLING
   *faces |= storeTension(s, &links, turnedTo, move, late, omega, still, pitch SPIN_PASSED_ON);
 #endif
-  if (largest > 0.0f)
+  if (SOME(moved > 0.0f))
   {
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
-      STORE(nextPlace[axis], displacement + axis * pitch + s->self);
-      STORE(next[axis], spin + axis * pitch + s->self);
+      STORE_WHOLE(nextPlace[axis], displacement + axis * pitch + s->self);
+      if (mayTurn)
+      {
+        STORE_WHOLE(next[axis], spin + axis * pitch + s->self);
+      }
     }
     *faces |= movedFaces(s, moved > 0.0f);
+    *most = max(*most, moved);
   }
-  return largest;
 }
 
 // Relaxes the share of one of `items` work-items in a brick and returns the largest move. `last` is the last slot.
@@ -591,19 +585,24 @@ APART float turnShare(int lid, int items, uint slot, uint last, int colour, bool
   int* faces SPIN_ARGUMENTS)
 {
   HALO(halo);
-  float move = 0.0f;
+  real most = (real)(0.0f);
   for (int work = lid; work < VECTORS; work += items)
   {
     const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
     const Beside beside = besideOf(halo, &s, slot, last, colour, pitch, tissuePitch, table, place, strideY, strideZ,
       displacement, constraint SPIN_PASSED_ON);
-    const float most = mayTurn ? turnPiece(&s, &beside, true, omega, still, pitch, tissuePitch, displacement,
-                                   constraint, cut, faces SPIN_PASSED_ON)
-                               : turnPiece(&s, &beside, false, omega, still, pitch, tissuePitch, displacement,
-                                   constraint, cut, faces SPIN_PASSED_ON);
-    move = max(move, most);
+    if (mayTurn)
+    {
+      turnPiece(&s, &beside, true, omega, still, pitch, tissuePitch, displacement, constraint, cut, &most,
+        faces SPIN_PASSED_ON);
+    }
+    else
+    {
+      turnPiece(&s, &beside, false, omega, still, pitch, tissuePitch, displacement, constraint, cut, &most,
+        faces SPIN_PASSED_ON);
+    }
   }
-  return move;
+  return largestOf(most);
 }
 
 // turning: in a sweep in which elements turn, how many sweeps ago they did so before at most; else 0.
