@@ -400,6 +400,7 @@ void RigidClusters::list()
     const cl_int position = static_cast<cl_int>(this->listed_.size());
     const int axis = std::max(0, cluster.axis);
     const std::size_t firstLink = this->linkList_.size();
+    const cl_int firstMember = static_cast<cl_int>(this->memberList_.size());
     for (std::size_t n = cluster.first; n < cluster.first + cluster.count; ++n)
     {
       const Index3 at = grid.indexOf(this->voxels_[n]);
@@ -422,7 +423,7 @@ void RigidClusters::list()
       this->chunkList_.push_back({ { position, static_cast<cl_int>(link), static_cast<cl_int>(length), 0 } });
     }
     this->clusterList_.push_back(
-      { { firstChunk, static_cast<cl_int>(this->chunkList_.size()) - firstChunk, cluster.axis, 0 } });
+      { { firstChunk, static_cast<cl_int>(this->chunkList_.size()) - firstChunk, cluster.axis, firstMember } });
     this->listed_.push_back(id);
   }
   this->upload();
@@ -512,8 +513,8 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
   Context& context = this->bricks_.context();
   if (this->turns())
   {
-    this->turning_.relax({ this->chunks_, this->chunkList_.size(), this->links_, this->ways_, this->heads_,
-                           this->members_, this->memberList_.size() },
+    this->turning_.relax({ this->chunks_, this->chunkList_.size(), this->links_, this->linkList_.size(), this->ways_,
+                           this->heads_, this->members_, this->memberList_.size() },
       omega, still, elasticity.limited, turn);
     return;
   }

@@ -19,6 +19,9 @@ constexpr std::size_t floatsOfPose = 8;
 constexpr std::size_t floatsOfSystem = 16;
 constexpr std::size_t floatsOfBounds = 8;
 
+/// Where no more links than this leave all clusters, a processor takes their turn in one launch, see turnClusters().
+constexpr std::size_t fewLinks = 2048;
+
 /// From one voxel to another at rest [mm].
 Vector3 way(const Grid& grid, const Index3& from, const Index3& to)
 {
@@ -334,19 +337,27 @@ void TurningClusters::relax(const Lists& lists, float omega, float still, bool l
   const cl_int isLimited = limited ? 1 : 0;
   const Spins& spins = *this->bricks_.spins();
 
-  context.launchOver(kernel("turnGather"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, lists.ways,
-    this->bodies_, this->poses_, this->bricks_.layout(), this->bricks_.displacement, this->bricks_.constraint, spins,
-    this->sums_);
+  if (!context.info().gpu && lists.linkCount <= fewLinks)
+  {
+    context.launch(kernel("turnClusters"), clusters, items, turn.activity, turn.log, turn.turn, isLimited, omega, still,
+      lists.chunks, lists.links, lists.ways, lists.heads, lists.members, static_cast<cl_uint>(lists.memberCount),
+      this->bodies_, this->poses_, this->steps_, this->ends_, this->moves_, this->sums_, this->bounds_, this->checks_,
+      this->bricks_.layout(), this->bricks_.displacement, this->bricks_.constraint, spins);
+    return;
+  }
+  const auto overChunks = [&](const char* name, const auto&... more)
+  {
+    context.launchOver(kernel(name), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, lists.ways,
+      this->bodies_, this->poses_, this->bricks_.layout(), this->bricks_.displacement, this->bricks_.constraint, spins,
+      more...);
+  };
+  overChunks("turnGather", this->sums_);
   context.launch(kernel("turnSolve"), clusters, items, turn.log, turn.turn, lists.heads, this->bodies_, omega,
     spins.proportions, this->sums_, this->poses_, this->steps_, this->ends_);
-  context.launchOver(kernel("turnBound"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, lists.ways,
-    this->bodies_, this->poses_, this->ends_, this->bricks_.layout(), this->bricks_.displacement,
-    this->bricks_.constraint, spins, this->bounds_);
+  overChunks("turnBound", this->ends_, this->bounds_);
   context.launch(kernel("turnChoose"), clusters, items, turn.log, turn.turn, lists.heads, isLimited, omega,
     spins.proportions, this->bounds_, this->poses_, this->steps_, this->ends_);
-  context.launchOver(kernel("turnCheck"), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, lists.ways,
-    this->bodies_, this->poses_, this->ends_, this->steps_, this->bricks_.layout(), this->bricks_.displacement,
-    this->bricks_.constraint, spins, this->checks_);
+  overChunks("turnCheck", this->ends_, this->steps_, this->checks_);
   context.launch(kernel("turnAccept"), clusters, items, turn.log, turn.turn, lists.heads, this->bodies_, isLimited,
     still, spins.proportions, this->checks_, this->steps_, this->ends_, this->poses_, this->moves_);
   context.launchOver(kernel("turnScatter"), lists.memberCount, turn.activity, turn.turn, lists.members, this->bodies_,

@@ -58,6 +58,7 @@ public:
     const cl::Buffer& chunks;
     std::size_t chunkCount;
     const cl::Buffer& links;
+    std::size_t linkCount;
     const cl::Buffer& ways; ///< the directions of links
     const cl::Buffer& heads;
     const cl::Buffer& members;

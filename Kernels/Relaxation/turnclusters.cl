@@ -114,19 +114,22 @@ RULE PosedLink posed(const OutgoingLink* link, const Pose* pose, float4 proporti
   return as;
 }
 
+// The links that leave clusters, and where these are.
+#define CHUNK_ARGUMENTS                                                                                                \
+  global const int4 *chunks, global const uint *links, global const uchar *ways, global const float *bodies,           \
+    global const float *poses, LAYOUT_ARGUMENTS, global const float *displacement,                                     \
+    global const float *constraint SPIN_ARGUMENTS
+#define CHUNK_PASSED_ON                                                                                                \
+  chunks, links, ways, bodies, poses, pitch, tissuePitch, table, place, strideY, strideZ, displacement,                \
+    constraint SPIN_PASSED_ON
+
 #define LINK_OF(n, bodies)                                                                                             \
   linkOf(links[n], ways[n], bodies, pitch, place, strideY, strideZ, displacement, constraint, spin, proportions)
 
 // Sums up one chunk: the weights (1), their first and second moments (3, 6), the force (3) and the torque (3).
-kernel void turnGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
-  global const uchar* ways, global const float* bodies, global const float* poses, LAYOUT_ARGUMENTS,
-  global const float* displacement, global const float* constraint SPIN_ARGUMENTS, global float* sums, uint count)
+inline void gatherChunk(uint number, CHUNK_ARGUMENTS, global float* sums)
 {
-  if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
-  {
-    return;
-  }
-  const int4 chunk = chunks[get_global_id(0)];
+  const int4 chunk = chunks[number];
   const Pose pose = loadPose(poses + ROW * chunk.x);
   float sum[SYSTEM];
   for (int m = 0; m < SYSTEM; ++m)
@@ -161,7 +164,15 @@ kernel void turnGather(global const int* log, int4 turn, global const int4* chun
   }
   for (int m = 0; m < SYSTEM; ++m)
   {
-    sums[SYSTEM * get_global_id(0) + m] = sum[m];
+    sums[SYSTEM * number + m] = sum[m];
+  }
+}
+
+kernel void turnGather(global const int* log, int4 turn, CHUNK_ARGUMENTS, global float* sums, uint count)
+{
+  if (get_global_id(0) < count && !isCalledOff(log, turn, -1.0f))
+  {
+    gatherChunk(get_global_id(0), CHUNK_PASSED_ON, sums);
   }
 }
 
@@ -211,38 +222,22 @@ inline void storePose(const float* pose, global float* out)
   }
 }
 
-// Finds the step of each cluster, one work-group each, and the pose after all of it. A step: its move and rotation
-// (6), how much the energy falls in it, the move without a rotation (3) and twice the weights.
-kernel void turnSolve(global const int* log, int4 turn, global const int4* clusters, global const float* bodies,
-  float omega, float4 proportions, global const float* sums, global const float* poses, global float* steps,
-  global float* ends)
+// One of the sums over the chunks of a cluster: those of one of LANES lanes.
+inline float laneOfSystem(int4 cluster, int lane, int m, global const float* sums)
 {
-  local float lanes[SYSTEM * LANES];
-  const uint id = get_group_id(0);
-  const int4 cluster = clusters[id];
-  for (int lane = get_local_id(0); lane < SYSTEM * LANES; lane += get_local_size(0))
+  float sum = 0.0f;
+  for (int chunk = lane; chunk < cluster.y; chunk += LANES)
   {
-    float sum = 0.0f;
-    for (int chunk = lane / SYSTEM; chunk < cluster.y; chunk += LANES)
-    {
-      sum += sums[SYSTEM * (cluster.x + chunk) + lane % SYSTEM];
-    }
-    lanes[lane] = sum;
+    sum += sums[SYSTEM * (cluster.x + chunk) + m];
   }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) > 0 || isCalledOff(log, turn, -1.0f))
-  {
-    return;
-  }
-  float sum[SYSTEM];
-  for (int m = 0; m < SYSTEM; ++m)
-  {
-    sum[m] = 0.0f;
-    for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
-    {
-      sum[m] += lanes[SYSTEM * lane + m];
-    }
-  }
+  return sum;
+}
+
+// Finds the step of a cluster by the sums over all of its links, and the pose after all of it. A step: its move and
+// rotation (6), how much the energy falls in it, the move without a rotation (3) and twice the weights.
+inline void solveCluster(uint id, const float* sum, float omega, float4 proportions, global const float* bodies,
+  global const float* poses, global float* steps, global float* ends)
+{
   global const float* body = bodies + ROW * id;
   const int freedom = (int)body[BODY_FREEDOM];
   const float radius = body[BODY_RADIUS];
@@ -338,6 +333,35 @@ kernel void turnSolve(global const int* log, int4 turn, global const int4* clust
   storePose(end, ends + ROW * id);
 }
 
+// Does that for each cluster, one work-group each.
+kernel void turnSolve(global const int* log, int4 turn, global const int4* clusters, global const float* bodies,
+  float omega, float4 proportions, global const float* sums, global const float* poses, global float* steps,
+  global float* ends)
+{
+  local float lanes[SYSTEM * LANES];
+  const uint id = get_group_id(0);
+  const int4 cluster = clusters[id];
+  for (int lane = get_local_id(0); lane < SYSTEM * LANES; lane += get_local_size(0))
+  {
+    lanes[lane] = laneOfSystem(cluster, lane / SYSTEM, lane % SYSTEM, sums);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) > 0 || isCalledOff(log, turn, -1.0f))
+  {
+    return;
+  }
+  float sum[SYSTEM];
+  for (int m = 0; m < SYSTEM; ++m)
+  {
+    sum[m] = 0.0f;
+    for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
+    {
+      sum[m] += lanes[SYSTEM * lane + m];
+    }
+  }
+  solveCluster(id, sum, omega, proportions, bodies, poses, steps, ends);
+}
+
 // How much the energy of two poses of a link differs.
 RULE float riseOf(float weight, const PosedLink* now, const PosedLink* then)
 {
@@ -352,16 +376,9 @@ RULE float riseOf(float weight, const PosedLink* now, const PosedLink* then)
 
 // The share of the step that the links of a chunk allow, by linear estimate (1), how far the cluster may move without
 // turning (3 lower bounds, 3 upper ones), and how much the energy would rise in the whole step (1).
-kernel void turnBound(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
-  global const uchar* ways, global const float* bodies, global const float* poses, global const float* ends,
-  LAYOUT_ARGUMENTS, global const float* displacement, global const float* constraint SPIN_ARGUMENTS,
-  global float* bounds, uint count)
+inline void boundChunk(uint number, CHUNK_ARGUMENTS, global const float* ends, global float* bounds)
 {
-  if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
-  {
-    return;
-  }
-  const int4 chunk = chunks[get_global_id(0)];
+  const int4 chunk = chunks[number];
   const Pose pose = loadPose(poses + ROW * chunk.x);
   const Pose end = loadPose(ends + ROW * chunk.x);
   float share = 1.0f, rise = 0.0f;
@@ -386,7 +403,7 @@ kernel void turnBound(global const int* log, int4 turn, global const int4* chunk
       }
     }
   }
-  global float* out = bounds + BOUNDS * get_global_id(0);
+  global float* out = bounds + BOUNDS * number;
   out[0] = share;
   out[7] = rise;
   for (int axis = 0; axis < 3; ++axis)
@@ -396,44 +413,37 @@ kernel void turnBound(global const int* log, int4 turn, global const int4* chunk
   }
 }
 
+kernel void turnBound(
+  global const int* log, int4 turn, CHUNK_ARGUMENTS, global const float* ends, global float* bounds, uint count)
+{
+  if (get_global_id(0) < count && !isCalledOff(log, turn, -1.0f))
+  {
+    boundChunk(get_global_id(0), CHUNK_PASSED_ON, ends, bounds);
+  }
+}
+
 // Adds a chunk's bounds, one of the numbers that turnBound writes, to those of others.
 inline float boundOf(int m, float all, float part)
 {
   return m == 7 ? all + part : m == 0 || m >= 4 ? min(all, part) : max(all, part);
 }
 
+// The bounds of one of LANES lanes of the chunks of a cluster.
+inline float laneOfBounds(int4 cluster, int lane, int m, global const float* bounds)
+{
+  float value = m == 0 ? 1.0f : m == 7 ? 0.0f : m < 4 ? -INFINITY : INFINITY;
+  for (int chunk = lane; chunk < cluster.y; chunk += LANES)
+  {
+    value = boundOf(m, value, bounds[BOUNDS * (cluster.x + chunk) + m]);
+  }
+  return value;
+}
+
 // Chooses between the part of the step that is allowed and a move without a rotation, by how much the energy falls.
 // What was found out about the whole step is kept: whether it is taken, and how much the energy rises in it.
-kernel void turnChoose(global const int* log, int4 turn, global const int4* clusters, int limited, float omega,
-  float4 proportions, global const float* bounds, global const float* poses, global float* steps, global float* ends)
+inline void chooseStep(uint id, const float* bound, int limited, float omega, float4 proportions,
+  global const float* poses, global float* steps, global float* ends)
 {
-  local float lanes[BOUNDS * LANES];
-  const uint id = get_group_id(0);
-  const int4 cluster = clusters[id];
-  for (int lane = get_local_id(0); lane < BOUNDS * LANES; lane += get_local_size(0))
-  {
-    const int m = lane % BOUNDS;
-    float value = m == 0 ? 1.0f : m == 7 ? 0.0f : m < 4 ? -INFINITY : INFINITY;
-    for (int chunk = lane / BOUNDS; chunk < cluster.y; chunk += LANES)
-    {
-      value = boundOf(m, value, bounds[BOUNDS * (cluster.x + chunk) + m]);
-    }
-    lanes[lane] = value;
-  }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) > 0 || isCalledOff(log, turn, -1.0f))
-  {
-    return;
-  }
-  float bound[BOUNDS];
-  for (int m = 0; m < BOUNDS; ++m)
-  {
-    bound[m] = lanes[m];
-    for (int lane = 1; lane < min(LANES, cluster.y); ++lane)
-    {
-      bound[m] = boundOf(m, bound[m], lanes[BOUNDS * lane + m]);
-    }
-  }
   // The estimate is linear: a step that links shorten stops a little before them.
   const float share = !limited || bound[0] >= 1.0f ? 1.0f : 0.95f * bound[0];
   float step[6], move[6];
@@ -462,18 +472,39 @@ kernel void turnChoose(global const int* log, int4 turn, global const int4* clus
   storePose(end, ends + ROW * id);
 }
 
-// Whether links of a chunk would be beyond their limits, and by how much the energy would rise, in steps that are not
-// whole.
-kernel void turnCheck(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
-  global const uchar* ways, global const float* bodies, global const float* poses, global const float* ends,
-  global const float* steps, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint SPIN_ARGUMENTS, global float2* checks, uint count)
+kernel void turnChoose(global const int* log, int4 turn, global const int4* clusters, int limited, float omega,
+  float4 proportions, global const float* bounds, global const float* poses, global float* steps, global float* ends)
 {
-  if (get_global_id(0) >= count || isCalledOff(log, turn, -1.0f))
+  local float lanes[BOUNDS * LANES];
+  const uint id = get_group_id(0);
+  const int4 cluster = clusters[id];
+  for (int lane = get_local_id(0); lane < BOUNDS * LANES; lane += get_local_size(0))
+  {
+    lanes[lane] = laneOfBounds(cluster, lane / BOUNDS, lane % BOUNDS, bounds);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) > 0 || isCalledOff(log, turn, -1.0f))
   {
     return;
   }
-  const int4 chunk = chunks[get_global_id(0)];
+  float bound[BOUNDS];
+  for (int m = 0; m < BOUNDS; ++m)
+  {
+    bound[m] = lanes[m];
+    for (int lane = 1; lane < min(LANES, cluster.y); ++lane)
+    {
+      bound[m] = boundOf(m, bound[m], lanes[BOUNDS * lane + m]);
+    }
+  }
+  chooseStep(id, bound, limited, omega, proportions, poses, steps, ends);
+}
+
+// Whether links of a chunk would be beyond their limits, and by how much the energy would rise, in steps that are not
+// whole.
+inline void checkChunk(
+  uint number, CHUNK_ARGUMENTS, global const float* ends, global const float* steps, global float2* checks)
+{
+  const int4 chunk = chunks[number];
   if (steps[SYSTEM * chunk.x + STEP_WHOLE] != 0.0f)
   {
     return;
@@ -495,52 +526,41 @@ kernel void turnCheck(global const int* log, int4 turn, global const int4* chunk
       beyond = to > from && to > limit ? max(beyond, to - limit) : beyond;
     }
   }
-  checks[get_global_id(0)] = (float2)(beyond, rise);
+  checks[number] = (float2)(beyond, rise);
+}
+
+kernel void turnCheck(global const int* log, int4 turn, CHUNK_ARGUMENTS, global const float* ends,
+  global const float* steps, global float2* checks, uint count)
+{
+  if (get_global_id(0) < count && !isCalledOff(log, turn, -1.0f))
+  {
+    checkChunk(get_global_id(0), CHUNK_PASSED_ON, ends, steps, checks);
+  }
 }
 
 // What rounding may put a link beyond its limit by, as a fraction of the mean spacing.
 #define ROUNDING 2e-6f
 
-// Takes the step of each cluster that passed the check, one work-group each. moves: how far the cluster went, 0 where
-// it stayed.
-kernel void turnAccept(global int* log, int4 turn, global const int4* clusters, global const float* bodies, int limited,
-  float still, float4 proportions, global const float2* checks, global const float* steps, global const float* ends,
-  global float* poses, global float* moves)
+// The check of one of LANES lanes of the chunks of a cluster: by how much a link is beyond its limit, and by how much
+// the energy rises.
+inline float2 laneOfChecks(int4 cluster, int lane, global const float2* checks)
 {
-  local float2 lanes[LANES];
-  const uint id = get_group_id(0);
-  const int4 cluster = clusters[id];
-  const bool whole = steps[SYSTEM * id + STEP_WHOLE] != 0.0f;
-  for (int lane = get_local_id(0); lane < LANES; lane += get_local_size(0))
+  float2 sum = (float2)(0.0f, 0.0f);
+  for (int chunk = lane; chunk < cluster.y; chunk += LANES)
   {
-    float2 sum = (float2)(0.0f, 0.0f);
-    for (int chunk = lane; !whole && chunk < cluster.y; chunk += LANES)
-    {
-      const float2 part = checks[cluster.x + chunk];
-      sum = (float2)(max(sum.x, part.x), sum.y + part.y);
-    }
-    lanes[lane] = sum;
+    const float2 part = checks[cluster.x + chunk];
+    sum = (float2)(max(sum.x, part.x), sum.y + part.y);
   }
-  barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) > 0)
-  {
-    return;
-  }
+  return sum;
+}
+
+// Takes the step of a cluster if it passed the check, and notes how far the cluster went, 0 where it stayed.
+inline void acceptStep(uint id, float beyond, float rise, int limited, float still, float4 proportions, global int* log,
+  int4 turn, global const float* bodies, global const float* steps, global const float* ends, global float* poses,
+  global float* moves)
+{
+  float move = 0.0f;
   moves[id] = 0.0f;
-  if (isCalledOff(log, turn, -1.0f))
-  {
-    if (id == 0)
-    {
-      log[SWEEP_LOG * turn.x + SWEEP_CALLED_OFF] = 1;
-    }
-    return;
-  }
-  float beyond = 0.0f, rise = whole ? steps[SYSTEM * id + STEP_RISE] : 0.0f, move = 0.0f;
-  for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
-  {
-    beyond = max(beyond, lanes[lane].x);
-    rise += lanes[lane].y;
-  }
   for (int axis = 0; axis < 3; ++axis)
   {
     const float length = proportion(proportions, axis);
@@ -559,22 +579,54 @@ kernel void turnAccept(global int* log, int4 turn, global const int4* clusters, 
   atomic_max(&log[SWEEP_LOG * turn.x + SWEEP_LARGEST], as_int(move));
 }
 
-// Puts the members where their cluster's pose has them. member: address, cluster. Elements that are held stay where
-// they are, and turn.
-kernel void turnScatter(global int* activity, int4 turn, global const uint2* members, global const float* bodies,
-  global const float* poses, global const float* moves, LAYOUT_ARGUMENTS, global float* displacement,
-  global const float* constraint SPIN_ARGUMENTS, uint count)
+// Notes that the turn of a cluster was called off.
+inline void leaveOut(uint id, global int* log, int4 turn, global float* moves)
 {
-  if (get_global_id(0) >= count)
+  moves[id] = 0.0f;
+  if (id == 0)
+  {
+    log[SWEEP_LOG * turn.x + SWEEP_CALLED_OFF] = 1;
+  }
+}
+
+kernel void turnAccept(global int* log, int4 turn, global const int4* clusters, global const float* bodies, int limited,
+  float still, float4 proportions, global const float2* checks, global const float* steps, global const float* ends,
+  global float* poses, global float* moves)
+{
+  local float2 lanes[LANES];
+  const uint id = get_group_id(0);
+  const int4 cluster = clusters[id];
+  const bool whole = steps[SYSTEM * id + STEP_WHOLE] != 0.0f;
+  for (int lane = get_local_id(0); lane < LANES; lane += get_local_size(0))
+  {
+    lanes[lane] = whole ? (float2)(0.0f, 0.0f) : laneOfChecks(cluster, lane, checks);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) > 0)
   {
     return;
   }
-  const uint2 member = members[get_global_id(0)];
-  if (moves[member.y] == 0.0f)
+  if (isCalledOff(log, turn, -1.0f))
   {
+    leaveOut(id, log, turn, moves);
     return;
   }
-  atomic_max(&activity[SWEEP_ROW * (member.x / ELEMENTS) + SWEEP_NOTED], turn.z);
+  float beyond = 0.0f, rise = whole ? steps[SYSTEM * id + STEP_RISE] : 0.0f;
+  for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
+  {
+    beyond = max(beyond, lanes[lane].x);
+    rise += lanes[lane].y;
+  }
+  acceptStep(id, beyond, rise, limited, still, proportions, log, turn, bodies, steps, ends, poses, moves);
+}
+
+// Puts a member where its cluster's pose has it. member: address, cluster. Elements that are held stay where they are,
+// and turn.
+inline void scatterMember(uint2 member, int sweep, global int* activity, global const float* bodies,
+  global const float* poses, LAYOUT_ARGUMENTS, global float* displacement,
+  global const float* constraint SPIN_ARGUMENTS)
+{
+  atomic_max(&activity[SWEEP_ROW * (member.x / ELEMENTS) + SWEEP_NOTED], sweep);
   const int3 size = (int3)(BX, BY, BZ);
   const int3 at = brickAt(place[member.x / ELEMENTS], strideY, strideZ) * size + elementAt(member.x % ELEMENTS);
   global const float* body = bodies + ROW * member.y;
@@ -592,5 +644,82 @@ kernel void turnScatter(global int* activity, int4 turn, global const uint2* mem
     {
       displacement[axis * pitch + member.x] = pose[axis] + more[axis] / proportion(proportions, axis);
     }
+  }
+}
+
+kernel void turnScatter(global int* activity, int4 turn, global const uint2* members, global const float* bodies,
+  global const float* poses, global const float* moves, LAYOUT_ARGUMENTS, global float* displacement,
+  global const float* constraint SPIN_ARGUMENTS, uint count)
+{
+  if (get_global_id(0) < count && moves[members[get_global_id(0)].y] > 0.0f)
+  {
+    scatterMember(members[get_global_id(0)], turn.z, activity, bodies, poses, pitch, tissuePitch, table, place, strideY,
+      strideZ, displacement, constraint SPIN_PASSED_ON);
+  }
+}
+
+// The whole turn of each cluster, one work-item each: for clusters of so few links that launches would take longer than
+// what they launch. The bits are the same.
+kernel void turnClusters(global int* activity, global int* log, int4 turn, int limited, float omega, float still,
+  global const int4* chunks, global const uint* links, global const uchar* ways, global const int4* clusters,
+  global const uint2* members, uint memberCount, global const float* bodies, global float* poses, global float* steps,
+  global float* ends, global float* moves, global float* sums, global float* bounds, global float2* checks,
+  LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint SPIN_ARGUMENTS)
+{
+  const uint id = get_group_id(0);
+  const int4 cluster = clusters[id];
+  if (isCalledOff(log, turn, -1.0f))
+  {
+    leaveOut(id, log, turn, moves);
+    return;
+  }
+  for (int n = cluster.x; n < cluster.x + cluster.y; ++n)
+  {
+    gatherChunk(n, CHUNK_PASSED_ON, sums);
+  }
+  float sum[SYSTEM];
+  for (int m = 0; m < SYSTEM; ++m)
+  {
+    sum[m] = 0.0f;
+    for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
+    {
+      sum[m] += laneOfSystem(cluster, lane, m, sums);
+    }
+  }
+  solveCluster(id, sum, omega, proportions, bodies, poses, steps, ends);
+
+  for (int n = cluster.x; n < cluster.x + cluster.y; ++n)
+  {
+    boundChunk(n, CHUNK_PASSED_ON, ends, bounds);
+  }
+  float bound[BOUNDS];
+  for (int m = 0; m < BOUNDS; ++m)
+  {
+    bound[m] = laneOfBounds(cluster, 0, m, bounds);
+    for (int lane = 1; lane < min(LANES, cluster.y); ++lane)
+    {
+      bound[m] = boundOf(m, bound[m], laneOfBounds(cluster, lane, m, bounds));
+    }
+  }
+  chooseStep(id, bound, limited, omega, proportions, poses, steps, ends);
+
+  const bool whole = steps[SYSTEM * id + STEP_WHOLE] != 0.0f;
+  float beyond = 0.0f, rise = whole ? steps[SYSTEM * id + STEP_RISE] : 0.0f;
+  for (int n = cluster.x; n < cluster.x + cluster.y && !whole; ++n)
+  {
+    checkChunk(n, CHUNK_PASSED_ON, ends, steps, checks);
+  }
+  for (int lane = 0; lane < min(LANES, cluster.y) && !whole; ++lane)
+  {
+    const float2 part = laneOfChecks(cluster, lane, checks);
+    beyond = max(beyond, part.x);
+    rise += part.y;
+  }
+  acceptStep(id, beyond, rise, limited, still, proportions, log, turn, bodies, steps, ends, poses, moves);
+
+  for (uint n = cluster.w; n < memberCount && members[n].y == id && moves[id] > 0.0f; ++n)
+  {
+    scatterMember(members[n], turn.z, activity, bodies, poses, pitch, tissuePitch, table, place, strideY, strideZ,
+      displacement, constraint SPIN_PASSED_ON);
   }
 }
