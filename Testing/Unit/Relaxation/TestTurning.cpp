@@ -178,6 +178,45 @@ TEST(Turning, AProbeTurnsABoneAsFarAsItsGripAllows)
   EXPECT_LT(free[1], -0.01);
 }
 
+// A bone gets the same bits alone and beside another one of so many links that a processor cannot turn both in one
+// launch. Air lies between the two.
+TEST(Turning, BonesOfFewLinksTurnAsThoseOfManyDo)
+{
+  constexpr int between = 17; // the layer of air
+  std::vector<float> first;
+  for (const bool beside : { false, true })
+  {
+    Scene scene({ 25, 11, 62 }, 0.35f);
+    scene.anchors.faces[2] = true;
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        if (k == between || (k > between && !beside))
+        {
+          scene.air(i, j, k);
+        }
+        else if (i >= 3 && i < 22 && j >= 3 && j < 8 && ((k >= 7 && k < 10) || (k >= 24 && k < 58)))
+        {
+          scene.give(i, j, k, 0.0f); // 334 and 1822 links leave these bones
+        }
+      });
+    Simulation simulation = simulateTurning(scene);
+    std::vector<Probe> probes{ onBone(scene, 21, 5, 12, { 0.0, 0.1, 0.8 }, 1.1) };
+    if (beside)
+    {
+      probes.push_back(onBone(scene, 3, 9, 40, { 0.1, 0.3, 0.2 }));
+    }
+    simulation.pull(probes);
+    simulation.relax(20, 0.0);
+    EXPECT_LT(bend(simulation), 1e-4);
+    EXPECT_GT(std::fabs(anglesOf(simulation)[1]), 1e-3) << "nothing turns: a poor test";
+    std::vector<float> below = displacements(simulation);
+    below.resize(3 * scene.grid.at(0, 0, between));
+    first = first.empty() ? below : first;
+    EXPECT_TRUE(sameBits(below, first));
+  }
+}
+
 TEST(Turning, ABoneThatIsAnchoredStays)
 {
   Scene scene = boneScene();
