@@ -475,10 +475,10 @@ void Bricks::saveIn(Field& field)
     this->workItems(true), this->displacement, field.buffer, count, perGroup);
 }
 
-void Bricks::saveBefore(const std::vector<int>& slots)
+void Bricks::saveIn(Field& field, const std::vector<int>& slots)
 {
-  this->keep(this->before_, 1);
-  this->copyBricks(slots, this->displacement, this->before());
+  this->keep(field, 1);
+  this->copyBricks(slots, this->displacement, field.buffer);
 }
 
 void Bricks::restoreBefore(const std::vector<int>& slots)

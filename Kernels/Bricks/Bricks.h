@@ -120,8 +120,10 @@ public:
   /// away. A kept field must outlive the bricks or be dropped.
   void keep(Field& field);
   void drop(Field& field);
-  /// Copies the displacements to a field, which is kept from then on.
+  /// Copies the displacements to a field, which is kept from then on: all, or those of some slots. Then the others hold
+  /// anything.
   void saveIn(Field& field);
+  void saveIn(Field& field, const std::vector<int>& slots);
 
   /// All displacements to zero.
   void clearDisplacements();
@@ -153,9 +155,8 @@ public:
   /// The tension of single elements, where they have any.
   std::vector<float> tensionsAt(const std::vector<std::uint32_t>& addresses);
 
-  /// Saves the displacements as the state before a wave: all, or those of some slots. Then the others hold anything.
-  void saveBefore() { this->saveIn(this->before_); }
-  void saveBefore(const std::vector<int>& slots);
+  /// Saves the displacements of some slots as the state before a wave. The others hold anything.
+  void saveBefore(const std::vector<int>& slots) { this->saveIn(this->before_, slots); }
   /// Goes back to that state in these slots.
   void restoreBefore(const std::vector<int>& slots);
   /// Gives that state memory or, when no wave needs it any more, takes it away.
@@ -254,7 +255,8 @@ public:
   cl::Buffer displacement; ///< float [axis][address]
   cl::Buffer constraint;   ///< float [axis][address], signed, with the pitch of tissue
   cl::Buffer cut;          ///< uchar [address], bits as in Links; only where anyCut()
-  /// float [axis][address], the state that saveBefore() saved, also brick by brick on the device (envelope.cl)
+  /// float [axis][address], the state that saveBefore() saved, also brick by brick on the device
+  /// (fixedpoint.clh)
   const cl::Buffer& before() const { return this->before_.buffer; }
   /// `cut` or, for kernels that were built without cuts and do not read it, any buffer.
   const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }

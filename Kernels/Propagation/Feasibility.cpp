@@ -67,6 +67,7 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   const std::vector<int> slots = this->bricks_.touchedSlots();
   const std::vector<int> violated =
     this->bricksThatAre("violated", "feasibility.cl", true, turning ? slots : this->bricks_.slotsAround(slots));
+  this->bricks_.require(violated);
   std::vector<int> violatedSlots;
   for (const int brick : violated)
   {
@@ -78,7 +79,6 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     propagation.start({}); // leaves a conflict of none
     return violated.empty();
   }
-  this->bricks_.saveBefore();
   if (turning)
   {
     this->bricks_.keep(this->upper_); // both bounds are those of shifts, which begin with 0
@@ -86,18 +86,16 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   }
   else
   {
-    // Bricks that get memory later are at rest, so that the zeros in their memory are the right bounds.
-    this->bricks_.saveIn(this->upper_);
+    // The lower bounds are where the wave will look for the state before it.
+    this->bricks_.saveBefore(violatedSlots);
+    this->bricks_.saveIn(this->upper_, violatedSlots);
   }
   this->fixedPoint_.start(violated);
   this->fixedPoint_.run(turning ? mostPasses : 0, std::numeric_limits<float>::infinity(), checkpoint,
     [&](ArgumentList& own)
     {
-      own.add(this->bricks_.tissue(), turning ? this->lower_.buffer : this->bricks_.before(), this->upper_.buffer);
-      if (turning)
-      {
-        own.add(this->bricks_.before(), this->bricks_.turned());
-      }
+      own.add(this->bricks_.displacement, this->bricks_.tissue(),
+        turning ? this->lower_.buffer : this->bricks_.before(), this->upper_.buffer, this->bricks_.turned());
     });
   bool feasible = this->fixedPoint_.finished();
   const std::vector<int> changed = this->fixedPoint_.changed();
@@ -106,6 +104,10 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   {
     this->bricks_.touch(slot);
     bricks.push_back(this->bricks_.brick(slot));
+  }
+  if (turning)
+  {
+    this->bricks_.saveBefore(changed);
   }
   Context& context = this->bricks_.context();
   context.launch(

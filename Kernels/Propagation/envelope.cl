@@ -42,35 +42,6 @@ RULE mask isFollowed(real next, real u, real u0, real other, real limit)
   return !(raised | lowered) | (raised & (next - limit > other)) | (lowered & (next + limit < other));
 }
 
-// Bits 0 to 5: the bricks beyond the faces of a brick that have saved their states.
-RULE int savedBeyond(
-  uint slot, global const int* visits, global const int* table, global const int* place, int strideY, int strideZ)
-{
-  const int at = place[slot];
-  const int near[6] = { at - 1, at + 1, at - strideY, at + strideY, at - strideZ, at + strideZ };
-  int saved = 0;
-  for (int d = 0; d < 6; ++d)
-  {
-    saved |= visits[VISIT_ROW * table[near[d]] + VISIT_STATE] & VISIT_SEEN ? 1 << d : 0;
-  }
-  return saved;
-}
-
-// The directions in which what lies beside a piece of work, or beside its end, lies in the same brick.
-RULE int within(const Site* s)
-{
-  return (s->n > 0 ? 1 : 0) | (s->n + WIDTH < HALF ? 2 : 0) | (s->j > 0 ? 4 : 0) | (s->j < BY - 1 ? 8 : 0) |
-         (s->k > 0 ? 16 : 0) | (s->k < BZ - 1 ? 32 : 0);
-}
-
-// The displacement before the wave, on an axis, of the neighbour in direction d. `saved`: see savedBeyond(), together
-// with within().
-RULE real neighbourWas(
-  global const float* displacement, global const float* before, uint axis, int saved, const Site* s, int d, int odd)
-{
-  return neighbourOf(s->atRest, before + axis, (saved >> d & 1 ? before : displacement) + axis, s, d, odd);
-}
-
 // Updates one piece of work. `odd`: see BY_PARITY. `beside`, a constant, says whether it or a neighbour may be held.
 RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, uint pitch, uint tissuePitch,
   global float* displacement, global const float* before, global const float* constraint, global const uchar* cut,
@@ -105,14 +76,14 @@ RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, u
     for (int d = 0; d < 6; ++d)
     {
 #ifdef TURNING
-      const real apart = neighbourWas(displacement, before, axis * pitch, saved, s, d, odd) -
+      const real apart = neighbourSaved(before, displacement, axis * pitch, saved, s, d, odd) -
                          LOAD_WHOLE(before + axis * pitch + s->self);
       const real strain = select(apart - wanted[d][axis], (real)(0.0f), limit[d] == 0.0f);
       other[d] = neighbour(shift + axis * pitch, s, d, odd);
       envelopeAdd(&e, strain + other[d], select(strain, strain + other[d], other[d] == 0.0f), held[d], limit[d]);
 #else
       other[d] = neighbour(displacement + axis * pitch, s, d, odd);
-      const real was = neighbourWas(displacement, before, axis * pitch, saved, s, d, odd);
+      const real was = neighbourSaved(before, displacement, axis * pitch, saved, s, d, odd);
       envelopeAdd(&e, other[d], was, held[d], limit[d]);
 #endif
     }
@@ -235,19 +206,6 @@ inline int heldNear(uint slot, int saved, global int* visits, LAYOUT_ARGUMENTS, 
 #define MAY_BE_HELD true
 #endif
 
-// Saves the share of a work-item of the state of a brick.
-RULE void save(int lid, int items, uint slot, uint pitch, global const float* displacement, global float* before)
-{
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    for (int n = lid * WIDTH; n < ELEMENTS; n += items * WIDTH)
-    {
-      const uint at = axis * pitch + slot * ELEMENTS + n;
-      STORE_WHOLE(LOAD_WHOLE(displacement + at), before + at);
-    }
-  }
-}
-
 APART void propagateIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, int items,
   global float* displacement, global float* before, global const float* constraint,
   global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
@@ -256,7 +214,7 @@ APART void propagateIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMEN
   const int saved = savedBeyond(slot, visits, table, place, strideY, strideZ);
   if (from != 0 && !(visits[VISIT_ROW * slot + VISIT_STATE] & VISIT_SEEN))
   {
-    save(lid, items, slot, pitch, displacement, before);
+    saveBrick(lid, items, slot, pitch, displacement, before);
   }
   const bool mayBeHeld = MAY_BE_HELD;
 #define WAVE(odd, beside)                                                                                              \

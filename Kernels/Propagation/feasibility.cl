@@ -2,10 +2,13 @@
 // j, in place and in any order, and `settle` takes their mean. They begin at the bricks that `violated` finds, most
 // often few.
 //
-// Where elements turn, spins stay as they are, and the bounds are those of shifts, as in envelope.cl: `before` is the
-// displacement, and both bounds are 0 at first.
+// At first both bounds are the displacement. A brick that `violated` did not find saves it in both in its first turn;
+// where it has had none (VISIT_SEEN) they are that still.
 //
-// The host guarantees: at first both bounds are the displacement; all 26 neighbours of a brick that is ready have a
+// Where elements turn, spins stay as they are, and the bounds are those of shifts, as in envelope.cl, which are 0 at
+// first everywhere.
+//
+// The host guarantees: bricks that `violated` found have both bounds; all 26 neighbours of a brick that is ready have a
 // slot (brick.clh).
 
 #include "brick.clh"
@@ -14,12 +17,8 @@
 #include "turning.clh"
 
 #ifdef TURNING
-#define BEFORE_ARGUMENTS , global const float* before
-#define BEFORE_PASSED_ON , before
 #define SHIFTED_ARGUMENTS , global const float* lower
 #else
-#define BEFORE_ARGUMENTS
-#define BEFORE_PASSED_ON
 #define SHIFTED_ARGUMENTS
 #endif
 
@@ -101,13 +100,15 @@ kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const floa
   }
 }
 
-RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
-  global const uchar* cut, global float* lower, global float* upper BEFORE_ARGUMENTS SPIN_ARGUMENTS)
+RULE int boundAt(const int odd, const Site* s, int savedBeside, uint pitch, uint tissuePitch,
+  global const float* displacement, global const float* constraint, global const uchar* cut, global float* lower,
+  global float* upper SPIN_ARGUMENTS)
 {
 #ifdef TURNING
   real wanted[6][3];
   loadApart(odd, s, pitch, spin, proportions, wanted);
 #endif
+  const int saved = savedBeside | within(s);
   real limits[6];
   mask changed = (mask)(0);
   mask followed[6] = { changed, changed, changed, changed, changed, changed };
@@ -125,13 +126,16 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
     for (int d = 0; d < 6; ++d)
     {
 #ifdef TURNING
-      const real apart = neighbour(before + axis * pitch, s, d, odd) - LOAD(before + axis * pitch + s->self);
+      const real apart =
+        neighbour(displacement + axis * pitch, s, d, odd) - LOAD(displacement + axis * pitch + s->self);
       const real strain = select(apart - wanted[d][axis], (real)(0.0f), limits[d] == 0.0f);
-#else
-      const real strain = (real)(0.0f);
-#endif
       otherLower[d] = neighbour(lower + axis * pitch, s, d, odd);
       otherUpper[d] = neighbour(upper + axis * pitch, s, d, odd);
+#else
+      const real strain = (real)(0.0f);
+      otherLower[d] = neighbourSaved(lower, displacement, axis * pitch, saved, s, d, odd);
+      otherUpper[d] = neighbourSaved(upper, displacement, axis * pitch, saved, s, d, odd);
+#endif
       nextLower = max(nextLower, otherLower[d] + strain - limits[d]);
       nextUpper = min(nextUpper, otherUpper[d] + strain + limits[d]);
     }
@@ -155,22 +159,31 @@ RULE int boundAt(const int odd, const Site* s, uint pitch, uint tissuePitch, glo
 #endif
 }
 
-APART void boundIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint,
-  global const uchar* cut, global float* lower, global float* upper BEFORE_ARGUMENTS SPIN_ARGUMENTS)
+APART void boundIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, int items,
+  global const float* displacement, global const float* constraint, global const uchar* cut, global float* lower,
+  global float* upper SPIN_ARGUMENTS)
 {
-  FIXED_POINT(boundAt(s.odd, &s, pitch, tissuePitch, constraint, cut, lower, upper BEFORE_PASSED_ON SPIN_PASSED_ON))
+  const int saved = savedBeyond(slot, visits, table, place, strideY, strideZ);
+#ifndef TURNING
+  if (from != 0 && !(visits[VISIT_ROW * slot + VISIT_STATE] & VISIT_SEEN))
+  {
+    saveBrick(lid, items, slot, pitch, displacement, lower);
+    saveBrick(lid, items, slot, pitch, displacement, upper);
+  }
+#endif
+  FIXED_POINT(boundAt(s.odd, &s, saved, pitch, tissuePitch, displacement, constraint, cut, lower, upper SPIN_PASSED_ON))
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
   }
 }
 
-kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut,
-  global float* lower, global float* upper BEFORE_ARGUMENTS SPIN_ARGUMENTS)
+kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
+  global const float* constraint, global const uchar* cut, global float* lower, global float* upper SPIN_ARGUMENTS)
 {
   FIXED_POINT_BEGIN
-  boundIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, constraint, cut,
-    lower, upper BEFORE_PASSED_ON SPIN_PASSED_ON);
+  boundIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, get_local_size(0),
+    displacement, constraint, cut, lower, upper SPIN_PASSED_ON);
 }
 
 // Leaves the mean in `before` and, except for held elements, in `displacement`. This is the state from which an

@@ -17,8 +17,9 @@
 // 0.3. A relaxation starts with the best z, and the sum with z falls in every pass, so E falls from its start to its
 // end.
 //
-// To find its rotation costs an element half as much as all else. So elements turn in some of the sweeps alone, with as
-// little energy after as many sweeps but for some thousandths; in those between they go on with the spin they have.
+// A sweep in which elements find their rotations takes 1.6 times as long as one in which they only move. So they turn in
+// some of the sweeps alone, with as little energy after as many sweeps but for a hundredth or two; in those between they
+// go on with the spin they have.
 //
 // The limits of links hold for the strain, |u(j) - u(i) - wanted| <= D, on every axis of the grid.
 //
