@@ -246,6 +246,9 @@ TEST(Memory, WhatADeformationTookGoesBackToTheSystem)
   {
     GTEST_SKIP() << "for processors, on systems that tell how much memory a process has";
   }
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizer keeps what is freed, and takes memory of its own";
+#endif
   const ChildResult child = runChild({}, "severalInTurn");
   EXPECT_EQ(child.status, 0) << child.output;
   const long held = numberBehind(child.output, "held: ");
