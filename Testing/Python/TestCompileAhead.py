@@ -31,25 +31,34 @@ def compiled(folder):
     return sorted(os.path.basename(path) for path in glob.glob(os.path.join(folder, "engine", "*.clprogram")))
 
 
+def at_work(folder):
+    """Whether a process compiles into this folder."""
+    for process in glob.glob("/proc/[0-9]*"):
+        try:
+            with open(os.path.join(process, "environ"), "rb") as file:
+                if folder.encode() in file.read() and os.readlink(os.path.join(process, "exe")) == os.path.realpath(PROGRAM):
+                    return True
+        except OSError:
+            pass  # of somebody else, or gone
+    return False
+
+
 def run(folder, script, **variables):
-    started = time.time()
     status, text = run_pvpython("-c", script, CHAINMAIL_CACHE_DIR=os.path.join(folder, "engine"),
                                 POCL_CACHE_DIR=os.path.join(folder, "pocl"), CUDA_CACHE_PATH=os.path.join(folder, "cuda"),
                                 **variables)
     require(status == 0, "pvpython ends with status %d:\n%s", status, text)
-    return time.time() - started
 
 
 folder = tempfile.mkdtemp()
 try:
     require(os.access(PROGRAM, os.X_OK), "there is no program %s", PROGRAM)
     run(folder, LOAD, CHAINMAIL_COMPILE_AHEAD="0")
-    time.sleep(3)
+    require(not at_work(folder), "kernels are being compiled although this is not wanted")
     require(not compiled(folder), "kernels are compiled although this is not wanted: %s", compiled(folder))
 
-    seconds = run(folder, LOAD)  # until everybody has closed what it prints into
-    require(len(compiled(folder)) < 10,
-            "the process waits until all is compiled, for %.1f s", seconds)
+    run(folder, LOAD)  # until everybody has closed what it prints into
+    early = compiled(folder)
     end = time.time() + 240
     while len(compiled(folder)) < 2 and time.time() < end:
         time.sleep(0.1)
@@ -58,12 +67,13 @@ try:
     environment = dict(os.environ, CHAINMAIL_CACHE_DIR=os.path.join(folder, "engine"),
                        POCL_CACHE_DIR=os.path.join(folder, "pocl"), CUDA_CACHE_PATH=os.path.join(folder, "cuda"))
     subprocess.run([PROGRAM], env=environment, check=True, timeout=600)
-    started = time.time()
+    before = os.times()
     subprocess.run([PROGRAM], env=environment, check=True, timeout=600)
-    again = time.time() - started
-    require(again < 1.0, "it takes %.1f s to find that all is done", again)
+    again = sum(os.times()[2:4]) - sum(before[2:4])  # of the processor: a busy machine takes no more of it
+    require(again < 1.0, "it takes %.1f s of the processor to find that all is done", again)
 
     ahead = compiled(folder)
+    require(len(early) < len(ahead), "the process that loads the plugin waits until all is compiled")
     run(folder, UPDATES)
     require(compiled(folder) == ahead, "the first updates compile: %s beside %s", compiled(folder), ahead)
     print("%d programs were compiled ahead, and none by the first updates" % (len(ahead) - 1))
