@@ -34,83 +34,104 @@
 #define BOUNDS 8
 #define LANES 16
 
-// What does not depend on where the cluster is. All lengths are in units of the mean spacing, except limits.
+// What does not depend on where the cluster is. All lengths are in units of the mean spacing, except places. The last
+// component of a vector is 0.
 typedef struct
 {
-  float rest[3];  // from where the cluster is counted from to its end of the link, at rest
-  float place[3]; // the displacement of the other end [fractions of the spacing]
-  float way[3];   // what the other end would add to a unit vector along the link's axis
-  float limit;
+  float4 rest;  // from where the cluster is counted from to its end of the link, at rest
+  float4 place; // the displacement of the other end [fractions of the spacing]
+  float4 axis;  // the link as it leads away from the cluster at rest
+  float4 way;   // what the other end would add to that
+  float4 limit;
   float weight; // W, see turn.cl
-  int along;
-  float length; // negative where the link leads down
 } OutgoingLink;
 
 typedef struct
 {
-  float arm[3];    // from where the cluster is counted from to its end of the link, as it lies
-  float way[3];    // the link as the cluster would have it
-  float strain[3]; // what it is away from that,
-  float theirs[3]; // and from where its other end would have it
+  float4 arm;    // from where the cluster is counted from to its end of the link, as it lies
+  float4 way;    // the link as the cluster would have it
+  float4 strain; // what it is away from that,
+  float4 theirs; // and from where its other end would have it
 } PosedLink;
+
+// The cross product. What PoCL takes in place of the header of built-in functions has none.
+RULE float4 across(float4 a, float4 b)
+{
+  return a.yzxw * b.zxyw - a.zxyw * b.yzxw;
+}
+
+RULE float4 three(global const float* values, uint pitch)
+{
+  return (float4)(values[0], values[pitch], values[2 * pitch], 0.0f);
+}
+
+RULE float4 lengths(float4 proportions)
+{
+  return (float4)(proportions.x, proportions.y, proportions.z, 0.0f);
+}
+
+// turned() of spin.clh.
+RULE float4 turnedVector(float4 spin, float4 v)
+{
+  const float square = spin.x * spin.x + spin.y * spin.y + spin.z * spin.z;
+  const float along = spin.x * v.x + spin.y * v.y + spin.z * v.z;
+  return (across(spin, v) + 0.5f * (along * spin - square * v)) * (1.0f / (1.0f + 0.25f * square));
+}
 
 RULE OutgoingLink linkOf(uint other, int d, global const float* body, uint pitch, global const int* place, int strideY,
   int strideZ, global const float* displacement, global const float* constraint, global const float* spin,
   float4 proportions)
 {
   OutgoingLink link;
-  const int3 size = (int3)(BX, BY, BZ);
-  const int3 at = brickAt(place[other / ELEMENTS], strideY, strideZ) * size + elementAt(other % ELEMENTS);
-  link.along = d / 2;
-  link.length = (d & 1 ? 1.0f : -1.0f) * proportion(proportions, link.along);
-  float theirSpin[3];
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    const int index = (axis == 0 ? at.x : axis == 1 ? at.y : at.z) - (axis == d / 2 ? (d & 1 ? 1 : -1) : 0);
-    link.rest[axis] = ((float)index - body[axis]) * proportion(proportions, axis);
-    link.place[axis] = displacement[axis * pitch + other];
-    theirSpin[axis] = spin[axis * pitch + other];
-  }
-  turnedAxis(theirSpin, link.along, link.way);
-  link.limit = linkLimit(0.0f, constraint[other]);
-  link.weight = linkWeight(link.limit) / (link.length * link.length);
+  const float4 unit = lengths(proportions);
+  const float sign = d & 1 ? 1.0f : -1.0f;
+  const float4 step = (float4)(d / 2 == 0 ? sign : 0.0f, d / 2 == 1 ? sign : 0.0f, d / 2 == 2 ? sign : 0.0f, 0.0f);
+  const int3 at = brickAt(place[other / ELEMENTS], strideY, strideZ) * (int3)(BX, BY, BZ) + elementAt(other % ELEMENTS);
+  const float4 end = (float4)(at.x, at.y, at.z, 0.0f) - step;
+  link.axis = step * unit;
+  link.rest = (end - three(body, 1)) * unit;
+  link.place = three(displacement + other, pitch);
+  link.way = turnedVector(three(spin + other, pitch), link.axis);
+  const float limit = linkLimit(0.0f, constraint[other]);
+  const float length = proportion(proportions, d / 2);
+  link.limit = limit * unit;
+  link.weight = linkWeight(limit) / (length * length);
   return link;
 }
 
 // A pose, and what it adds to the three axes.
 typedef struct
 {
-  float place[3];
-  float axes[3][3];
+  float4 place;
+  float4 x, y, z;
 } Pose;
 
 RULE Pose loadPose(global const float* pose)
 {
+  const float4 spin = three(pose + 3, 1);
   Pose loaded;
-  const float own[3] = { pose[3], pose[4], pose[5] };
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    loaded.place[axis] = pose[axis];
-    turnedAxis(own, axis, loaded.axes[axis]);
-  }
+  loaded.place = three(pose, 1);
+  loaded.x = turnedVector(spin, (float4)(1.0f, 0.0f, 0.0f, 0.0f));
+  loaded.y = turnedVector(spin, (float4)(0.0f, 1.0f, 0.0f, 0.0f));
+  loaded.z = turnedVector(spin, (float4)(0.0f, 0.0f, 1.0f, 0.0f));
   return loaded;
+}
+
+RULE float4 addedTo(const Pose* pose, float4 v)
+{
+  return v.x * pose->x + v.y * pose->y + v.z * pose->z;
 }
 
 RULE PosedLink posed(const OutgoingLink* link, const Pose* pose, float4 proportions)
 {
   PosedLink as;
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    const float more =
-      pose->axes[0][axis] * link->rest[0] + pose->axes[1][axis] * link->rest[1] + pose->axes[2][axis] * link->rest[2];
-    const float ownWay = link->length * pose->axes[link->along][axis];
-    const float apart = (link->place[axis] - pose->place[axis]) * proportion(proportions, axis) - more;
-    as.arm[axis] = link->rest[axis] + more;
-    as.way[axis] = ownWay + (axis == link->along ? link->length : 0.0f);
-    as.strain[axis] = apart - ownWay;
-    as.theirs[axis] = apart - link->length * link->way[axis];
-  }
+  const float4 more = addedTo(pose, link->rest);
+  const float4 ownWay = addedTo(pose, link->axis);
+  const float4 apart = (link->place - pose->place) * lengths(proportions) - more;
+  as.arm = link->rest + more;
+  as.way = link->axis + ownWay;
+  as.strain = apart - ownWay;
+  as.theirs = apart - link->way;
   return as;
 }
 
@@ -126,46 +147,53 @@ RULE PosedLink posed(const OutgoingLink* link, const Pose* pose, float4 proporti
 #define LINK_OF(n, bodies)                                                                                             \
   linkOf(links[n], ways[n], bodies, pitch, place, strideY, strideZ, displacement, constraint, spin, proportions)
 
+// Has what a chunk reads fetched in good time: other threads have just written it.
+inline void askForChunk(uint number, CHUNK_ARGUMENTS)
+{
+  const int4 chunk = chunks[number];
+  for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
+  {
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      ASK_FOR(displacement + axis * pitch + links[n]);
+      ASK_FOR(spin + axis * pitch + links[n]);
+    }
+  }
+}
+
 // Sums up one chunk: the weights (1), their first and second moments (3, 6), the force (3) and the torque (3).
 inline void gatherChunk(uint number, CHUNK_ARGUMENTS, global float* sums)
 {
   const int4 chunk = chunks[number];
   const Pose pose = loadPose(poses + ROW * chunk.x);
-  float sum[SYSTEM];
-  for (int m = 0; m < SYSTEM; ++m)
-  {
-    sum[m] = 0.0f;
-  }
+  float weight = 0.0f;
+  float4 first = (float4)(0.0f), ofX = first, ofYZ = first, force = first, torque = first;
   for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
   {
     const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x);
     const PosedLink now = posed(&link, &pose, proportions);
-    sum[0] += 2.0f * link.weight;
+    const float4 arms[2] = { now.arm, now.arm + now.way };
+    const float4 pulls[2] = { now.theirs, now.strain };
+    weight += 2.0f * link.weight;
+    UNROLL
     for (int which = 0; which < 2; ++which)
     {
-      float arm[3];
-      for (int axis = 0; axis < 3; ++axis)
-      {
-        arm[axis] = now.arm[axis] + (which ? now.way[axis] : 0.0f);
-      }
-      const float* pull = which ? now.strain : now.theirs;
-      for (int a = 0, m = 4; a < 3; ++a)
-      {
-        const int b = (a + 1) % 3, c = (a + 2) % 3;
-        sum[1 + a] += link.weight * arm[a];
-        for (int e = a; e < 3; ++e, ++m)
-        {
-          sum[m] += link.weight * arm[a] * arm[e];
-        }
-        sum[10 + a] += link.weight * pull[a];
-        sum[13 + a] += link.weight * (arm[b] * pull[c] - arm[c] * pull[b]);
-      }
+      const float4 arm = arms[which], moment = link.weight * arm, pull = link.weight * pulls[which];
+      first += moment;
+      ofX += moment.x * arm;
+      ofYZ += moment.yyzw * arm.yzzw;
+      force += pull;
+      torque += across(arm, pull);
     }
   }
-  for (int m = 0; m < SYSTEM; ++m)
-  {
-    sums[SYSTEM * number + m] = sum[m];
-  }
+  global float* out = sums + SYSTEM * number;
+  out[0] = weight;
+  vstore3(first.xyz, 0, out + 1);
+  vstore3(ofX.xyz, 0, out + 4);
+  vstore3(ofYZ.xyz, 0, out + 7);
+  vstore3(force.xyz, 0, out + 10);
+  vstore3(torque.xyz, 0, out + 13);
 }
 
 kernel void turnGather(global const int* log, int4 turn, CHUNK_ARGUMENTS, global float* sums, uint count)
@@ -362,16 +390,17 @@ kernel void turnSolve(global const int* log, int4 turn, global const int4* clust
   solveCluster(id, sum, omega, proportions, bodies, poses, steps, ends);
 }
 
-// How much the energy of two poses of a link differs.
-RULE float riseOf(float weight, const PosedLink* now, const PosedLink* then)
+// How much the energy of two poses of a link differs, by axes.
+RULE float4 riseOf(float weight, const PosedLink* now, const PosedLink* then)
 {
-  float rise = 0.0f;
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    rise += (then->strain[axis] - now->strain[axis]) * (then->strain[axis] + now->strain[axis]) +
-            (then->theirs[axis] - now->theirs[axis]) * (then->theirs[axis] + now->theirs[axis]);
-  }
-  return weight * rise;
+  return weight * ((then->strain - now->strain) * (then->strain + now->strain) +
+                    (then->theirs - now->theirs) * (then->theirs + now->theirs));
+}
+
+// What a link is away from what both of its ends would have.
+RULE float4 meanStrain(const PosedLink* link)
+{
+  return 0.5f * (link->strain + link->theirs);
 }
 
 // The share of the step that the links of a chunk allow, by linear estimate (1), how far the cluster may move without
@@ -381,36 +410,26 @@ inline void boundChunk(uint number, CHUNK_ARGUMENTS, global const float* ends, g
   const int4 chunk = chunks[number];
   const Pose pose = loadPose(poses + ROW * chunk.x);
   const Pose end = loadPose(ends + ROW * chunk.x);
-  float share = 1.0f, rise = 0.0f;
-  float lower[3] = { -INFINITY, -INFINITY, -INFINITY }, upper[3] = { INFINITY, INFINITY, INFINITY };
+  float4 share = (float4)(1.0f), rise = (float4)(0.0f);
+  float4 lower = (float4)(-INFINITY), upper = (float4)(INFINITY);
   for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
   {
     const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x);
     const PosedLink now = posed(&link, &pose, proportions);
     const PosedLink then = posed(&link, &end, proportions);
+    const float4 from = meanStrain(&now), to = meanStrain(&then);
+    const float4 room = select(link.limit + from, link.limit - from, to > 0.0f);
+    const float4 allowed = max(room, 0.0f) / fabs(to - from);
     rise += riseOf(link.weight, &now, &then);
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      const float limit = link.limit * proportion(proportions, axis);
-      const float from = 0.5f * (now.strain[axis] + now.theirs[axis]);
-      const float to = 0.5f * (then.strain[axis] + then.theirs[axis]);
-      lower[axis] = max(lower[axis], from - limit);
-      upper[axis] = min(upper[axis], from + limit);
-      if (fabs(to) > limit && fabs(to) > fabs(from))
-      {
-        const float room = to > 0.0f ? limit - from : limit + from;
-        share = min(share, max(room, 0.0f) / fabs(to - from));
-      }
-    }
+    lower = max(lower, from - link.limit);
+    upper = min(upper, from + link.limit);
+    share = select(share, min(share, allowed), (fabs(to) > link.limit) & (fabs(to) > fabs(from)));
   }
   global float* out = bounds + BOUNDS * number;
-  out[0] = share;
-  out[7] = rise;
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    out[1 + axis] = lower[axis];
-    out[4 + axis] = upper[axis];
-  }
+  out[0] = min(min(share.x, share.y), share.z);
+  vstore3(lower.xyz, 0, out + 1);
+  vstore3(upper.xyz, 0, out + 4);
+  out[7] = rise.x + rise.y + rise.z;
 }
 
 kernel void turnBound(
@@ -511,22 +530,17 @@ inline void checkChunk(
   }
   const Pose pose = loadPose(poses + ROW * chunk.x);
   const Pose end = loadPose(ends + ROW * chunk.x);
-  float beyond = 0.0f, rise = 0.0f;
+  float4 beyond = (float4)(0.0f), rise = (float4)(0.0f);
   for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
   {
     const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x);
     const PosedLink now = posed(&link, &pose, proportions);
     const PosedLink then = posed(&link, &end, proportions);
+    const float4 from = fabs(meanStrain(&now)), to = fabs(meanStrain(&then));
     rise += riseOf(link.weight, &now, &then);
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      const float limit = link.limit * proportion(proportions, axis);
-      const float from = 0.5f * fabs(now.strain[axis] + now.theirs[axis]);
-      const float to = 0.5f * fabs(then.strain[axis] + then.theirs[axis]);
-      beyond = to > from && to > limit ? max(beyond, to - limit) : beyond;
-    }
+    beyond = select(beyond, max(beyond, to - link.limit), (to > from) & (to > link.limit));
   }
-  checks[number] = (float2)(beyond, rise);
+  checks[number] = (float2)(max(max(beyond.x, beyond.y), beyond.z), rise.x + rise.y + rise.z);
 }
 
 kernel void turnCheck(global const int* log, int4 turn, CHUNK_ARGUMENTS, global const float* ends,
@@ -675,6 +689,7 @@ kernel void turnClusters(global int* activity, global int* log, int4 turn, int l
   }
   for (int n = cluster.x; n < cluster.x + cluster.y; ++n)
   {
+    askForChunk(min(n + 1, cluster.x + cluster.y - 1), CHUNK_PASSED_ON);
     gatherChunk(n, CHUNK_PASSED_ON, sums);
   }
   float sum[SYSTEM];

@@ -129,7 +129,7 @@ class Engine
 {
 public:
   Engine(bench::Session& session, const bench::Block& block, const Index3& brick)
-    : simulation_(session.simulate(block.model(), brick))
+    : simulation_(session.simulate(block.model(), settings(brick)))
   {
     const Index3& n = block.grid.size;
     const double reach = reachOf(block);
@@ -187,6 +187,13 @@ public:
   }
 
 private:
+  static Settings settings(const Index3& brick)
+  {
+    Settings settings;
+    settings.brickSize = brick;
+    return settings;
+  }
+
   Simulation simulation_;
   std::vector<Probe> probes_;
   int sweeps_ = 0;

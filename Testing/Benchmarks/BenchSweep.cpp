@@ -1,6 +1,6 @@
 // B5: relaxation sweeps over tissue that is all in motion, against the bytes that memory can move: an element-update
 // reads and writes 3 floats and reads a byte of constraint, 25 bytes in all; and on a processor against the same
-// arithmetic in plain C++.
+// arithmetic in plain C++. B14: the same tissue with rotations, against itself without.
 
 #include "Settling.h"
 
@@ -29,6 +29,20 @@ void dense(bench::Session& session, const bench::Block& block, const std::string
   session.report({ scene, "one sweep", milliseconds, figures });
 }
 
+void turning(bench::Session& session, const bench::Block& block, const std::string& name)
+{
+  const auto [with, without] = bench::turningSweeps(session, block);
+  const double median = bench::median(without);
+  session.report({ block.text() + ", " + name, "a sweep with rotations", with,
+    { { "times one without", bench::median(with) / median }, { "one without [ms]", median } } });
+}
+
+bench::Block withBone(bench::Block block)
+{
+  bench::addRods(block);
+  return block;
+}
+
 }
 
 int main(int argc, char** argv)
@@ -43,9 +57,12 @@ int main(int argc, char** argv)
       for (const int n : session.sizes({ 128 }))
       {
         dense(session, bench::Block({ n, n, n }), "homogeneous");
-        bench::Block bone = bench::heterogeneousBlock({ n, n, n });
-        bench::addRods(bone);
-        dense(session, bone, "heterogeneous with bone");
+        dense(session, withBone(bench::heterogeneousBlock({ n, n, n })), "heterogeneous with bone");
+      }
+      for (const int n : session.sizes({ 64, 128 }))
+      {
+        turning(session, bench::heterogeneousBlock({ n, n, n }), "heterogeneous");
+        turning(session, withBone(bench::heterogeneousBlock({ n, n, n })), "heterogeneous with bone");
       }
     });
 }

@@ -110,11 +110,9 @@ std::vector<int> Session::sizes(const std::vector<int>& all) const
   return this->size_ > 0 ? std::vector<int>{ this->size_ } : this->small_ ? std::vector<int>{ smallSize } : all;
 }
 
-chainmail::Simulation Session::simulate(std::shared_ptr<const chainmail::Model> model, const chainmail::Index3& brick)
+chainmail::Simulation Session::simulate(std::shared_ptr<const chainmail::Model> model, chainmail::Settings settings)
 {
-  chainmail::Settings settings;
   settings.device = this->device_;
-  settings.brickSize = brick;
   return chainmail::Simulation(std::move(model), settings);
 }
 

@@ -49,7 +49,8 @@ public:
   /// Sizes of blocks to measure: these, or the one that --size asks for, or a small one.
   std::vector<int> sizes(const std::vector<int>& all) const;
   const std::string& device() const { return this->device_; }
-  chainmail::Simulation simulate(std::shared_ptr<const chainmail::Model> model, const chainmail::Index3& brick = {});
+  /// On the device of this run.
+  chainmail::Simulation simulate(std::shared_ptr<const chainmail::Model> model, chainmail::Settings settings = {});
   Machine& machine() { return this->machine_; }
 
   /// Milliseconds of each task, all in turn and that many times, so that whatever else the machine does meets all of

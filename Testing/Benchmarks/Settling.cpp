@@ -51,6 +51,78 @@ double shareInMotion(Simulation& simulation)
   return double(moved) / double(count / 3);
 }
 
+constexpr int sweepsTimed = 20;
+
+/// A block of which all tissue is in motion.
+class DenseTissue
+{
+public:
+  DenseTissue(Session& session, const Block& block, bool rotations)
+    : block_(loose(block))
+    , simulation_(session.simulate(this->block_.model(), settings(rotations)))
+  {
+  }
+
+  Task sweeps()
+  {
+    Task task;
+    task.prepare = [this]
+    {
+      const int n = this->block_.grid.size[0];
+      this->simulation_.reset();
+      this->simulation_.pull(lattice(n, 0.99));
+      this->simulation_.relax(n / 4, 0.0);     // what is far from a handle has to hear of it first
+      this->simulation_.pull(lattice(n, 1.0)); // sweeps count from here: blocked groups have no turn among so few
+    };
+    task.run = [this] { this->largestMove_ = this->simulation_.relax(sweepsTimed, 0.0).largestMove; };
+    task.check = [this]
+    {
+      requireSound(this->simulation_);
+      const double share = shareInMotion(this->simulation_);
+      if (share < 0.95 || this->largestMove_ < 1e-3)
+      {
+        throw std::runtime_error("these were no dense sweeps: " + std::to_string(share) + " of the tissue moves, by " +
+                                 std::to_string(this->largestMove_) + " at most");
+      }
+    };
+    return task;
+  }
+
+private:
+  /// What is anchored does not move.
+  static Block loose(Block block)
+  {
+    block.anchors.faces.fill(false);
+    return block;
+  }
+
+  static Settings settings(bool rotations)
+  {
+    Settings settings;
+    settings.rotations = rotations;
+    return settings;
+  }
+
+  Block block_; // which the simulation's model reads
+  Simulation simulation_;
+  double largestMove_ = 0.0;
+};
+
+/// Milliseconds of one of the sweeps that each of two tasks times.
+std::array<std::vector<double>, 2> timeOfOne(Session& session, const std::vector<Task>& tasks)
+{
+  const std::vector<std::vector<double>> times = session.time(tasks);
+  std::array<std::vector<double>, 2> milliseconds;
+  for (std::size_t task = 0; task < times.size(); ++task)
+  {
+    for (const double value : times[task])
+    {
+      milliseconds[task].push_back(value / sweepsTimed);
+    }
+  }
+  return milliseconds;
+}
+
 }
 
 double convergedEnergy(Simulation& simulation)
@@ -95,32 +167,8 @@ std::vector<double> denseSweep(Session& session, const Block& block)
 
 std::array<std::vector<double>, 2> denseSweeps(Session& session, const Block& block)
 {
-  constexpr int sweeps = 20;
-  const int n = block.grid.size[0];
-  Block loose = block; // what is anchored does not move
-  loose.anchors.faces.fill(false);
-  Simulation simulation = session.simulate(loose.model());
-  Task engine;
-  engine.prepare = [&]
-  {
-    simulation.reset();
-    simulation.pull(lattice(n, 0.99));
-    simulation.relax(n / 4, 0.0);     // what is far from a handle has to hear of it first
-    simulation.pull(lattice(n, 1.0)); // sweeps count from here: blocked groups have no turn among so few
-  };
-  double largestMove = 0.0;
-  engine.run = [&] { largestMove = simulation.relax(sweeps, 0.0).largestMove; };
-  engine.check = [&]
-  {
-    requireSound(simulation);
-    const double share = shareInMotion(simulation);
-    if (share < 0.95 || largestMove < 1e-3)
-    {
-      throw std::runtime_error("these were no dense sweeps: " + std::to_string(share) + " of the tissue moves, by " +
-                               std::to_string(largestMove) + " at most");
-    }
-  };
-  std::vector<Task> tasks{ engine };
+  DenseTissue tissue(session, block, false);
+  std::vector<Task> tasks{ tissue.sweeps() };
 
   // Its time does not depend on what moves.
   baseline::DenseSweep plain(block.grid.size, block.constraints());
@@ -138,7 +186,7 @@ std::array<std::vector<double>, 2> denseSweeps(Session& session, const Block& bl
   };
   yardstick.run = [&]
   {
-    for (int sweep = 0; sweep < sweeps; ++sweep)
+    for (int sweep = 0; sweep < sweepsTimed; ++sweep)
     {
       plain.sweep(1.5f);
     }
@@ -155,16 +203,14 @@ std::array<std::vector<double>, 2> denseSweeps(Session& session, const Block& bl
   {
     tasks.push_back(yardstick);
   }
-  const std::vector<std::vector<double>> times = session.time(tasks);
-  std::array<std::vector<double>, 2> milliseconds;
-  for (std::size_t task = 0; task < times.size(); ++task)
-  {
-    for (const double value : times[task])
-    {
-      milliseconds[task].push_back(value / sweeps);
-    }
-  }
-  return milliseconds;
+  return timeOfOne(session, tasks);
+}
+
+std::array<std::vector<double>, 2> turningSweeps(Session& session, const Block& block)
+{
+  DenseTissue turning(session, block, true);
+  DenseTissue still(session, block, false);
+  return timeOfOne(session, { turning.sweeps(), still.sweeps() });
 }
 
 }

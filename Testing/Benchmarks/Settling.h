@@ -27,4 +27,8 @@ std::vector<double> denseSweep(Session& session, const Block& block);
 /// none where this processor cannot run it.
 std::array<std::vector<double>, 2> denseSweeps(Session& session, const Block& block);
 
+/// Milliseconds of one sweep of tissue that turns, taking turns with the same tissue that does not, whose are the
+/// second.
+std::array<std::vector<double>, 2> turningSweeps(Session& session, const Block& block);
+
 }
