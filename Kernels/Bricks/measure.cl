@@ -11,6 +11,7 @@
 #include "element.clh"
 #include "turning.clh"
 
+#include "halo.clh"
 #include "swelling.clh"
 
 #define FIGURES 15
@@ -91,6 +92,13 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
     {
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       const Site state = stateSite(&s);
+#if WIDTH > 1
+      if (colour == 0) // it asks for both
+      {
+        askAhead(&s, slot, list[get_num_groups(0) - 1], colour, pitch, tissuePitch, table, place, strideY, strideZ,
+          displacement, constraint SPIN_PASSED_ON);
+      }
+#endif
       mask displaced = (mask)(0);
       for (int axis = 0; axis < 3; ++axis)
       {

@@ -11,7 +11,7 @@ shift 2
 export CHAINMAIL_VOLUMES=${CHAINMAIL_VOLUMES:-$(cd "$(dirname "${BASH_SOURCE[0]}")/../../.." && pwd)/shared/volumes}
 mkdir -p "$results"
 failed=()
-for program in "$build"/Testing/Benchmarks/ChainMailBench*; do
+for program in "$build"/Testing/Benchmarks/ChainMailBench[A-Z]*; do
   [ -f "$program" ] && [ -x "$program" ] || continue
   name=${program##*/ChainMailBench}
   rm -f "$results/$name.json"
