@@ -19,6 +19,7 @@ namespace
 /// counts as converged.
 constexpr float restingMove = 1e-3f;
 constexpr int sweepsPerGroupTurn = 8;
+constexpr int mostSweepsPerGroupTurn = 1 << 20; // tissue that stays at rest doubles them in every relaxation
 
 /// Where much tissue is to settle, some of it is in motion for long while chains elsewhere block each other. So after
 /// many sweeps groups also get a turn every so often.
@@ -195,7 +196,7 @@ float Relaxation::turnOfGroups(RigidClusters& clusters, const Elasticity& elasti
   }
   else if (atRest)
   {
-    this->groupPeriod_ *= 2;
+    this->groupPeriod_ = std::min(2 * this->groupPeriod_, mostSweepsPerGroupTurn);
   }
   this->schedule_.note(moved);
   clusters.refresh();

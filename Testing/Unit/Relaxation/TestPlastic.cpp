@@ -151,7 +151,8 @@ TEST(Plastic, WithoutRecoveryTissueStaysWhereItIs)
   simulation.pull({ pullBy(scene, { 0.9, -0.5, 0.7 }) });
   const std::vector<float> pulled = displacements(simulation);
   EXPECT_LT(simulation.measure().energy, 1e-9);
-  for (const double force : simulation.probes()[0].force)
+  const ProbeResult probe = simulation.probes().front();
+  for (const double force : probe.force)
   {
     EXPECT_LT(std::abs(force), 1e-4); // of links at their limits, by rounding; elastic tissue pulls with some 5
   }
