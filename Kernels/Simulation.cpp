@@ -68,7 +68,7 @@ public:
   HeldBy heldBy(std::size_t probe);
   RigidClusters& rigidClusters();
   Statistics measure();
-  Resampled resample(const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since);
+  Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since);
   Bricks& voxels();
 
   /// Runs a public call.
@@ -423,8 +423,7 @@ Statistics Simulation::Impl::measure()
   return statistics;
 }
 
-Resampled Simulation::Impl::resample(
-  const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since)
+Resampled Simulation::Impl::resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since)
 {
   for (const int p : padding)
   {
@@ -600,8 +599,7 @@ void Simulation::links(std::uint8_t* out) const
   this->impl_->readout_.links(out);
 }
 
-Resampled Simulation::resample(
-  const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since) const
+Resampled Simulation::resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since) const
 {
   return this->impl_->called([&] { return this->impl_->resample(padding, visit, since); });
 }

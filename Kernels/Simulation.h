@@ -179,8 +179,7 @@ public:
   /// else than at an earlier resampling with this padding, named by its number; with `since` 0, every voxel that
   /// changed. Tissue that is displaced by less than a millionth of a voxel on every axis counts as at rest. Throws
   /// InputError where a padding is negative or there was no such resampling.
-  Resampled resample(
-    const Index3& padding, const std::function<void(const ResampledBox&)>& visit, std::uint64_t since = 0) const;
+  Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since = 0) const;
 
 private:
   class Impl;

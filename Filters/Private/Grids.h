@@ -76,40 +76,6 @@ struct Grids
   }
 };
 
-/// A box of output voxels with the offset from each to the place its material came from, 3 numbers a voxel [voxels]. 0:
-/// the voxel did not change. NaN: no material is left.
-struct Box
-{
-  std::array<int, 3> First;
-  std::array<int, 3> Size;
-  const float* Offset;
-
-  std::size_t Voxels() const { return static_cast<std::size_t>(this->Size[0]) * this->Size[1] * this->Size[2]; }
-
-  /// Calls f(voxel, offset) for the voxels; where not `all`, for those that changed.
-  template <typename F> void ForVoxels(bool all, F&& f) const
-  {
-    const float* offset = this->Offset;
-    std::array<int, 3> voxel = this->First;
-    for (int k = 0; k < this->Size[2]; ++k, ++voxel[2])
-    {
-      voxel[1] = this->First[1];
-      for (int j = 0; j < this->Size[1]; ++j, ++voxel[1])
-      {
-        voxel[0] = this->First[0];
-        for (int i = 0; i < this->Size[0]; ++i, ++voxel[0], offset += 3)
-        {
-          // This is true for NaN, too.
-          if (all || offset[0] != 0.0f || offset[1] != 0.0f || offset[2] != 0.0f)
-          {
-            f(voxel, offset);
-          }
-        }
-      }
-    }
-  }
-};
-
 }
 
 #endif

@@ -29,9 +29,6 @@ namespace vtkChainMail
 namespace
 {
 
-/// Offsets of voxels that are sampled at once.
-constexpr std::size_t offsetsAtOnce = std::size_t(1) << 20;
-
 /// Makes the copies of the image's active arrays the active ones of `out`. Global ids are left out: they would have to
 /// be unique, but tissue that stretches shows one twice.
 void CopyActiveAttributes(vtkPointData* arrays, vtkPointData* out)
@@ -164,40 +161,16 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
   {
     since = std::min(since, one.Sampler->Begin());
   }
-  // Threads share out many boxes at once: to start them takes as long as to sample one.
-  std::vector<Box> boxes;
-  std::vector<float> offsets;
-  const auto sample = [&]
-  {
-    const float* offset = offsets.data();
-    for (Box& box : boxes)
-    {
-      box.Offset = offset;
-      offset += 3 * box.Voxels();
-    }
-    for (const Sampled& one : this->Samplers)
-    {
-      one.Sampler->Sample(boxes);
-    }
-    boxes.clear();
-    offsets.clear();
-  };
   const chainmail::Resampled resampled = this->Source.GetSimulation().resample(
     scene.Padding,
-    [&](const chainmail::ResampledBox& box)
+    [&](const std::vector<chainmail::ResampledBox>& boxes)
     {
-      boxes.push_back({ box.first, box.size, nullptr });
-      offsets.insert(offsets.end(), box.offset, box.offset + 3 * boxes.back().Voxels());
-      if (offsets.size() > offsetsAtOnce)
+      for (const Sampled& one : this->Samplers)
       {
-        sample();
+        one.Sampler->Sample(boxes);
       }
     },
     since);
-  if (!boxes.empty())
-  {
-    sample();
-  }
 
   this->WarnAboutLostArrays(scene.Image);
   if (vtkAbstractArray* ghosts = scene.Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))

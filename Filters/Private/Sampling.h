@@ -8,6 +8,7 @@
 #include "Grids.h"
 #include "OutputBuffer.h"
 #include "Threads.h"
+#include "Types.h"
 
 #include "vtkBitArray.h"
 
@@ -28,6 +29,12 @@ namespace vtkChainMail
 /// Tells whether a voxel of the input is tissue at rest. May be called from several threads.
 using TissueTest = std::function<bool(vtkIdType)>;
 
+/// Whether an offset says that a voxel did not change. NaN does not.
+inline bool isAtRest(const float* offset)
+{
+  return offset[0] == 0.0f && offset[1] == 0.0f && offset[2] == 0.0f;
+}
+
 /// Makes one array of the output from one of the input, which stays as it is, update after update.
 class ArraySampler
 {
@@ -38,7 +45,7 @@ public:
   virtual std::uint64_t Begin() = 0;
 
   /// Writes the values of the boxes, which do not overlap.
-  virtual void Sample(const std::vector<Box>& boxes) = 0;
+  virtual void Sample(const std::vector<chainmail::ResampledBox>& boxes) = 0;
 
   /// Ends the update, which is a resampling of this number. Returns the output's array: the input's own one where all
   /// is at rest and there is no padding.
@@ -83,24 +90,31 @@ public:
     return this->Since = this->Buffers[1] ? this->Buffers[1]->GetNumber() : 0;
   }
 
-  void Sample(const std::vector<Box>& boxes) override
+  void Sample(const std::vector<chainmail::ResampledBox>& boxes) override
   {
     this->MakeOutput();
-    for (const Box& box : boxes)
+    for (const chainmail::ResampledBox& box : boxes)
     {
-      for (int k = box.First[2]; k < box.First[2] + box.Size[2]; ++k)
+      for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
       {
-        const vtkIdType first = this->G.OutputId(box.First[0], box.First[1], k);
-        const vtkIdType last = this->G.OutputId(box.First[0] + box.Size[0], box.First[1] + box.Size[1] - 1, k);
+        const vtkIdType first = this->G.OutputId(box.first[0], box.first[1], k);
+        const vtkIdType last = this->G.OutputId(box.first[0] + box.size[0], box.first[1] + box.size[1] - 1, k);
         this->Current->Touch(this->Bytes(first), this->Bytes(last - first));
       }
     }
+    const bool isOld = this->Since != 0; // what is at rest now may not have been, in what was there
     // Not by vtkSMPTools: as Debian builds VTK, these have one thread until an application asks for more.
     chainmail::inParallel(boxes.size(),
       [&](std::size_t n)
       {
-        boxes[n].ForVoxels(this->Since != 0,
-          [&](const std::array<int, 3>& voxel, const float* offset) { this->SampleVoxel(voxel, offset); });
+        boxes[n].forVoxels(
+          [&](const std::array<int, 3>& voxel, const float* offset)
+          {
+            if (isOld || !isAtRest(offset))
+            {
+              this->SampleVoxel(voxel, offset);
+            }
+          });
       });
   }
 
@@ -240,7 +254,7 @@ private:
   void SampleVoxel(const std::array<int, 3>& voxel, const float* offset)
   {
     T* out = this->Out + this->Components * this->G.OutputId(voxel[0], voxel[1], voxel[2]);
-    const bool rests = offset[0] == 0.0f && offset[1] == 0.0f && offset[2] == 0.0f;
+    const bool rests = isAtRest(offset);
     if (std::isnan(offset[0]) || (rests && !this->G.IsInput(voxel)))
     {
       std::copy(this->Background.begin(), this->Background.end(), out);
@@ -466,14 +480,18 @@ public:
     return 0;
   }
 
-  void Sample(const std::vector<Box>& boxes) override
+  void Sample(const std::vector<chainmail::ResampledBox>& boxes) override
   {
     this->MakeOutput();
-    for (const Box& box : boxes)
+    for (const chainmail::ResampledBox& box : boxes)
     {
-      box.ForVoxels(false,
+      box.forVoxels(
         [&](const std::array<int, 3>& voxel, const float* offset)
         {
+          if (isAtRest(offset))
+          {
+            return;
+          }
           const vtkIdType id = this->G.OutputId(voxel[0], voxel[1], voxel[2]);
           if (std::isnan(offset[0]))
           {
@@ -575,7 +593,7 @@ public:
   }
 
   std::uint64_t Begin() override { return this->Padded->Begin(); }
-  void Sample(const std::vector<Box>&) override {}
+  void Sample(const std::vector<chainmail::ResampledBox>&) override {}
   vtkSmartPointer<vtkAbstractArray> End(std::uint64_t number, bool) override { return this->Padded->End(number, true); }
 
 private:

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,9 +21,9 @@ struct Settings
   std::string device; ///< see chooseDevice()
   Index3 brickSize{ 0, 0,
     0 }; ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
-  bool rotations = false; ///< whether tissue and rigid clusters turn, see Simulation
+  bool rotations = false;    ///< whether tissue and rigid clusters turn, see Simulation
   double poissonRatio = 0.0; ///< how far tissue that turns goes aside where it is squeezed, [0, 0.49], see Simulation
-  int modelReduction = 1; ///< 1, 2, 4 or 8: voxels per element along each axis, see Simulation
+  int modelReduction = 1;    ///< 1, 2, 4 or 8: voxels per element along each axis, see Simulation
 };
 
 /// A handle in the tissue. When it first appears it grabs the elements within `radius` of `position`, or the nearest
@@ -128,14 +129,36 @@ struct Statistics
   std::size_t deviceBytes = 0;
 };
 
-/// A box of output voxels and where their material comes from. `offset` holds 3 floats a voxel, in voxels: the material
-/// at voxel y came from y + offset. 0: y shows what it showed before. NaN: tissue left y and none came.
+/// A box of output voxels and where their material comes from, as an offset of 3 floats a voxel, in voxels: the
+/// material at voxel y came from y + offset. 0: y shows what it showed before. NaN: tissue left y and none came.
 struct ResampledBox
 {
   Index3 first{}; ///< lowest voxel, in the grid's indices; may be negative when the output is padded
   Index3 size{};
-  const float* offset = nullptr;
+  const float* offset = nullptr; ///< of the lowest voxel
+  Index3 step{};                 ///< floats from there to the offset of the next voxel along each axis
+
+  std::size_t voxels() const { return static_cast<std::size_t>(this->size[0]) * this->size[1] * this->size[2]; }
+
+  /// Calls f(voxel, offset) for each voxel, along x first. `offset` points to the 3 floats.
+  template <typename F> void forVoxels(F&& f) const
+  {
+    for (int k = 0; k < this->size[2]; ++k)
+    {
+      for (int j = 0; j < this->size[1]; ++j)
+      {
+        const float* at = this->offset + j * this->step[1] + k * this->step[2];
+        for (int i = 0; i < this->size[0]; ++i, at += this->step[0])
+        {
+          f(Index3{ { this->first[0] + i, this->first[1] + j, this->first[2] + k } }, at);
+        }
+      }
+    }
+  }
 };
+
+/// Gets some boxes at a time, at least one. What they point to is there until it returns.
+using BoxVisitor = std::function<void(const std::vector<ResampledBox>&)>;
 
 /// What a resampling found.
 struct Resampled

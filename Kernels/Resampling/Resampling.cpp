@@ -24,34 +24,20 @@ constexpr std::size_t keptBytes = std::size_t(1) << 22;
 /// Claims can tell fewer cells than this apart (resample.clh).
 constexpr std::size_t mostCells = std::size_t(1) << 28;
 
-/// The part of an output brick that lies within the output, from `low` to `high`.
-ResampledBox clipped(const Index3& origin, const Index3& size, const Index3& low, const Index3& high,
-  const float* offsets, std::vector<float>& copy)
+/// The part of the output brick at `origin` that lies within the output. `offset` is where the brick's own offsets
+/// begin, and `step` how far apart they lie.
+ResampledBox clipped(
+  const OutputFrame& frame, const Index3& origin, const Index3& size, const float* offset, const Index3& step)
 {
-  ResampledBox box{ origin, size, offsets };
-  Index3 last;
+  ResampledBox box;
+  box.offset = offset;
+  box.step = step;
   for (int a = 0; a < 3; ++a)
   {
-    box.first[a] = std::max(origin[a], low[a]);
-    last[a] = std::min(origin[a] + size[a] - 1, high[a]);
-    box.size[a] = last[a] - box.first[a] + 1;
+    box.first[a] = std::max(origin[a], frame.low[a]);
+    box.size[a] = std::min(origin[a] + size[a] - 1, frame.high[a]) - box.first[a] + 1;
+    box.offset += (box.first[a] - origin[a]) * step[a];
   }
-  if (box.size == size)
-  {
-    return box;
-  }
-  copy.clear();
-  for (int k = box.first[2]; k <= last[2]; ++k)
-  {
-    for (int j = box.first[1]; j <= last[1]; ++j)
-    {
-      const std::size_t row =
-        static_cast<std::size_t>(size[0]) * ((j - origin[1]) + static_cast<std::size_t>(size[1]) * (k - origin[2]));
-      const float* from = offsets + 3 * (row + (box.first[0] - origin[0]));
-      copy.insert(copy.end(), from, from + 3 * box.size[0]);
-    }
-  }
-  box.offset = copy.data();
   return box;
 }
 
@@ -176,8 +162,8 @@ void Resampling::noteChanges(const OutputFrame& frame)
   this->last_ = now;
 }
 
-Resampled Resampling::run(const Index3& padding, std::uint64_t since, const std::function<void(double)>& checkpoint,
-  const std::function<void(const ResampledBox&)>& visit)
+Resampled Resampling::run(
+  const Index3& padding, std::uint64_t since, const std::function<void(double)>& checkpoint, const BoxVisitor& visit)
 {
   const Grid& grid = this->bricks_.model().grid();
   const Index3 size = this->bricks_.size();
@@ -201,8 +187,8 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, const std:
   {
     reach.voxels.each(frame.bricks, [&](std::size_t brick) { isReached[brick] = 1; });
   }
-  const std::vector<float> rest(3 * static_cast<std::size_t>(this->bricks_.elementsPerBrick()), 0.0f);
-  std::vector<float> copy;
+  const std::array<float, 3> rest{};
+  std::vector<ResampledBox> resting;
   std::vector<std::size_t> wanted; // bricks of the frame
   std::vector<int> tissue;         // those among them that are bricks of the grid
   for (std::size_t n = 0; n < isReached.size(); ++n)
@@ -214,7 +200,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, const std:
     const Index3 origin = frame.origin(n);
     if (!isReached[n])
     {
-      visit(clipped(origin, size, frame.low, frame.high, rest.data(), copy));
+      resting.push_back(clipped(frame, origin, size, rest.data(), {}));
       continue;
     }
     wanted.push_back(n);
@@ -222,6 +208,10 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, const std:
     {
       tissue.push_back(this->bricks_.brickAt(origin[0], origin[1], origin[2]));
     }
+  }
+  if (!resting.empty())
+  {
+    visit(resting);
   }
   // The kernels also have to read the tissue at rest where displaced tissue arrives.
   this->bricks_.know(tissue);
@@ -235,13 +225,13 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, const std:
 
 /// Finds the offsets of the voxels of these bricks of the output, batch by batch.
 void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickReach>& reaches,
-  const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint,
-  const std::function<void(const ResampledBox&)>& visit)
+  const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit)
 {
   const Index3 size = this->bricks_.size();
+  const Index3 step{ 3, 3 * size[0], 3 * size[0] * size[1] };
   const std::size_t perBrick = this->bricks_.elementsPerBrick();
   const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
-  std::vector<float> copy;
+  std::vector<ResampledBox> boxes;
   for (std::size_t begin = 0, end = 0; begin < wanted.size(); begin = end)
   {
     checkpoint(static_cast<double>(begin) / wanted.size());
@@ -260,11 +250,13 @@ void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickReac
       batch = makeBatch(this->bricks_, frame, reaches, wanted, begin, end);
     }
     const Context::View<float> offsets(this->bricks_.context(), this->locate(batch), 0, 3 * perBrick * (end - begin));
+    boxes.clear();
     for (std::size_t n = begin; n < end; ++n)
     {
       const float* offset = offsets.get() + 3 * perBrick * (n - begin);
-      visit(clipped(frame.origin(wanted[n]), size, frame.low, frame.high, offset, copy));
+      boxes.push_back(clipped(frame, frame.origin(wanted[n]), size, offset, step));
     }
+    visit(boxes);
   }
 }
 

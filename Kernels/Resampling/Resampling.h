@@ -17,8 +17,8 @@ public:
   explicit Resampling(Bricks& bricks);
 
   /// See Simulation::resample().
-  Resampled run(const Index3& padding, std::uint64_t since, const std::function<void(double)>& checkpoint,
-    const std::function<void(const ResampledBox&)>& visit);
+  Resampled run(
+    const Index3& padding, std::uint64_t since, const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
 
   /// Some bricks of the output that are handled at once.
   struct Batch
@@ -35,8 +35,7 @@ public:
 private:
   void noteChanges(const OutputFrame& frame);
   void locateAll(const OutputFrame& frame, const std::vector<BrickReach>& reaches,
-    const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint,
-    const std::function<void(const ResampledBox&)>& visit);
+    const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
   /// Finds the offsets of all voxels of a batch, brick by brick, 3 floats each.
   const cl::Buffer& locate(const Batch& batch);
 

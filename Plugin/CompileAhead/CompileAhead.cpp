@@ -60,7 +60,7 @@ Surface incision()
 void look(const Simulation& simulation)
 {
   simulation.measure();
-  simulation.resample({ 0, 0, 0 }, [](const ResampledBox&) {});
+  simulation.resample({ 0, 0, 0 }, [](const std::vector<ResampledBox>&) {});
 }
 
 /// What takes long to compile and is used last comes first: whoever updates at the same time begins with the rest.

@@ -49,7 +49,7 @@ public:
     this->simulation_->hold({ probe });
     this->simulation_->propagate();
     this->simulation_->relax(sweeps, tolerance);
-    this->simulation_->resample({ 0, 0, 0 }, [](const chainmail::ResampledBox&) {});
+    this->simulation_->resample({ 0, 0, 0 }, [](const std::vector<chainmail::ResampledBox>&) {});
   }
 
   void reset() { this->simulation_->reset(); }

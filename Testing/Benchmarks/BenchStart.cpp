@@ -32,7 +32,7 @@ double workOnce(const std::string& device)
   simulation.pull({ bench::probeAt({ 18, 12, 12 }, { 1.0, 0.5, -0.5 }, 2.0) });
   simulation.relax(20, 1e-3);
   simulation.measure();
-  simulation.resample({ 0, 0, 0 }, [](const ResampledBox&) {});
+  simulation.resample({ 0, 0, 0 }, [](const std::vector<ResampledBox>&) {});
   bench::requireSound(simulation);
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
 }

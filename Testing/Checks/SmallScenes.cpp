@@ -132,10 +132,13 @@ void resample(const Simulation& simulation)
 {
   std::size_t covered = 0;
   simulation.resample({ 2, 1, 1 },
-    [&](const ResampledBox& box)
+    [&](const std::vector<ResampledBox>& boxes)
     {
-      covered += static_cast<std::size_t>(box.size[0]) * box.size[1] * box.size[2];
-      require(!std::isinf(box.offset[0]), "an offset is infinite");
+      for (const ResampledBox& box : boxes)
+      {
+        covered += box.voxels();
+        require(!std::isinf(box.offset[0]), "an offset is infinite");
+      }
     });
   require(covered > 0, "no voxel changed");
 }

@@ -63,24 +63,14 @@ inline Picture resample(const chainmail::Simulation& simulation, const chainmail
   const std::size_t voxels = static_cast<std::size_t>(picture.size[0]) * picture.size[1] * picture.size[2];
   picture.offset.assign(3 * voxels, 0.0f);
   picture.visits.assign(voxels, 0);
-  simulation.resample(padding,
-    [&](const chainmail::ResampledBox& box)
-    {
-      const float* o = box.offset;
-      for (int k = 0; k < box.size[2]; ++k)
-      {
-        for (int j = 0; j < box.size[1]; ++j)
-        {
-          for (int i = 0; i < box.size[0]; ++i, o += 3)
-          {
-            const int x = box.first[0] + i, y = box.first[1] + j, z = box.first[2] + k;
-            ASSERT_TRUE(picture.contains(x, y, z)) << "a voxel outside of the output";
-            const std::size_t v = picture.at(x, y, z);
-            ASSERT_EQ(++picture.visits[v], 1) << "boxes overlap";
-            std::copy(o, o + 3, picture.offset.begin() + 3 * v);
-          }
-        }
-      }
-    });
+  simulation.resample(padding, visitEach(
+                                 [&](const chainmail::Index3& voxel, const float* o)
+                                 {
+                                   ASSERT_TRUE(picture.contains(voxel[0], voxel[1], voxel[2]))
+                                     << "a voxel outside of the output";
+                                   const std::size_t v = picture.at(voxel[0], voxel[1], voxel[2]);
+                                   ASSERT_EQ(++picture.visits[v], 1) << "boxes overlap";
+                                   std::copy(o, o + 3, picture.offset.begin() + 3 * v);
+                                 }));
   return picture;
 }

@@ -129,6 +129,18 @@ inline std::vector<chainmail::Index3> brickSizes()
   return { { 4, 2, 2 }, { 8, 4, 8 }, { 32, 16, 4 } };
 }
 
+/// What resample() is to be given so that f(voxel, offset) is called for every voxel of every box.
+template <typename F> chainmail::BoxVisitor visitEach(F f)
+{
+  return [f](const std::vector<chainmail::ResampledBox>& boxes)
+  {
+    for (const chainmail::ResampledBox& box : boxes)
+    {
+      box.forVoxels(f);
+    }
+  };
+}
+
 /// The engine's displacements as it reports them [mm].
 inline std::vector<float> displacements(const chainmail::Simulation& simulation)
 {

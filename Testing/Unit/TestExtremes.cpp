@@ -201,16 +201,15 @@ TEST(Extremes, SpacingsFromAThousandthToAMillion)
     expectAtMost(std::string(name) + "relaxed against spacing 1",
       largestDifference(scene.block(), state(simulation), expected), 1e-5, "spacings");
     std::size_t offsets = 0, wrong = 0;
-    simulation.resample({ 0, 0, 0 },
-      [&](const ResampledBox& box)
-      {
-        const std::size_t n = static_cast<std::size_t>(3) * box.size[0] * box.size[1] * box.size[2];
-        for (std::size_t o = 0; o < n; ++o)
-        {
-          ++offsets;
-          wrong += std::abs(box.offset[o]) > 20.0f;
-        }
-      });
+    simulation.resample({ 0, 0, 0 }, visitEach(
+                                       [&](const Index3&, const float* offset)
+                                       {
+                                         for (int a = 0; a < 3; ++a)
+                                         {
+                                           ++offsets;
+                                           wrong += std::abs(offset[a]) > 20.0f;
+                                         }
+                                       }));
     EXPECT_GT(offsets, 0u);
     EXPECT_EQ(wrong, 0u);
   }

@@ -45,24 +45,14 @@ std::map<Index3, std::array<float, 3>> pulled(int corner)
   simulation.pull({ probe });
   std::map<Index3, std::array<float, 3>> found;
   simulation.resample({ 0, 0, 0 },
-    [&](const ResampledBox& box)
-    {
-      const float* offset = box.offset;
-      for (int k = 0; k < box.size[2]; ++k)
+    visitEach(
+      [&](const Index3& voxel, const float* offset)
       {
-        for (int j = 0; j < box.size[1]; ++j)
+        if (!(offset[0] == 0.0f && offset[1] == 0.0f && offset[2] == 0.0f))
         {
-          for (int i = 0; i < box.size[0]; ++i, offset += 3)
-          {
-            if (!(offset[0] == 0.0f && offset[1] == 0.0f && offset[2] == 0.0f))
-            {
-              found[{ box.first[0] + i - corner, box.first[1] + j - corner, box.first[2] + k - corner }] = { offset[0],
-                offset[1], offset[2] };
-            }
-          }
+          found[{ voxel[0] - corner, voxel[1] - corner, voxel[2] - corner }] = { offset[0], offset[1], offset[2] };
         }
-      }
-    });
+      }));
   return found;
 }
 

@@ -249,12 +249,8 @@ TEST(Simulation, AbortedResamplingLosesNothing)
   const auto offsets = [](const Simulation& simulation)
   {
     std::vector<float> all;
-    simulation.resample({ 1, 1, 1 },
-      [&](const ResampledBox& box)
-      {
-        const std::size_t voxels = static_cast<std::size_t>(box.size[0]) * box.size[1] * box.size[2];
-        all.insert(all.end(), box.offset, box.offset + 3 * voxels);
-      });
+    simulation.resample(
+      { 1, 1, 1 }, visitEach([&](const Index3&, const float* offset) { all.insert(all.end(), offset, offset + 3); }));
     return all;
   };
   Simulation simulation = simulate(scene, { 8, 4, 4 }), undisturbed = simulate(scene, { 8, 4, 4 });
@@ -300,8 +296,9 @@ TEST(Simulation, PeakOfTheDevicesMemory)
   EXPECT_GE(now, held);
   EXPECT_LT(now, 1.5 * held);
   simulation.relax(1, 1e-3);
-  // Grids of an eighth and less, and beside them copies of the state: those of 12 bytes of its 28. That is 2.3 times with
-  // the bricks of processors, and 3.1 times with those of GPUs, which hold fewer places around the tissue in motion.
+  // Grids of an eighth and less, and beside them copies of the state: those of 12 bytes of its 28. That is 2.3 times
+  // with the bricks of processors, and 3.1 times with those of GPUs, which hold fewer places around the tissue in
+  // motion.
   const std::size_t peak = simulation.takePeakDeviceBytes();
   EXPECT_GT(peak, 1.4 * now);
   EXPECT_LT(peak, 3.5 * now);

@@ -35,23 +35,16 @@ public:
   {
     std::size_t visited = 0;
     this->lowestX = this->size_[0];
-    const auto visit = [&](const ResampledBox& box)
+    const auto visit = [&](const Index3& voxel, const float* from)
     {
-      this->lowestX = std::min(this->lowestX, box.first[0]);
-      const float* from = box.offset;
-      for (int k = 0; k < box.size[2]; ++k)
-      {
-        for (int j = 0; j < box.size[1]; ++j, from += 3 * box.size[0])
-        {
-          const std::size_t row = (box.first[1] + j + this->padding_[1]) +
-                                  static_cast<std::size_t>(this->size_[1]) * (box.first[2] + k + this->padding_[2]);
-          const std::size_t at = (box.first[0] + this->padding_[0]) + this->size_[0] * row;
-          std::copy(from, from + 3 * box.size[0], this->offset.begin() + 3 * static_cast<std::ptrdiff_t>(at));
-          visited += static_cast<std::size_t>(box.size[0]);
-        }
-      }
+      this->lowestX = std::min(this->lowestX, voxel[0]);
+      const std::size_t row =
+        (voxel[1] + this->padding_[1]) + static_cast<std::size_t>(this->size_[1]) * (voxel[2] + this->padding_[2]);
+      const std::size_t at = (voxel[0] + this->padding_[0]) + this->size_[0] * row;
+      std::copy(from, from + 3, this->offset.begin() + 3 * static_cast<std::ptrdiff_t>(at));
+      ++visited;
     };
-    this->resampled = this->simulation_.resample(this->padding_, visit, this->resampled.number);
+    this->resampled = this->simulation_.resample(this->padding_, visitEach(visit), this->resampled.number);
     return visited;
   }
 
@@ -201,7 +194,7 @@ TEST(ResampleChanges, GoOnFromAnyEarlierOne)
     turns[n % 2].update();
     EXPECT_TRUE(sameBits(turns[n % 2].offset, resample(simulation).offset)) << n;
   }
-  const auto nothing = [](const ResampledBox&) {};
+  const auto nothing = [](const std::vector<ResampledBox>&) {};
   messageOf<InputError>([&] { simulation.resample({ 0, 0, 0 }, nothing, 1000); });
   const std::uint64_t number = simulation.resample({ 1, 0, 0 }, nothing).number;
   messageOf<InputError>([&] { simulation.resample({ 0, 0, 0 }, nothing, number); });

@@ -146,7 +146,7 @@ TEST(Resample, LessThanAMillionthOfAVoxelIsRest)
       const Scene scene = lump({ 24, 22, 20 }, { 11, 10, 9 }, 4.6);
       Simulation simulation = simulate(scene, brick);
       simulation.pull({ probeAt(scene, { 11, 10, 9 }, { far, 0.0, 0.0 }) });
-      EXPECT_EQ(simulation.resample({ 0, 0, 0 }, [](const ResampledBox&) {}).atRest, far < 1e-6);
+      EXPECT_EQ(simulation.resample({ 0, 0, 0 }, [](const std::vector<ResampledBox>&) {}).atRest, far < 1e-6);
       const Picture picture = resample(simulation);
       if (far < 1e-6)
       {
