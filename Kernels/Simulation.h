@@ -68,7 +68,8 @@ public:
   Index3 brickSize() const;
 
   /// The most bytes of buffers that were on the device at once since the last call of this function, summed over all
-  /// simulations of this process on that device.
+  /// simulations of this process on that device. What a processor keeps for the next buffers when some are gone is not
+  /// counted; together with the buffers it is never more than these once were.
   std::size_t takePeakDeviceBytes();
 
   /// The function that calls which take time report to from now on; null for none.

@@ -4,14 +4,9 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdint>
 #include <mutex>
 #include <sstream>
 #include <thread>
-
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
 
 namespace chainmail
 {
@@ -19,62 +14,8 @@ namespace chainmail
 namespace
 {
 
-/// A device that is a processor works in memory of the process. Small buffers it gets from its driver. For others this
-/// asks the system: such memory holds zeros and takes no room until somebody writes there, goes back to the system
-/// together with the buffer, where a heap keeps what lies below other memory in use, and comes in pages of 2 MB, as
-/// far as the system has them: fields are read brick by brick, from all over, and few of their many small pages are
-/// known to a processor at a time. Large pages are also handed out several times as fast.
-class Pages
-{
-public:
-  static constexpr std::size_t fewestBytes = std::size_t(1) << 20;
-
-#ifdef __linux__
-  /// Where the system has no memory left there are none.
-  explicit Pages(std::size_t bytes)
-    : bytes_(bytes + largePage)
-    , begin_(mmap(nullptr, this->bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0))
-  {
-    if (this->begin_ == MAP_FAILED)
-    {
-      this->begin_ = nullptr;
-      return;
-    }
-    const std::size_t past = reinterpret_cast<std::uintptr_t>(this->begin_) % largePage;
-    this->first_ = static_cast<char*>(this->begin_) + (past == 0 ? 0 : largePage - past);
-    madvise(this->first_, bytes, MADV_HUGEPAGE);
-  }
-  ~Pages()
-  {
-    if (this->begin_)
-    {
-      munmap(this->begin_, this->bytes_);
-    }
-  }
-  Pages(const Pages&) = delete;
-  Pages& operator=(const Pages&) = delete;
-
-  void* get() const
-  {
-    return this->first_;
-  }
-
-private:
-  static constexpr std::size_t largePage = std::size_t(1) << 21;
-
-  std::size_t bytes_;
-  void* begin_;
-  void* first_ = nullptr;
-#else
-  explicit Pages(std::size_t)
-  {
-  }
-  void* get() const
-  {
-    return nullptr;
-  }
-#endif
-};
+/// Buffers of a processor that are smaller come from its driver.
+constexpr std::size_t fewestBytesOfPages = std::size_t(1) << 20;
 
 std::string megabytes(std::size_t bytes)
 {
@@ -224,7 +165,7 @@ struct Context::Lease
 {
   std::shared_ptr<BytesInUse> inUse;
   std::size_t bytes;
-  std::unique_ptr<Pages> pages;
+  Pages::Memory memory;
 };
 
 /// Lets a lease end together with a buffer. A driver that does not tell when a buffer is gone, such as Wine's, leaves
@@ -250,19 +191,26 @@ void Context::endWith(cl::Buffer& buffer, std::unique_ptr<Lease>& lease)
   lease.release();
 }
 
-/// A buffer of zeros in pages of its own; none where the device is no processor, or cannot have one.
-cl::Buffer Context::inPages(std::size_t bytes)
+/// A buffer in pages, of which the first bytes, `zeros` of them, are zeros; none where the device is no processor, or
+/// cannot have one.
+cl::Buffer Context::inPages(std::size_t bytes, std::size_t zeros)
 {
-  if (this->info_.gpu || bytes < Pages::fewestBytes)
+  if (this->info_.gpu || bytes < fewestBytesOfPages)
   {
     return {};
   }
-  auto lease = std::make_unique<Lease>(Lease{ this->inUse_, bytes, std::make_unique<Pages>(bytes) });
-  if (!lease->pages->get())
+  const bool isWhole = zeros == bytes;
+  auto lease = std::make_unique<Lease>(Lease{ this->inUse_, bytes, Pages::take(this->pages_, bytes, isWhole) });
+  char* const memory = lease->memory.get();
+  if (!memory)
   {
     return {};
   }
-  cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, lease->pages->get());
+  if (!isWhole)
+  {
+    std::fill_n(memory, zeros, char(0));
+  }
+  cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, memory);
   this->endWith(buffer, lease);
   return lease ? cl::Buffer() : buffer;
 }
@@ -287,7 +235,7 @@ cl::Buffer Context::allocate(std::size_t bytes, const char* purpose, std::size_t
   }
   try
   {
-    if (cl::Buffer buffer = this->inPages(bytes); buffer())
+    if (cl::Buffer buffer = this->inPages(bytes, zeros); buffer())
     {
       return buffer;
     }

@@ -4,6 +4,7 @@
 
 #include "ArgumentList.h"
 #include "Device.h"
+#include "Pages.h"
 #include "Programs.h"
 
 #include <algorithm>
@@ -143,7 +144,7 @@ private:
   void enqueue(const Kernel& kernel, std::size_t groups, std::size_t items);
   struct Lease;
   void endWith(cl::Buffer& buffer, std::unique_ptr<Lease>& lease);
-  cl::Buffer inPages(std::size_t bytes);
+  cl::Buffer inPages(std::size_t bytes, std::size_t zeros);
 
   cl::Device device_;
   DeviceInfo info_;
@@ -157,6 +158,7 @@ private:
     std::atomic<std::size_t> most{ 0 };
   };
   std::shared_ptr<BytesInUse> inUse_ = std::make_shared<BytesInUse>(); ///< shared with buffers, which may live longer
+  std::shared_ptr<Pages> pages_ = std::make_shared<Pages>();           ///< so are these
 };
 
 /// A small buffer that keeps its memory between uses and grows when it must. What it holds at first is anything.

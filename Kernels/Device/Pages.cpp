@@ -1,0 +1,188 @@
+#include "Pages.h"
+
+#include <algorithm>
+#include <cstdint>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
+namespace chainmail
+{
+
+namespace
+{
+
+constexpr std::size_t pageSize = std::size_t(1) << 21;
+
+std::size_t wholePages(std::size_t bytes)
+{
+  return (bytes + pageSize - 1) / pageSize * pageSize;
+}
+
+#ifdef __linux__
+
+char* fromSystem(std::size_t bytes)
+{
+  void* const mapped = mmap(nullptr, bytes + pageSize, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapped == MAP_FAILED)
+  {
+    return nullptr;
+  }
+  char* const begin = static_cast<char*>(mapped);
+  const std::size_t past = reinterpret_cast<std::uintptr_t>(begin) % pageSize;
+  const std::size_t before = past == 0 ? 0 : pageSize - past;
+  if (before > 0)
+  {
+    munmap(begin, before);
+  }
+  munmap(begin + before + bytes, pageSize - before);
+  madvise(begin + before, bytes, MADV_HUGEPAGE);
+  return begin + before;
+}
+
+void toSystem(char* memory, std::size_t bytes)
+{
+  munmap(memory, bytes);
+}
+
+#else
+
+char* fromSystem(std::size_t)
+{
+  return nullptr;
+}
+
+void toSystem(char*, std::size_t)
+{
+}
+
+#endif
+
+}
+
+Pages::~Pages()
+{
+  this->trim(0);
+}
+
+Pages::Memory Pages::take(const std::shared_ptr<Pages>& pages, std::size_t bytes, bool zeros)
+{
+  const std::size_t whole = wholePages(bytes);
+  const std::lock_guard<std::mutex> lock(pages->mutex_);
+  char* memory = zeros ? nullptr : pages->takeKept(whole);
+  if (!memory)
+  {
+    memory = fromSystem(whole);
+  }
+  if (!memory)
+  {
+    pages->trim(0);
+    memory = fromSystem(whole);
+  }
+  if (memory)
+  {
+    pages->inUse_ += whole;
+    pages->passing_ += zeros ? 0 : whole;
+    pages->mostInUse_ = std::max(pages->mostInUse_, pages->inUse_);
+    pages->mostPassing_ = std::max(pages->mostPassing_, pages->passing_);
+    pages->trim(pages->mostKept());
+  }
+  return Memory(memory, GiveBack{ pages, whole, zeros });
+}
+
+std::size_t Pages::kept() const
+{
+  const std::lock_guard<std::mutex> lock(this->mutex_);
+  return this->keptBytes_;
+}
+
+/// From the smallest range that is large enough; null where there is none.
+char* Pages::takeKept(std::size_t bytes)
+{
+  auto best = this->kept_.end();
+  for (auto range = this->kept_.begin(); range != this->kept_.end(); ++range)
+  {
+    if (range->second >= bytes && (best == this->kept_.end() || range->second < best->second))
+    {
+      best = range;
+    }
+  }
+  if (best == this->kept_.end())
+  {
+    return nullptr;
+  }
+  char* const memory = best->first;
+  const std::size_t left = best->second - bytes;
+  this->kept_.erase(best);
+  if (left > 0)
+  {
+    this->kept_[memory + bytes] = left;
+  }
+  this->keptBytes_ -= bytes;
+  return memory;
+}
+
+void Pages::give(char* memory, std::size_t bytes, bool zeros)
+{
+  const std::lock_guard<std::mutex> lock(this->mutex_);
+  this->inUse_ -= bytes;
+  if (zeros)
+  {
+    toSystem(memory, bytes);
+  }
+  else
+  {
+    this->passing_ -= bytes;
+    this->keep(memory, bytes);
+  }
+  if (this->inUse_ == 0)
+  {
+    this->mostInUse_ = this->mostPassing_ = 0;
+  }
+  this->trim(this->mostKept());
+}
+
+void Pages::keep(char* memory, std::size_t bytes)
+{
+  this->keptBytes_ += bytes;
+  auto next = this->kept_.lower_bound(memory);
+  if (next != this->kept_.end() && memory + bytes == next->first)
+  {
+    bytes += next->second;
+    next = this->kept_.erase(next);
+  }
+  if (next != this->kept_.begin() && std::prev(next)->first + std::prev(next)->second == memory)
+  {
+    std::prev(next)->second += bytes;
+    return;
+  }
+  this->kept_[memory] = bytes;
+}
+
+std::size_t Pages::mostKept() const
+{
+  // An update's own buffers may take twice what lies there between updates: the states before a wave and before a
+  // relaxation and the bounds of displacements beside the displacement and the constraint.
+  return std::min({ 2 * this->inUse_, this->mostInUse_ - this->inUse_, this->mostPassing_ - this->passing_ });
+}
+
+/// Gives the system all but the most that may be kept, of the smallest ranges first.
+void Pages::trim(std::size_t most)
+{
+  while (this->keptBytes_ > most)
+  {
+    const auto smallest = std::min_element(this->kept_.begin(), this->kept_.end(),
+      [](const Ranges::value_type& a, const Ranges::value_type& b) { return a.second < b.second; });
+    const std::size_t goes = std::min(smallest->second, this->keptBytes_ - most);
+    smallest->second -= goes;
+    toSystem(smallest->first + smallest->second, goes);
+    this->keptBytes_ -= goes;
+    if (smallest->second == 0)
+    {
+      this->kept_.erase(smallest);
+    }
+  }
+}
+
+}
