@@ -427,7 +427,6 @@ void Bricks::clearDisplacements()
       this->spins_->spin.buffer, cl_float(0), 0, sizeof(float) * this->spins_->spin.runs * this->pitch());
     this->spins_->any = false;
   }
-  this->context_->queue().finish();
   std::fill(this->touched_.begin(), this->touched_.end(), 0);
 }
 

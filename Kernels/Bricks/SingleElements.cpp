@@ -14,7 +14,6 @@ void Bricks::scatter(const cl::Buffer& field, cl_uint pitch, std::size_t compone
   Context& context = *this->context_;
   context.launchOver(context.kernel("scatter.cl", "", "scatter"), addresses.size(), field, pitch,
     static_cast<cl_int>(components), this->addresses_.holding(context, addresses), values);
-  context.queue().finish();
 }
 
 void Bricks::setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)

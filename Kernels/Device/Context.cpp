@@ -17,6 +17,9 @@ namespace
 /// Buffers of a processor that are smaller come from its driver.
 constexpr std::size_t fewestBytesOfPages = std::size_t(1) << 20;
 
+/// To wait until a device has read a few values takes longer than all else, so it gets a copy. More are copied in vain.
+constexpr std::size_t mostBytesCopied = std::size_t(1) << 17;
+
 std::string megabytes(std::size_t bytes)
 {
   std::ostringstream text;
@@ -113,6 +116,29 @@ Context::Context(const cl::Device& device)
 Kernel Context::kernel(const std::string& file, const std::string& defines, const char* name)
 {
   return Kernel(this->programs_.program(file, defines), name);
+}
+
+void Context::write(const cl::Buffer& buffer, std::size_t offset, const char* values, std::size_t bytes)
+{
+  if (bytes > mostBytesCopied)
+  {
+    this->queue_.enqueueWriteBuffer(buffer, CL_TRUE, offset, bytes, values);
+    return;
+  }
+  using Copy = std::vector<char>;
+  auto copy = std::make_unique<Copy>(values, values + bytes);
+  cl::Event written;
+  this->queue_.enqueueWriteBuffer(buffer, CL_FALSE, offset, bytes, copy->data(), nullptr, &written);
+  try
+  {
+    written.setCallback(
+      CL_COMPLETE, [](cl_event, cl_int, void* data) { delete static_cast<Copy*>(data); }, copy.get());
+    copy.release();
+  }
+  catch (const cl::Error&) // a driver that does not tell when it is done
+  {
+    this->queue_.finish();
+  }
 }
 
 void Context::unmap(const cl::Buffer& buffer, void* values) noexcept

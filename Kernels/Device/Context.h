@@ -101,11 +101,12 @@ public:
     this->write(buffer, 0, values);
     return buffer;
   }
+  /// Writes values at an offset in bytes. They may change as soon as this returns.
   template <typename T> void write(const cl::Buffer& buffer, std::size_t offset, const std::vector<T>& values)
   {
     if (!values.empty())
     {
-      this->queue_.enqueueWriteBuffer(buffer, CL_TRUE, offset, sizeof(T) * values.size(), values.data());
+      this->write(buffer, offset, reinterpret_cast<const char*>(values.data()), sizeof(T) * values.size());
     }
   }
   template <typename T> void read(const cl::Buffer& buffer, std::vector<T>& values)
@@ -140,6 +141,7 @@ public:
   };
 
 private:
+  void write(const cl::Buffer& buffer, std::size_t offset, const char* values, std::size_t bytes);
   void unmap(const cl::Buffer& buffer, void* values) noexcept;
   void enqueue(const Kernel& kernel, std::size_t groups, std::size_t items);
   struct Lease;

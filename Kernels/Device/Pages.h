@@ -14,9 +14,9 @@ namespace chainmail
 ///
 /// Buffers that begin with zeros have new pages, which go back to the system with them; a heap would keep what lies
 /// below other memory in use. Buffers that begin with anything come and go with each update. Their pages are kept for
-/// the next ones of this kind, since a system takes long to hand out new ones, and a virtual machine longer. What is
-/// kept and what such buffers have is never more than these once had, and what is kept no more than twice all that is
-/// in use, so nothing when the last buffer is gone. May be called from any thread.
+/// the next ones of this kind, since a system takes long to hand out new ones, and a virtual machine longer. With what
+/// is kept such buffers, and all buffers, never have more than they once had, and no more is kept than twice what is in
+/// use, so nothing when the last buffer is gone. May be called from any thread.
 class Pages
 {
 public:

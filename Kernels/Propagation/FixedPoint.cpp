@@ -10,7 +10,9 @@ namespace chainmail
 namespace
 {
 
-/// The most iterations in one batch of launches. A batch is shorter after one that met a brick without memory.
+/// Iterations in the first batch of launches, which take less time than to wait for them even where one would do, and
+/// the most in a later one. A batch is shorter after one that met a brick without memory.
+constexpr int fewestPerBatch = 4;
 constexpr int mostPerBatch = 16;
 
 }
@@ -108,7 +110,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
 {
   Context& context = this->bricks_.context();
   int done = 0;
-  int batch = 1;
+  int batch = fewestPerBatch;
   while (!this->finished_ && !this->isBeyond(enough) && (iterations == 0 || done < iterations))
   {
     if (!this->bricks_.isFollowed(this->visits_, this->followed_)) // others may have given memory to bricks

@@ -40,6 +40,9 @@ bool turnsIn(Reach reach, int sweep)
 /// Sweeps in one batch of launches.
 constexpr int sweepsPerBatch = 8;
 
+/// The same where a batch is one launch, whose sweeps take less time than looking at what they did.
+constexpr int sweepsPerLaunch = 32;
+
 /// In grids of no more elements than this a sweep takes about as long as launching its turns does.
 constexpr std::size_t fewElements = 1 << 15;
 
@@ -232,15 +235,15 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
   const int longest = reach == Reach::Far || waves || spins ? 0 : *std::max_element(size.begin(), size.end());
   // How many sweeps there are, after so many, to the next timed turn of blocked groups.
   const auto sweepsToGroups = [longest](int sweep)
-  { return longest > 0 ? sweepsPerTimedGroupTurn - sweep % sweepsPerTimedGroupTurn : sweepsPerBatch; };
+  { return longest > 0 ? sweepsPerTimedGroupTurn - sweep % sweepsPerTimedGroupTurn : sweepsPerLaunch; };
   RelaxResult result;
   int launched = 0;
   while (result.iterations < iterations && !result.converged)
   {
-    const int sweeps =
-      std::min({ sweepsPerBatch, iterations - result.iterations, sweepsToGroups(firstSweep + result.iterations) });
-    this->schedule_.beginBatch(sweeps);
     const bool atOnce = !waves && this->isSmall();
+    const int sweeps = std::min({ atOnce ? sweepsPerLaunch : sweepsPerBatch, iterations - result.iterations,
+      sweepsToGroups(firstSweep + result.iterations) });
+    this->schedule_.beginBatch(sweeps);
     this->batch_.clear(0);
     for (int n = 0; n < sweeps; ++n)
     {

@@ -187,8 +187,8 @@ void CommandQueue::enqueueReadBuffer(const Buffer& buffer, cl_bool, std::size_t 
   std::memcpy(to, part(buffer, offset, bytes, "clEnqueueReadBuffer"), bytes);
 }
 
-void CommandQueue::enqueueWriteBuffer(
-  const Buffer& buffer, cl_bool, std::size_t offset, std::size_t bytes, const void* from)
+void CommandQueue::enqueueWriteBuffer(const Buffer& buffer, cl_bool, std::size_t offset, std::size_t bytes,
+  const void* from, const std::vector<Event>*, Event*)
 {
   std::memcpy(part(buffer, offset, bytes, "clEnqueueWriteBuffer"), from, bytes);
 }

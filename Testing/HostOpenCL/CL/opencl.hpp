@@ -205,6 +205,10 @@ public:
     static_assert(Name == CL_EVENT_COMMAND_EXECUTION_STATUS, "not emulated");
     return CL_COMPLETE;
   }
+  void setCallback(cl_int status, void (*notify)(cl_event, cl_int, void*), void* data)
+  {
+    notify(nullptr, status, data);
+  }
 };
 
 class CommandQueue
@@ -215,8 +219,8 @@ public:
   void enqueueNDRangeKernel(const Kernel& kernel, const NDRange& offset, const NDRange& all, const NDRange& group,
     const std::vector<Event>* before = nullptr, Event* event = nullptr);
   void enqueueReadBuffer(const Buffer& buffer, cl_bool blocking, std::size_t offset, std::size_t bytes, void* to);
-  void enqueueWriteBuffer(
-    const Buffer& buffer, cl_bool blocking, std::size_t offset, std::size_t bytes, const void* from);
+  void enqueueWriteBuffer(const Buffer& buffer, cl_bool blocking, std::size_t offset, std::size_t bytes,
+    const void* from, const std::vector<Event>* before = nullptr, Event* event = nullptr);
   void* enqueueMapBuffer(
     const Buffer& buffer, cl_bool blocking, cl_map_flags flags, std::size_t offset, std::size_t bytes);
   void enqueueUnmapMemObject(const Buffer& buffer, void* mapped);
