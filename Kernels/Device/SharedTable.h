@@ -40,12 +40,7 @@ public:
     return value;
   }
 
-  /// Starts the copy to the device without waiting for it: until fromDevice() the host must not change its own copy.
-  void toDevice(Context& context)
-  {
-    const std::size_t bytes = sizeof(cl_int) * this->values_.size();
-    context.queue().enqueueWriteBuffer(this->buffer_.sized(context, bytes), CL_FALSE, 0, bytes, this->values_.data());
-  }
+  void toDevice(Context& context) { this->buffer_.holding(context, this->values_); }
   void fromDevice(Context& context) { context.read(this->buffer(), this->values_); }
   const cl::Buffer& buffer() const { return this->buffer_.get(); }
 
