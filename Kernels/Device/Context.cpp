@@ -218,10 +218,10 @@ void Context::endWith(cl::Buffer& buffer, std::unique_ptr<Lease>& lease)
 }
 
 /// A buffer in pages, of which the first bytes, `zeros` of them, are zeros; none where the device is no processor, or
-/// cannot have one.
+/// cannot have one. Throws where the system has no memory left: PoCL would end the process.
 cl::Buffer Context::inPages(std::size_t bytes, std::size_t zeros)
 {
-  if (this->info_.gpu || bytes < fewestBytesOfPages)
+  if (!Pages::areKnown || this->info_.gpu || bytes < fewestBytesOfPages)
   {
     return {};
   }
@@ -230,7 +230,7 @@ cl::Buffer Context::inPages(std::size_t bytes, std::size_t zeros)
   char* const memory = lease->memory.get();
   if (!memory)
   {
-    return {};
+    throw cl::Error(CL_MEM_OBJECT_ALLOCATION_FAILURE, "mmap");
   }
   if (!isWhole)
   {

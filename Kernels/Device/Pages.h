@@ -29,8 +29,14 @@ public:
   };
   using Memory = std::unique_ptr<char, GiveBack>;
 
-  /// Memory from the beginning of a page on, which holds zeros, or anything. Null where the system has none, or is not
-  /// known to hand out pages.
+  /// Whether it is known how this system hands out pages.
+#ifdef __linux__
+  static constexpr bool areKnown = true;
+#else
+  static constexpr bool areKnown = false;
+#endif
+
+  /// Memory from the beginning of a page on, which holds zeros, or anything. Null where the system has none.
   static Memory take(const std::shared_ptr<Pages>& pages, std::size_t bytes, bool zeros);
 
   /// Bytes that no buffer has.

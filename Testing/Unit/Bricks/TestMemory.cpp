@@ -11,6 +11,11 @@
 #include <iostream>
 #include <thread>
 
+#ifdef __linux__
+#include <sys/resource.h>
+#include <unistd.h>
+#endif
+
 namespace
 {
 
@@ -189,6 +194,28 @@ int severalInTurn()
 }
 const ChildPart turnsPart("severalInTurn", severalInTurn);
 
+#ifdef __linux__
+int systemHasNoMoreMemory()
+{
+  const RigidBlock block({ 160, 160, 160 });
+  pullAfter("before", { 12, 10, 8 }); // so that all is compiled
+  std::ifstream pages("/proc/self/statm");
+  rlim_t used = 0;
+  pages >> used;
+  rlimit limit{};
+  getrlimit(RLIMIT_AS, &limit);
+  limit.rlim_cur = used * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (rlim_t(60) << 20);
+  setrlimit(RLIMIT_AS, &limit);
+  {
+    Simulation simulation = simulate(block);
+    pull(simulation, block);
+  }
+  pullAfter("after", { 12, 10, 8 });
+  return 0;
+}
+const ChildPart systemPart("systemHasNoMoreMemory", systemHasNoMoreMemory);
+#endif
+
 /// The number in `text` behind `before`, -1 if there is none.
 long numberBehind(const std::string& text, const std::string& before)
 {
@@ -241,6 +268,22 @@ TEST(Memory, BuffersThatTogetherDoNotFitSayHowMuchIsNeeded)
   const long simulations = numberBehind(child.output, "simulations: ");
   EXPECT_TRUE(simulations == 3 || simulations == 4) << child.output;
 }
+
+// Sanitizers take more of a process's addresses than any limit leaves.
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(Memory, ASystemWithoutMoreMemorySaysHowMuchIsNeeded)
+{
+  if (!isSmall() && !device().gpu)
+  {
+    const ChildResult child = runChild({}, "systemHasNoMoreMemory");
+    EXPECT_EQ(child.status, 0) << child.output;
+    EXPECT_TRUE(contains(child.output, "message: The device \"")) << child.output;
+    EXPECT_TRUE(contains(child.output, "mmap: CL_MEM_OBJECT_ALLOCATION_FAILURE")) << child.output;
+    EXPECT_TRUE(contains(child.output, "Crop the scan")) << "what to do is not said: " << child.output;
+    EXPECT_TRUE(contains(child.output, "after: 960 displaced, reached 1,")) << child.output;
+  }
+}
+#endif
 
 TEST(Memory, WhatADeformationTookGoesBackToTheSystem)
 {
