@@ -36,8 +36,8 @@ namespace chainmail
 /// and elements are cubes the energy is as without. A cluster of which a probe holds one element turns about that, one
 /// of which elements in a line are held about this line; with more, or an anchor, it does not turn, nor where
 /// constraints differ by axis. A wave moves and does not turn, so a probe that comes less far than it asks tries again
-/// after tissue has settled a little. Angles are below 180 degrees. Calls for Timestamp, Paper or an elastic recovery
-/// other than 1 throw InputError.
+/// after tissue has settled a little. Rotations add up to any angle, also beyond half a turn. Calls for Timestamp,
+/// Paper or an elastic recovery other than 1 throw InputError.
 ///
 /// With Settings::poissonRatio n as well tissue resists changing its volume: an element i costs n / (1 - 2 n) v / D(i)
 /// d^2 more, with d its swelling. That is the sum over its links of what these are stretched by along R x, as a

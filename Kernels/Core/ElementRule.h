@@ -22,6 +22,10 @@ inline real fabs(real v)
 {
   return std::fabs(v);
 }
+inline real sqrt(real v)
+{
+  return std::sqrt(v);
+}
 inline real min(real a, real b)
 {
   return b < a ? b : a;
@@ -51,6 +55,10 @@ using mask = int;
 inline real fabs(real v)
 {
   return std::fabs(v);
+}
+inline real sqrt(real v)
+{
+  return std::sqrt(v);
 }
 inline real min(real a, real b)
 {

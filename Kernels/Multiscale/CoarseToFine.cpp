@@ -111,17 +111,17 @@ public:
       }
     }
     Context& context = this->bricks_.context();
-    const auto transfer = [&](const cl::Buffer& from, float scale, const cl::Buffer& to)
+    const auto transfer = [&](const cl::Buffer& from, float scale, bool spins, const cl::Buffer& to)
     {
       context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "coarsen"), slots.size(),
         this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.layout(),
-        this->finer_.layout(), from, this->finer_.constraint, scale, to);
+        this->finer_.layout(), from, this->finer_.constraint, scale, static_cast<cl_int>(spins), to);
     };
-    transfer(this->finer_.displacement, 0.5f, this->bricks_.displacement);
+    transfer(this->finer_.displacement, 0.5f, false, this->bricks_.displacement);
     this->clusters_->begin(this->held_);
     if (this->bricks_.spins())
     {
-      transfer(this->finer_.spins()->spin.buffer, 1.0f, this->bricks_.spins()->spin.buffer);
+      transfer(this->finer_.spins()->spin.buffer, 1.0f, true, this->bricks_.spins()->spin.buffer);
       this->bricks_.setTurned(this->finer_.turned() != nullptr);
       this->clusters_->straighten();
       keepSpins(this->bricks_, this->spinsBefore_);
@@ -188,17 +188,18 @@ public:
       }
     }
     Context& context = this->bricks_.context();
-    const auto transfer = [&](const cl::Buffer& from, float scale, const cl::Buffer& to)
+    const auto transfer = [&](const cl::Buffer& from, float scale, bool spins, const cl::Buffer& to)
     {
       // The program is the one for this grid's cuts: those of the finer grid do not matter here.
       context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "refine"), slots.size(),
         this->bricks_.workItems(true), this->list_.holding(context, slots), this->finer_.layout(),
-        this->bricks_.layout(), from, this->bricks_.tissue(), this->finer_.constraint, scale, to);
+        this->bricks_.layout(), from, this->bricks_.tissue(), this->finer_.constraint, scale,
+        static_cast<cl_int>(spins), to);
     };
-    transfer(this->bricks_.displacement, 2.0f, this->finer_.displacement);
+    transfer(this->bricks_.displacement, 2.0f, false, this->finer_.displacement);
     if (this->bricks_.spins())
     {
-      transfer(this->bricks_.spins()->spin.buffer, 1.0f, this->finer_.spins()->spin.buffer);
+      transfer(this->bricks_.spins()->spin.buffer, 1.0f, true, this->finer_.spins()->spin.buffer);
       this->finer_.setTurned(true);
       this->bricks_.drop(this->spinsBefore_);
     }

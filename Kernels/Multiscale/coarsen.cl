@@ -6,12 +6,17 @@
 
 #include "brick.clh"
 #include "element.clh"
+#ifdef TURNING
+#include "spin.clh"
+#endif
 
 // Gives elements of the coarser grid the mean displacement of those they stand for or, where some are held, of these;
-// and their mean spin likewise. `scale` is 1/2 for displacements, which are fractions of the spacing, and 1 for spins.
+// and their mean spin likewise, of the spins that are nearest to each other (spin.clh). `scale` is 1/2 for displacements,
+// which are fractions of the spacing, and 1 for spins.
 kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, uint finerTissuePitch,
   global const int* finerTable, global const int* finerPlace, int finerStrideY, int finerStrideZ,
-  global const float* finerDisplacement, global const float* finerConstraint, float scale, global float* displacement)
+  global const float* finerDisplacement, global const float* finerConstraint, float scale, int spins,
+  global float* displacement)
 {
   const uint slot = list[get_group_id(0)];
   const int3 brick = brickAt(place[slot], strideY, strideZ);
@@ -20,10 +25,10 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, u
     const int i = work % (BX / WIDTH) * WIDTH, j = work / (BX / WIDTH) % BY, k = work / (BX / WIDTH) / BY;
     const int3 finerBrick = 2 * brick + (int3)(i >= HALF, 2 * j >= BY, 2 * k >= BZ) + 1;
     const uint finerSlot = finerTable[finerBrick.x + finerBrick.y * finerStrideY + finerBrick.z * finerStrideZ];
-    real free[3], held[3], numberFree = (real)(0.0f), numberHeld = (real)(0.0f);
+    real free[3], held[3], first[3], numberFree = (real)(0.0f), numberHeld = (real)(0.0f);
     for (int axis = 0; axis < 3; ++axis)
     {
-      free[axis] = held[axis] = (real)(0.0f);
+      free[axis] = held[axis] = first[axis] = (real)(0.0f);
     }
     // Children on the same side of elements in a row follow each other.
     for (int d = 0; d < 8; ++d)
@@ -32,27 +37,61 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, u
       const uint at = finerSlot * ELEMENTS + ((d ^ y ^ z) & 1) * COLOUR + (z * BY + y) * HALF + i % HALF;
       const real c = LOAD(finerConstraint + at);
       const mask isOfHeld = isHeld(c), isFree = AS_MASK(c) >= 0;
+      real u[3];
+      UNROLL
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        u[axis] = LOAD(finerDisplacement + axis * finerPitch + min(at, finerPitch - SKEW));
+      }
+#ifdef TURNING
+      if (spins)
+      {
+        const mask isFirst = (isFree | isOfHeld) & (numberFree + numberHeld == 0.0f);
+        UNROLL
+        for (int axis = 0; axis < 3; ++axis)
+        {
+          first[axis] = select(first[axis], u[axis], isFirst);
+        }
+        const real nearest = nearestSpinTo(first, u);
+        UNROLL
+        for (int axis = 0; axis < 3; ++axis)
+        {
+          u[axis] *= nearest;
+        }
+      }
+#endif
       numberFree += select((real)(0.0f), (real)(1.0f), isFree);
       numberHeld += select((real)(0.0f), (real)(1.0f), isOfHeld);
       UNROLL
       for (int axis = 0; axis < 3; ++axis)
       {
-        const real u = LOAD(finerDisplacement + axis * finerPitch + min(at, finerPitch - SKEW));
-        free[axis] += select((real)(0.0f), u, isFree);
-        held[axis] += select((real)(0.0f), u, isOfHeld);
+        free[axis] += select((real)(0.0f), u[axis], isFree);
+        held[axis] += select((real)(0.0f), u[axis], isOfHeld);
       }
     }
+    real mean[3];
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
       const mask anyHeld = numberHeld > 0.0f;
       const real sum = select(free[axis], held[axis], anyHeld);
       const real number = max(select(numberFree, numberHeld, anyHeld), (real)(1.0f));
-      float mean[WIDTH];
-      STORE(scale * (sum / number), mean);
+      mean[axis] = scale * (sum / number);
+    }
+#ifdef TURNING
+    if (spins)
+    {
+      shortestSpin(mean);
+    }
+#endif
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      float each[WIDTH];
+      STORE(mean[axis], each);
       for (int n = 0; n < WIDTH; ++n)
       {
-        displacement[axis * pitch + slot * ELEMENTS + localAddress(i + n, j, k)] = mean[n];
+        displacement[axis * pitch + slot * ELEMENTS + localAddress(i + n, j, k)] = each[n];
       }
     }
   }
@@ -166,11 +205,56 @@ RULE void shareOut(const real* c, const mask cut, Towards* towards)
   }
 }
 
+#ifdef TURNING
+// What the spins of the 27 elements around are to be multiplied by, so that they are those nearest to the one in the
+// middle (spin.clh).
+RULE void nearestAround(local const float* layers, int middle, int x, int y, real* nearest)
+{
+  real around[3][27];
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    loadAround(layers, middle, axis, x, y, around[axis]);
+  }
+  const real own[3] = { around[0][13], around[1][13], around[2][13] };
+  UNROLL
+  for (int m = 0; m < 27; ++m)
+  {
+    const real spin[3] = { around[0][m], around[1][m], around[2][m] };
+    nearest[m] = nearestSpinTo(own, spin);
+  }
+}
+
+// Leaves an element with the shortest spin of its rotation.
+RULE void shorten(uint at, uint pitch, global float* spin)
+{
+  real next[3];
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    next[axis] = LOAD(spin + axis * pitch + at);
+  }
+  shortestSpin(next);
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    STORE(next[axis], spin + axis * pitch + at);
+  }
+}
+#endif
+
 // Moves the children of a vector of elements in a row, at (x, y) of the middle layer, except held ones. `finer`:
 // addresses of the children, index x + 2 y + 4 z; children on the same side of elements in a row follow each other.
 APART void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
-  uint finerTissuePitch, global const float* finerConstraint, float scale, global float* finerDisplacement)
+  uint finerTissuePitch, global const float* finerConstraint, float scale, int spins, global float* finerDisplacement)
 {
+#ifdef TURNING
+  real nearest[27];
+  if (spins)
+  {
+    nearestAround(layers, middle, x, y, nearest);
+  }
+#endif
 #ifdef CUTS
   const mask bits = AS_MASK(LOAD(layers + middle % 3 * LAYER + ((3 + AXES) * SPAN_Y + y + 1) * SPAN_X + x + 1));
 #else
@@ -193,6 +277,16 @@ APART void refineAt(local const float* layers, int middle, int x, int y, const u
       interpolate(part, &towards, weight);
     }
     loadAround(layers, middle, axis, x, y, u);
+#ifdef TURNING
+    if (spins)
+    {
+      UNROLL
+      for (int m = 0; m < 27; ++m)
+      {
+        u[m] *= nearest[m];
+      }
+    }
+#endif
     interpolate(u, &towards, sum);
 
     global const float* constraints = finerConstraint + min(axis, AXES - 1) * finerTissuePitch;
@@ -227,6 +321,12 @@ APART void refineAt(local const float* layers, int middle, int x, int y, const u
       STORE(select(LOAD(to), next, isFree), to);
     }
   }
+#ifdef TURNING
+  for (int child = 0; spins && child < 8; ++child)
+  {
+    shorten(finer[child], finerPitch, finerDisplacement);
+  }
+#endif
 }
 
 // Takes the elements of the finer grid that are not held to where the coarser grid is: interpolated between the up to
@@ -236,7 +336,7 @@ APART void refineAt(local const float* layers, int middle, int x, int y, const u
 kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitch, global const int* finerTable,
   global const int* finerPlace, int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global const float* finerConstraint, float scale,
-  global float* finerDisplacement)
+  int spins, global float* finerDisplacement)
 {
   local float layers[3 * LAYER];
   const uint finerSlot = list[get_group_id(0)];
@@ -256,7 +356,8 @@ kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitc
         const int j = 2 * y + (child >> 1 & 1), k = 2 * (z - 2) + (child >> 2);
         finer[child] = finerSlot * ELEMENTS + ((child ^ j ^ k) & 1) * COLOUR + (k * BY + j) * HALF + x;
       }
-      refineAt(layers, z - 1, x, y, finer, finerPitch, finerTissuePitch, finerConstraint, scale, finerDisplacement);
+      refineAt(layers, z - 1, x, y, finer, finerPitch, finerTissuePitch, finerConstraint, scale, spins,
+        finerDisplacement);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }

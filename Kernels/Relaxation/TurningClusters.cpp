@@ -208,7 +208,8 @@ void nearestSpin(const std::vector<double>& rest, const std::vector<double>& now
       part *= std::min(1.0, 1.0 / std::max(largest, 1e-300)); // not further than a radian or so at once
     }
     double next[3];
-    rule::wide::spinAfter(step, spin, next);
+    rule::wide::steppedSpin(spin, step, 1.0f, next);
+    rule::wide::shortestSpin(next);
     std::copy_n(next, 3, spin);
     if (largest < 1e-12)
     {

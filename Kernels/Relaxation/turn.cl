@@ -514,7 +514,7 @@ RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float ome
     {
       turning |= turns & (fabs(rotation[axis]) > still);
     }
-    spinAfter(own, rotation, next);
+    steppedSpin(own, rotation, -1.0f, next);
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -566,6 +566,10 @@ RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float ome
 #endif
   if (SOME(moved > 0.0f))
   {
+    if (mayTurn)
+    {
+      shortestSpin(next);
+    }
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {

@@ -73,9 +73,13 @@ RULE float4 lengths(float4 proportions)
 // turned() of spin.clh.
 RULE float4 turnedVector(float4 spin, float4 v)
 {
-  const float square = spin.x * spin.x + spin.y * spin.y + spin.z * spin.z;
-  const float along = spin.x * v.x + spin.y * v.y + spin.z * v.z;
-  return (across(spin, v) + 0.5f * (along * spin - square * v)) * (1.0f / (1.0f + 0.25f * square));
+  const float part = 0.0625f * (spin.x * spin.x + spin.y * spin.y + spin.z * spin.z);
+  const float scale = 1.0f / (1.0f + part);
+  const float4 q = 0.5f * scale * spin;
+  const float scalar = 2.0f * scale * (1.0f - part);
+  const float square = 2.0f * (q.x * q.x + q.y * q.y + q.z * q.z);
+  const float along = 2.0f * (q.x * v.x + q.y * v.y + q.z * v.z);
+  return scalar * across(q, v) + (along * q - square * v);
 }
 
 RULE OutgoingLink linkOf(uint other, int d, global const float* body, uint pitch, global const int* place, int strideY,
@@ -230,7 +234,7 @@ inline void solve(float matrix[6][6], float* x)
   }
 }
 
-// The pose after a step: a move [mean spacings] and a spin.
+// The pose after a step: a move [mean spacings] and a rotation (spin.clh).
 inline void stepFrom(global const float* pose, const float* step, float share, float4 proportions, float* out)
 {
   const float own[3] = { pose[3], pose[4], pose[5] };
@@ -239,7 +243,8 @@ inline void stepFrom(global const float* pose, const float* step, float share, f
   {
     out[axis] = pose[axis] + share * step[axis] / proportion(proportions, axis);
   }
-  spinAfter(rotation, own, out + 3);
+  steppedSpin(own, rotation, 1.0f, out + 3);
+  shortestSpin(out + 3);
 }
 
 inline void storePose(const float* pose, global float* out)
