@@ -1,5 +1,6 @@
 #include "FixedPoint.h"
 
+#include "Error.h"
 #include "fixedpointaccount.clh"
 
 #include <algorithm>
@@ -71,6 +72,7 @@ void FixedPoint::start(const std::vector<int>& bricks)
   this->goesOn_[0] = this->goesOn_[1] = false;
   this->parity_ = 0;
   this->waited_ = false;
+  this->iterations_ = 0;
   std::fill(this->extremes_.begin(), this->extremes_.end(), 0.0f);
   this->ofTurn_.assign(this->extremes_.size(), 0.0f);
 }
@@ -176,8 +178,14 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
       if (parity == 1 || beyond)
       {
         ++done;
+        ++this->iterations_;
       }
       this->finished_ = parity == 1 && !this->goesOn_[0] && !this->goesOn_[1];
+      if (!this->finished_ && this->iterations_ > this->bricks_.model().grid().voxels())
+      {
+        throw Error(std::string("An error of the engine: ") + this->name_ + " of " + this->file_ +
+                    " does not come to an end. Reset the tissue, and please report it.");
+      }
       if (beyond)
       {
         break;

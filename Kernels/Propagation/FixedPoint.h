@@ -32,6 +32,10 @@ public:
 
   /// Continues for at most `iterations` (0: until nothing changes). In each one every brick that changes have reached
   /// has its turn once. An extreme of more than `enough` ends it where it is. Returns the number of iterations.
+  ///
+  /// Every value that a kernel passes on is to be that of one path of links, which comes to no element twice. With each
+  /// iteration all values of paths one element longer are final, so there are no more iterations than elements. A
+  /// kernel of which that does not hold would go on for ever: Error is thrown.
   int run(int iterations, float enough, const Checkpoint& checkpoint, const OwnArguments& own);
 
   /// Takes away what the kernel noted in the rows of all bricks by these flags.
@@ -69,6 +73,7 @@ private:
   bool goesOn_[2] = {}; ///< for each parity: its last turn left something to do
   int parity_ = 0;      ///< of the next turn
   bool waited_ = false;
+  std::size_t iterations_ = 0; ///< since the start
 };
 
 }

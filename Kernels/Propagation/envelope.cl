@@ -2,10 +2,17 @@
 // nothing in the brick changes. Elements are updated in place, in any order: raised values only grow and lowered ones
 // only fall. So a wave comes back to an element only where a link of it is beyond its limit.
 //
-// Where elements turn, spins stay as they are during a wave. What a link is away from where its spins want it is its
-// strain before the wave, which the limit bounds from both sides, so a wave is one of shifts: u - before. A link of
-// limit 0 passes shifts on as they are, to the bit. Otherwise the rounding of places, which differ from element to
-// element of a bone that has turned, would add up round and round.
+// Where elements turn, spins stay as they are during a wave, which is one of shifts s = u - before. With e(i, j) the
+// strain of a link before the wave, u(j) - u(i) less where the spins of both ends would have that, a link keeps to its
+// limit D where
+//
+//   s(j) - (D - e(i, j)) <= s(i) <= s(j) + (D + e(i, j)).
+//
+// Both lengths count as 0 where they are less: rounding leaves links a little beyond their limits, and round a loop of
+// these a wave would raise elements again and again, without end. So a wave never strains a link further that is beyond
+// its limit, and may leave it there. The extremes count the lengths as they are, so that what a wave may strain links at
+// held tissue too far by does not grow from wave to wave. A link of limit 0 has lengths of 0: it passes shifts on as
+// they are, to the bit.
 //
 // A brick saves its state in `before` in its first turn. Where it has had none (VISIT_SEEN) its displacement is still
 // that before the wave.
@@ -70,6 +77,7 @@ RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, u
         held[d] = beside ? isHeld(cd) : (mask)(0);
       }
     }
+    const mask own = beside ? isHeld(c) : (mask)(0);
     Envelope e = unbounded();
     real other[6];
     UNROLL
@@ -78,13 +86,18 @@ RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, u
 #ifdef TURNING
       const real apart = neighbourSaved(before, displacement, axis * pitch, saved, s, d, odd) -
                          LOAD_WHOLE(before + axis * pitch + s->self);
-      const real strain = select(apart - wanted[d][axis], (real)(0.0f), limit[d] == 0.0f);
+      const real strain = apart - wanted[d][axis], none = (real)(0.0f);
+      const real below = limit[d] - strain, above = limit[d] + strain;
+      const mask rigid = limit[d] == 0.0f;
       other[d] = neighbour(shift + axis * pitch, s, d, odd);
-      envelopeAdd(&e, strain + other[d], select(strain, strain + other[d], other[d] == 0.0f), held[d], limit[d]);
+      envelopeAddMoved(&e, other[d], none, held[d], select(select(max(below, none), none, rigid), below, own),
+        select(select(max(above, none), none, rigid), above, own));
+      envelopeAddStill(&e, other[d], none, held[d], below, above);
 #else
       other[d] = neighbour(displacement + axis * pitch, s, d, odd);
       const real was = neighbourSaved(before, displacement, axis * pitch, saved, s, d, odd);
-      envelopeAdd(&e, other[d], was, held[d], limit[d]);
+      envelopeAddMoved(&e, other[d], was, held[d], limit[d], limit[d]);
+      envelopeAddStill(&e, other[d], was, held[d], limit[d], limit[d]);
 #endif
     }
 #ifdef TURNING
@@ -94,8 +107,7 @@ RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, u
     const real u = LOAD_WHOLE(displacement + axis * pitch + s->self);
     const real u0 = LOAD_WHOLE(before + axis * pitch + s->self);
 #endif
-    const mask own = beside ? isHeld(c) : (mask)(0);
-    const real next = select(envelopeClamp(e, u0), u, own);
+    const real next = select(envelopeNext(e, u, u0), u, own);
     const real tooHigh = envelopeTooHigh(e, u, own);
     const real tooLow = envelopeTooLow(e, u, own);
     if (SOME((tooHigh > 0.0f) | (tooLow > 0.0f)))
