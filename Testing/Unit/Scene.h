@@ -66,9 +66,10 @@ struct Scene
   }
 
   /// The scene must outlive what is made of it: a model reads these arrays.
-  std::shared_ptr<const chainmail::Model> model() const
+  std::shared_ptr<const chainmail::Model> model(const chainmail::Joints& joints = {}) const
   {
     chainmail::Material material;
+    material.joints = joints;
     material.tissueThreshold = 0.5;
     material.constraintArray.data = this->constraint.data();
     material.constraintArray.type = chainmail::ArrayView::Type::Float32;
