@@ -293,6 +293,24 @@ const char* vtkChainMailDeformation::GetReport()
 }
 
 //------------------------------------------------------------------------------
+vtkDataArray* vtkChainMailDeformation::GetProbeReached()
+{
+  vtkImageData* output = this->GetOutput();
+  return output ? output->GetFieldData()->GetArray("ProbeReached") : nullptr;
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::SetGlobalProbeWarnings(bool warn)
+{
+  vtkChainMail::ProbeWarnings::AreOn = warn;
+}
+
+bool vtkChainMailDeformation::GetGlobalProbeWarnings()
+{
+  return vtkChainMail::ProbeWarnings::AreOn;
+}
+
+//------------------------------------------------------------------------------
 // vtkSetMacro would take every call with NaN for a change, as NaN differs from itself.
 void vtkChainMailDeformation::SetTissueThreshold(double threshold)
 {

@@ -134,6 +134,7 @@
 #include <memory> // for std::unique_ptr
 #include <string> // for std::string
 #include <vector> // for LabelArrays
+class vtkDataArray;
 class vtkDataArraySelection;
 class vtkMultiProcessController;
 class vtkPiecewiseFunction;
@@ -217,7 +218,8 @@ public:
   ///@{
   /**
    * Where rigid tissue without a label is thinner than so many voxels, between parts at least twice as thick (with their
-   * marrow), it is a joint; thin tissue is of the nearest body. [0, 256], 0: none; not with ModelReduction. Default: 0.
+   * marrow), it is a joint; thin tissue is of the nearest body. So a larger size finds thicker joints, but fewer in all.
+   * [0, 256], 0: none; not with ModelReduction. Default: 0.
    */
   vtkSetClampMacro(JointSize, int, 0, 256);
   vtkGetMacro(JointSize, int);
@@ -297,6 +299,21 @@ public:
    * 90 % of its way, bodies and which are held, how much moved, whether it settled, time, memory; or why it failed.
    */
   const char* GetReport();
+
+  /**
+   * `ProbeReached` of the outputs, a tuple of 3 for each probe; null before the first update.
+   */
+  vtkDataArray* GetProbeReached();
+
+  ///@{
+  /**
+   * Whether filters of this process warn about a probe that holds no tissue of its own, or that got less than half of
+   * its displacement. The report says so in any case, so a window that shows it has no need of the warnings. Default:
+   * on.
+   */
+  static void SetGlobalProbeWarnings(bool warn);
+  static bool GetGlobalProbeWarnings();
+  ///@}
 
   enum PropagationMethods
   {

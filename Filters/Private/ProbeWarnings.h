@@ -8,6 +8,7 @@
 
 #include "Simulation.h"
 
+#include <atomic>
 #include <set>
 #include <string>
 #include <utility>
@@ -35,6 +36,9 @@ private:
 class ProbeWarnings
 {
 public:
+  /// Of all filters of this process, see vtkChainMailDeformation::SetGlobalProbeWarnings().
+  static inline std::atomic<bool> AreOn{ true };
+
   void Clear();
 
   /// The warning after an update; empty where there is none, or no new one. `held` are the numbers of the probes that

@@ -365,6 +365,10 @@ void Session::Relax(const Scene& scene, const std::vector<std::size_t>& held)
 
 void Session::Warn(const Scene& scene, const std::vector<std::size_t>& held)
 {
+  if (!ProbeWarnings::AreOn)
+  {
+    return;
+  }
   this->Reports.Warn(this->AboutProbes.OfEmptyHandles(scene, held, this->Found.Probes));
   if (this->Found.Propagation.finished) // otherwise they may still get to where they are to go
   {

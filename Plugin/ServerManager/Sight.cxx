@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Sight.h"
 
+#include "vtkBoundingBox.h"
 #include "vtkMath.h"
 #include "vtkNew.h"
 #include "vtkPVChainMailTissueInformation.h"
@@ -16,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <utility>
 
 namespace vtkChainMail
@@ -23,6 +25,9 @@ namespace vtkChainMail
 
 namespace
 {
+
+// How far new tools stay from those that are there, as a share of the diagonal.
+constexpr double Apart = 0.15;
 
 Place Along(const Place& from, const Place& direction, double length)
 {
@@ -361,18 +366,79 @@ bool Sight::FindSpot(const Place& middle, double step, bool anywhere)
   const std::vector<double> shares = this->Cast(rays, true);
   const double deeper = anywhere ? 0.1 * this->Diagonal : 0.0;
   const double margin = 0.12 * this->Diagonal;
-  double deepest = -1.0;
-  for (std::size_t n = 0; n < from.size() && deepest < margin; ++n)
+  std::vector<Place> hits;
+  for (std::size_t n = 0; n < from.size(); ++n)
   {
     const Place hit = Along(from[n], this->Toward, -(2.0 * length * shares[n] + deeper));
-    const double depth = shares[n] >= 0.0 ? this->DepthOf(hit) : -1.0;
-    if (depth > deepest)
+    if (shares[n] >= 0.0 && this->DepthOf(hit) >= 0.0)
     {
-      deepest = depth;
-      this->Spot = hit;
+      hits.push_back(hit);
     }
   }
-  return deepest >= (anywhere ? 0.0 : margin);
+  this->Spots.clear();
+  std::copy_if(hits.begin(), hits.end(), std::back_inserter(this->Spots),
+    [&](const Place& hit) { return this->DepthOf(hit) >= margin; });
+  if (this->Spots.empty() && anywhere && !hits.empty())
+  {
+    this->Spots = { *std::max_element(hits.begin(), hits.end(),
+      [this](const Place& a, const Place& b) { return this->DepthOf(a) < this->DepthOf(b); }) };
+  }
+  this->KeepFree();
+  return !this->Spots.empty();
+}
+
+/// Of the spots, keeps those that are well apart from what is there already; where none is, the one that is farthest.
+void Sight::KeepFree()
+{
+  const auto apart = [this](const Place& spot)
+  {
+    double nearest = this->Diagonal;
+    for (const Place& taken : this->Taken)
+    {
+      nearest = std::min(nearest, std::sqrt(vtkMath::Distance2BetweenPoints(spot.data(), taken.data())));
+    }
+    return nearest;
+  };
+  if (this->Taken.empty() || this->Spots.empty())
+  {
+    return;
+  }
+  const Place farthest = *std::max_element(
+    this->Spots.begin(), this->Spots.end(), [&](const Place& a, const Place& b) { return apart(a) < apart(b); });
+  this->Spots.erase(std::remove_if(this->Spots.begin(), this->Spots.end(),
+                      [&](const Place& spot) { return apart(spot) < Apart * this->Diagonal; }),
+    this->Spots.end());
+  if (this->Spots.empty())
+  {
+    this->Spots = { farthest };
+  }
+}
+
+void Sight::Avoid(const std::string& input)
+{
+  vtkSMProperty* property = this->Deformation ? this->Deformation->GetProperty(input.c_str()) : nullptr;
+  if (property == nullptr)
+  {
+    return;
+  }
+  vtkSMPropertyHelper sources(property);
+  for (unsigned int n = 0; n < sources.GetNumberOfElements(); ++n)
+  {
+    auto* source = vtkSMSourceProxy::SafeDownCast(sources.GetAsProxy(n));
+    vtkPVDataInformation* data =
+      source && source->GetOutputPortsCreated() ? source->GetDataInformation(sources.GetOutputPort(n)) : nullptr;
+    vtkBoundingBox box;
+    if (data)
+    {
+      box.SetBounds(data->GetBounds());
+    }
+    if (box.IsValid())
+    {
+      Place middle;
+      box.GetCenter(middle.data());
+      this->Taken.push_back(middle);
+    }
+  }
 }
 
 /// Which faces of the image tissue touches. It is held there, and what is close to it hardly moves.
@@ -436,14 +502,14 @@ Place Sight::GetPlace(const Place& shares, bool onTissue) const
   const Place way = this->ToWorld(shares);
   for (double part = 1.0; onTissue && part > 0.2; part -= 0.25) // nearer where the tissue ends before
   {
-    const Place place = Along(this->Spot, way, part * this->Diagonal);
+    const Place place = Along(this->Spots.front(), way, part * this->Diagonal);
     Place hit;
     if (this->Pick(Along(place, this->Toward, this->Diagonal), Along(place, this->Toward, -this->Diagonal), hit))
     {
       return hit;
     }
   }
-  return Along(this->Spot, way, this->Diagonal);
+  return Along(this->Spots.front(), way, this->Diagonal);
 }
 
 }

@@ -47,7 +47,12 @@ public:
   /// faces of the image that hold it. Where the view shows none, turns to one that does, see HasTurned().
   bool FindSpot();
 
-  const Place& GetSpot() const { return this->Spot; }
+  /// Keeps spots away from what is connected to an input of the deformation. To be called before FindSpot().
+  void Avoid(const std::string& input);
+
+  /// All such tissue, the nearest to the middle first.
+  const std::vector<Place>& GetSpots() const { return this->Spots; }
+  const Place& GetSpot() const { return this->Spots.front(); }
   bool HasTurned() const { return this->Turned; }
 
   /// A direction from shares of the view's axes: to the right, up, and towards the viewer.
@@ -66,6 +71,7 @@ private:
   void FindLook();
   void FindOpacity(vtkSMProxy* source, int port);
   bool FindSpot(const Place& middle, double step, bool anywhere);
+  void KeepFree();
   std::array<bool, 6> FindHeldFaces() const;
   double DepthOf(const Place& place) const;
   std::vector<double> Cast(const std::vector<double>& rays, bool asSeen) const;
@@ -93,7 +99,8 @@ private:
   Place Toward{ { 0, -1, 0 } };
 
   std::array<bool, 6> HeldFaces{};
-  Place Spot{};
+  std::vector<Place> Taken;
+  std::vector<Place> Spots;
   bool Turned = false;
 };
 

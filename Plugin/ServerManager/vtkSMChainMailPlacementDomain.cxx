@@ -14,6 +14,8 @@
 #include "vtkSMSessionProxyManager.h"
 #include "vtkSMSourceProxy.h"
 
+#include <vtksys/SystemTools.hxx>
+
 vtkStandardNewMacro(vtkSMChainMailPlacementDomain);
 
 namespace
@@ -50,6 +52,10 @@ int vtkSMChainMailPlacementDomain::ReadXMLAttributes(vtkSMProperty* property, vt
   {
     element->GetVectorAttribute("offset", 3, this->Shares);
   }
+  if (const char* avoided = element->GetAttribute("avoid"))
+  {
+    vtksys::SystemTools::Split(avoided, this->Avoided, ' ');
+  }
   int onTissue = 0;
   element->GetScalarAttribute("on_tissue", &onTissue);
   this->OnTissue = onTissue != 0;
@@ -63,6 +69,10 @@ int vtkSMChainMailPlacementDomain::SetDefaultValues(vtkSMProperty* property, boo
 {
   vtkSMProxy* parent = property->GetParent();
   vtkChainMail::Sight sight(parent ? parent->GetSessionProxyManager() : nullptr);
+  for (const std::string& input : this->Avoided)
+  {
+    sight.Avoid(input);
+  }
   vtkSMPropertyHelper helper(property);
   helper.SetUseUnchecked(use_unchecked_values);
   if ((sight.HasView() || !this->NeedsView) && sight.FindSpot())

@@ -12,6 +12,9 @@
  * - `vector`: a direction of length 1
  * - `size`: a length
  *
+ * The spot is well apart from what is connected already to those inputs of the deformation that the attribute `avoid`
+ * lists; properties of one place need the same list.
+ *
  * Where there is no render view, as in most scripts, a property with the attribute `at` is instead that share of the
  * way through the bounds of the active source, from the lower to the upper corner (three numbers, [0, 1]); with `at=""`
  * it keeps the default of its XML. The same goes for all where there is no data. The domain restricts nothing. Use it
@@ -26,6 +29,9 @@
 
 #include "ChainMailServerManagerModule.h" // for the export macro
 #include "vtkSMDoubleRangeDomain.h"
+
+#include <string> // for Avoided
+#include <vector> // for Avoided
 
 class CHAINMAILSERVERMANAGER_EXPORT vtkSMChainMailPlacementDomain : public vtkSMDoubleRangeDomain
 {
@@ -53,6 +59,7 @@ private:
   } Kind = PLACE;
   double Shares[3] = { 0.0, 0.0, 0.0 };
   double Size = 0.0;
+  std::vector<std::string> Avoided;
   bool OnTissue = false;
   bool NeedsView = false;
   bool HasAt = false;

@@ -2,7 +2,7 @@
 #include "pqChainMailActions.h"
 
 #include "ChainMailPresets.h"
-#include "Sight.h"
+#include "Probes.h"
 #include "pqChainMailDrag.h"
 #include "pqChainMailStop.h"
 
@@ -14,12 +14,14 @@
 #include "pqPipelineBrowserWidget.h"
 #include "pqPipelineSource.h"
 #include "pqPresetGroupsManager.h"
+#include "pqPropertiesPanel.h"
 #include "pqProxySelection.h"
 #include "pqRenderView.h"
 #include "pqServer.h"
 #include "pqServerManagerModel.h"
 #include "pqUndoStack.h"
 
+#include "vtkChainMailDeformation.h"
 #include "vtkNew.h"
 #include "vtkPVArrayInformation.h"
 #include "vtkPVDataInformation.h"
@@ -38,10 +40,12 @@
 #include "vtkSMTransferFunctionProxy.h"
 #include "vtkSmartPointer.h"
 
+#include <QDockWidget>
 #include <QKeyEvent>
 #include <QMainWindow>
 #include <QMenu>
 #include <QMenuBar>
+#include <QScrollArea>
 #include <QSet>
 
 #include <cstring>
@@ -102,6 +106,13 @@ void LookLikeCT(pqOutputPort* scan, vtkSMProxy* shown)
   }
   vtkSMPropertyHelper(shown, "Shade", true).Set(1);
   shown->UpdateVTKObjects();
+}
+
+/// Makes the pull of a new probe one that tissue follows, as a change that traces tell of.
+void FitPull(vtkSMSourceProxy* probe, vtkSMProxy* deformation, const vtkChainMail::Sight& sight)
+{
+  SM_SCOPED_TRACE(PropertiesModified).arg("proxy", probe);
+  vtkChainMail::FitPull(probe, vtkSMSourceProxy::SafeDownCast(deformation), sight);
 }
 
 /// The inputs of deformations that a source is a probe, blade or drill for.
@@ -176,6 +187,7 @@ pqChainMailActions::pqChainMailActions(QObject* parent)
   : Superclass(parent)
 {
   this->setExclusive(false);
+  vtkChainMailDeformation::SetGlobalProbeWarnings(false); // the panel says as much, and the view shows it
   new pqChainMailStop(this);
   this->Grab = this->addAction("GrabTissue", tr("Grab Tissue"),
     tr("Grab the tissue of the selected scan with a probe, and pull it a little. Drag the ends of the probe's line."));
@@ -208,6 +220,8 @@ pqChainMailActions::pqChainMailActions(QObject* parent)
     &pqActiveObjects::instance(), SIGNAL(selectionChanged(const pqProxySelection&)), &this->Later, SLOT(start()));
   QObject::connect(pqApplicationCore::instance(), SIGNAL(forceFilterMenuRefresh()), &this->Later, SLOT(start()));
   this->updateEnableState();
+  this->Resized.setSingleShot(true);
+  QObject::connect(&this->Resized, &QTimer::timeout, this, &pqChainMailActions::makeRoom);
   QTimer::singleShot(0, this,
     [this]
     {
@@ -247,6 +261,64 @@ void pqChainMailActions::addMenu()
 }
 
 //------------------------------------------------------------------------------
+void pqChainMailActions::makeRoom()
+{
+  auto* window = qobject_cast<QMainWindow*>(pqCoreUtilities::mainWidget());
+  if (this->Bar == nullptr && window)
+  {
+    for (QToolBar* bar : window->findChildren<QToolBar*>())
+    {
+      this->Bar = bar->actions().contains(this->Grab) ? bar : this->Bar.data();
+    }
+    if (this->Bar)
+    {
+      this->Bar->installEventFilter(this); // whenever its size changes
+    }
+  }
+  // ParaView adds the bar before its own, in a line that is full; what does not fit in is hidden behind an arrow.
+  if (this->Bar == nullptr || !this->Bar->isVisible() || this->Bar->isFloating() ||
+      this->Bar->width() >= this->Bar->sizeHint().width())
+  {
+    return;
+  }
+  if (this->Moves == 0)
+  {
+    window->removeToolBar(this->Bar);
+    window->addToolBar(this->Bar);
+    this->Bar->show();
+  }
+  else if (this->Moves == 1)
+  {
+    window->insertToolBarBreak(this->Bar);
+  }
+  ++this->Moves; // then it stays where the user puts it
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailActions::widenPanel()
+{
+  auto* window = qobject_cast<QMainWindow*>(pqCoreUtilities::mainWidget());
+  auto* panel = window ? window->findChild<pqPropertiesPanel*>() : nullptr;
+  auto* area = panel ? panel->findChild<QScrollArea*>() : nullptr;
+  QWidget* dock = panel;
+  while (dock && !qobject_cast<QDockWidget*>(dock))
+  {
+    dock = dock->parentWidget();
+  }
+  if (area == nullptr || area->widget() == nullptr || dock == nullptr)
+  {
+    return;
+  }
+  const int needed = area->widget()->minimumSizeHint().width();
+  const int missing = needed - area->viewport()->width();
+  if (missing > 0 && needed > this->WidestPanel)
+  {
+    this->WidestPanel = needed; // who makes it narrower again gets it narrower
+    window->resizeDocks({ static_cast<QDockWidget*>(dock) }, { dock->width() + missing }, Qt::Horizontal);
+  }
+}
+
+//------------------------------------------------------------------------------
 void pqChainMailActions::addToPipelineBrowser()
 {
   QWidget* window = pqCoreUtilities::mainWidget();
@@ -265,15 +337,23 @@ void pqChainMailActions::addToPipelineBrowser()
 }
 
 //------------------------------------------------------------------------------
-bool pqChainMailActions::eventFilter(QObject* browser, QEvent* event)
+bool pqChainMailActions::eventFilter(QObject* watched, QEvent* event)
 {
+  if (watched == this->Bar)
+  {
+    if (event->type() == QEvent::Resize)
+    {
+      this->Resized.start();
+    }
+    return this->Superclass::eventFilter(watched, event);
+  }
   const int key = event->type() == QEvent::KeyPress ? static_cast<QKeyEvent*>(event)->key() : 0;
   if ((key == Qt::Key_Delete || key == Qt::Key_Backspace) && !SelectedTools().isEmpty())
   {
     this->remove();
     return true;
   }
-  return this->Superclass::eventFilter(browser, event);
+  return this->Superclass::eventFilter(watched, event);
 }
 
 //------------------------------------------------------------------------------
@@ -285,6 +365,11 @@ void pqChainMailActions::updateEnableState()
   const bool deformed = source && !unapplied && vtkChainMail::DeformationOf(source->getProxy()) != nullptr;
   this->Grab->setEnabled(source && (unapplied || IsImage(port)));
   this->Remove->setEnabled(!SelectedTools().isEmpty());
+  this->makeRoom();
+  if (deformed)
+  {
+    this->widenPanel();
+  }
   for (QAction* addition : this->Additions)
   {
     addition->setEnabled(deformed);
@@ -349,6 +434,7 @@ void pqChainMailActions::grab()
   controller->PostInitializeProxy(deformation);
   controller->RegisterPipelineProxy(deformation);
   Applied(deformation);
+  FitPull(probe, deformation, sight);
   vtkSMProxy* shown = controller->Show(deformation, 0, viewProxy);
   if (look && shown)
   {
@@ -379,6 +465,15 @@ void pqChainMailActions::addTo(const char* input, const char* name, double opaci
   }
   vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
   BEGIN_UNDO_SET(tr("Add to Tissue"));
+  // Before the source is there, which is to be away from the others.
+  vtkChainMail::Sight sight(deformation->GetSessionProxyManager());
+  const bool isProbe = std::strcmp(input, "Probes") == 0;
+  if (isProbe)
+  {
+    sight.Avoid("Probes");
+    sight.Avoid("Carves");
+    sight.FindSpot();
+  }
   const auto source = Create(deformation->GetSessionProxyManager(), "sources", name);
   controller->InitializeProxy(source);
   controller->RegisterPipelineProxy(source);
@@ -386,6 +481,10 @@ void pqChainMailActions::addTo(const char* input, const char* name, double opaci
     SM_SCOPED_TRACE(PropertiesModified).arg("proxy", deformation);
     vtkSMPropertyHelper(deformation, input).Add(source, 0);
     deformation->UpdateVTKObjects();
+  }
+  if (isProbe)
+  {
+    FitPull(source, deformation, sight);
   }
   pqView* view = active.activeView();
   if (opacity > 0.0 && view)

@@ -3,7 +3,9 @@
 #define pqChainMailActions_h
 
 #include <QActionGroup>
+#include <QPointer>
 #include <QTimer>
+#include <QToolBar>
 
 class pqPipelineSource;
 
@@ -37,11 +39,19 @@ private:
 
   QAction* addAction(const QString& name, const QString& text, const QString& help);
   void addMenu();
+  /// Gives the buttons room in the window: at the end of its tool bars, or in a line of their own.
+  void makeRoom();
+  /// Makes the panel of properties as wide as what is in it, where part of that is hidden.
+  void widenPanel();
   void addToPipelineBrowser();
   /// Makes a source for an input of the deformation that is selected, or that the selected source belongs to.
   void addTo(const char* input, const char* source, double opacity);
 
   QTimer Later;
+  QPointer<QToolBar> Bar;
+  QTimer Resized;
+  int Moves = 0;
+  int WidestPanel = 0;
   QAction* Grab;
   QAction* Remove;
   QList<QAction*> Additions;

@@ -10,6 +10,8 @@
 #include "pqView.h"
 
 #include "vtkCommand.h"
+#include "vtkFieldData.h"
+#include "vtkImageData.h"
 #include "vtkPVArrayInformation.h"
 #include "vtkPVDataInformation.h"
 #include "vtkPVLogger.h"
@@ -177,6 +179,7 @@ void pqChainMailDrag::drawSketch()
   QElapsedTimer clock;
   clock.start();
   vtkImageData* image = this->Sketch->update(vtkSMPropertyHelper(this->View->getProxy(), "ViewTime").GetAsDouble());
+  Q_EMIT this->sketched(image->GetFieldData()->GetArray("ProbeReached"));
   this->Canvas.draw(image, false);
   vtkVLogF(PARAVIEW_LOG_APPLICATION_VERBOSITY(),
     "Tissue followed in %d ms: sketch of every %d. voxel %.0f, rays for every %d. pixel %.0f",

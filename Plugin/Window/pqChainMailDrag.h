@@ -10,6 +10,7 @@
 #include <QTimer>
 
 #include "vtkCallbackCommand.h"
+#include "vtkDataArray.h" // Qt wants to know what its signals carry
 #include "vtkNew.h"
 #include "vtkRenderWindowInteractor.h"
 #include "vtkSMProxy.h"
@@ -37,6 +38,10 @@ public:
 
   /// Whether tissue follows, for all drags; else it waits for Apply, as ParaView's filters do.
   static bool IsOn;
+
+Q_SIGNALS:
+  /// A sketch was made, in which the probes of the deformation reached so much.
+  void sketched(vtkDataArray* reached);
 
 private:
   Q_DISABLE_COPY(pqChainMailDrag)

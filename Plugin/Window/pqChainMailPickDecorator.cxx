@@ -4,6 +4,7 @@
 #include "Sight.h"
 #include "pqChainMailDrag.h"
 #include "pqChainMailGrip.h"
+#include "pqChainMailSnap.h"
 
 #include "pqInteractivePropertyWidget.h"
 #include "pqKeySequences.h"
@@ -19,25 +20,14 @@
 #include "vtkRenderer.h"
 #include "vtkSMProxy.h"
 #include "vtkSMRenderViewProxy.h"
+#include "vtkSMUncheckedPropertyHelper.h"
 
 #include <QEvent>
 #include <QKeySequence>
 #include <QLabel>
 #include <QTimer>
 
-#include <algorithm>
-
-namespace
-{
-/// Where the mouse points to at a depth of the picture, 0 the front and 1 the back.
-vtkChainMail::Place PlaceUnderMouse(vtkRenderer* renderer, const int* at, double depth)
-{
-  renderer->SetDisplayPoint(at[0], at[1], depth);
-  renderer->DisplayToWorld();
-  const double* world = renderer->GetWorldPoint();
-  return { { world[0] / world[3], world[1] / world[3], world[2] / world[3] } };
-}
-}
+#include <cstring>
 
 //------------------------------------------------------------------------------
 pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPropertyWidget* parent)
@@ -45,10 +35,15 @@ pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPrope
 {
   if (auto* interactive = qobject_cast<pqInteractivePropertyWidget*>(parent))
   {
-    new pqChainMailDrag(interactive);
-    if (qobject_cast<pqLinePropertyWidget*>(parent) && interactive->proxy()->GetProperty("Radius"))
+    auto* drag = new pqChainMailDrag(interactive);
+    if (qobject_cast<pqLinePropertyWidget*>(parent))
     {
-      new pqChainMailGrip(interactive);
+      new pqChainMailSnap(interactive);
+    }
+    if (pqChainMailSnap::isPull(interactive->proxy()))
+    {
+      auto* grip = new pqChainMailGrip(interactive);
+      QObject::connect(drag, &pqChainMailDrag::sketched, grip, &pqChainMailGrip::setReached);
     }
   }
   // These would put an end to the origin where the mouse is over a volume.
@@ -66,8 +61,10 @@ pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPrope
   if (auto* help = parent->findChild<QLabel*>("pickLabel"))
   {
     help->setText(
-      tr("Over the tissue in the view, the keys 1 and 2 put the ends there, and P one after the other. While "
-         "dragging, X, Y, Z and L keep to an axis or the line."));
+      qobject_cast<pqLinePropertyWidget*>(parent)
+        ? tr("Over the tissue in the view, the keys 1 and 2 put the ends there, and P one after the other. While "
+             "dragging, X, Y, Z and L keep to an axis or the line.")
+        : tr("Over the tissue in the view, the key P puts the middle there."));
   }
   parent->installEventFilter(this);
 }
@@ -104,11 +101,9 @@ void pqChainMailPickDecorator::pick(const char* slot)
     return;
   }
   const int* at = proxy->GetInteractor()->GetEventPosition();
-  const vtkChainMail::Place from = PlaceUnderMouse(proxy->GetRenderer(), at, 0.0);
-  const vtkChainMail::Place to = PlaceUnderMouse(proxy->GetRenderer(), at, 1.0);
   const vtkChainMail::Sight sight(view->getServer()->proxyManager());
   vtkChainMail::Place hit;
-  if (!sight.IsValid() || !sight.Pick(from, to, hit))
+  if (!pqChainMailSnap::pick(sight, proxy->GetRenderer(), at[0], at[1], hit))
   {
     return;
   }
@@ -117,8 +112,24 @@ void pqChainMailPickDecorator::pick(const char* slot)
     slot = this->NextIsFirst ? "pickPoint1" : "pickPoint2";
     this->NextIsFirst = !this->NextIsFirst;
   }
-  QMetaObject::invokeMethod(
-    this->parentWidget(), slot, Q_ARG(double, hit[0]), Q_ARG(double, hit[1]), Q_ARG(double, hit[2]));
+  const auto put = [this](const char* end, const vtkChainMail::Place& place)
+  {
+    QMetaObject::invokeMethod(
+      this->parentWidget(), end, Q_ARG(double, place[0]), Q_ARG(double, place[1]), Q_ARG(double, place[2]));
+  };
+  vtkSMProxy* source = this->parentWidget()->proxy();
+  vtkChainMail::Place target = hit;
+  const bool takesTarget = std::strcmp(slot, "pickPoint1") == 0 && pqChainMailSnap::isPull(source);
+  for (unsigned int a = 0; takesTarget && a < 3; ++a)
+  {
+    target[a] += vtkSMUncheckedPropertyHelper(source, "Target").GetAsDouble(a) -
+                 vtkSMUncheckedPropertyHelper(source, "Position").GetAsDouble(a);
+  }
+  put(slot, hit);
+  if (takesTarget)
+  {
+    put("pickPoint2", target);
+  }
   // A place that was picked counts at once, like a drag that has ended.
   if (auto* interactive = qobject_cast<pqInteractivePropertyWidget*>(this->parentWidget()))
   {

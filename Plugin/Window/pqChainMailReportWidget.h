@@ -27,6 +27,8 @@ private:
   Q_DISABLE_COPY(pqChainMailReportWidget)
 
   void read();
+  /// A report with the names that the Pipeline Browser has for the inputs, where the filter has but numbers.
+  QString named(const QString& report) const;
 
   vtkSMProperty* Report;
   QLabel* Label;

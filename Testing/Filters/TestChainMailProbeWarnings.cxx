@@ -90,6 +90,26 @@ void TestEmptyHandsAreCounted(Checks& check)
   }
 }
 
+void TestWarningsCanBeTurnedOff(Checks& check)
+{
+  for (const int mode : modes)
+  {
+    Bench bench(mode);
+    bench.Probes = { At(2.0, 8.0, 8.0, { { 44.0, 0.0, 0.0 } }), At(2.0, 8.0, 8.0, { { 44.0, 0.0, 0.0 } }) };
+    vtkChainMailDeformation::SetGlobalProbeWarnings(false);
+    const std::string warning = bench.Update(check, "off");
+    vtkChainMailDeformation::SetGlobalProbeWarnings(true);
+    check.Equal(warning, std::string(), "no warning while they are off");
+    const std::string report = bench.Filter->GetReport();
+    check.Contains(report, "Probe 1 reached 0.5 of 44 mm: held by the face x- of the scan.", "the report says it");
+    check.Contains(report, "Probe 2 has no tissue of its own.", "and that a probe holds nothing");
+    vtkDataArray* reached = bench.Filter->GetProbeReached();
+    check.That(reached && reached->GetNumberOfTuples() == 2 && reached->GetComponent(0, 0) == 0.5, "what was reached");
+    bench.Probes[0].Displacement[0] = 45.0;
+    check.Contains(bench.Update(check, "on"), "reached 0.5 of 45 mm", "they come as soon as they are on again");
+  }
+}
+
 void TestWhatHolds(Checks& check)
 {
   for (const int mode : modes)
@@ -212,6 +232,7 @@ int TestChainMailProbeWarnings(int, char*[])
 {
   Checks check;
   TestEmptyHandsAreCounted(check);
+  TestWarningsCanBeTurnedOff(check);
   TestWhatHolds(check);
   TestManyShortProbes(check);
   TestUnfinishedWaves(check);

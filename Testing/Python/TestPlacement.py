@@ -65,15 +65,30 @@ def play():
     deformation.UpdatePropertyInformation()
     require("Probe 1 reached" in deformation.Report and "voxels moved" in deformation.Report, "the report is %s",
             deformation.Report)
+    reached = servermanager.Fetch(deformation).GetFieldData().GetArray("ProbeReached").GetTuple3(0)
+    near(list(deformation.GetPropertyValue("ProbeReached")), reached, 1e-12, "what the probe reached")
+    # Where nothing of its kind is yet, and a probe not in a hole.
     for chosen in (deformation, probe, blade, drill):
-        SetActiveSource(chosen)
-        near(ChainMailProbe().Position, [25, 0, 0], 1.0, "the place of a further probe")
+        for make, others in ((ChainMailProbe, (probe.Position, drill.Center)), (ChainMailDrill, (drill.Center,)),
+                             (ChainMailBlade, (np.add(blade.Start, blade.End) / 2,))):
+            SetActiveSource(chosen)
+            made = make()
+            places = [np.array(made.Start), np.array(made.End)] if make is ChainMailBlade else [
+                np.array(made.Center if make is ChainMailDrill else made.Position)]
+            for place in places:
+                near(np.linalg.norm(place), 25, 1.0, "the distance from the middle of a further %s" % make.__name__)
+            for taken in others:
+                apart = np.linalg.norm(np.mean(places, axis=0) - taken)
+                require(apart > 0.05 * DIAGONAL, "a further %s is %g mm from the last", make.__name__, apart)
+                require(apart > 0.14 * DIAGONAL or make is not ChainMailProbe, "a further probe is %g mm from %s", apart,
+                        list(taken))
+            Delete(made)
     # Step by step the tissue is where it is now: the drill has taken the pole away.
     drill.Center, drill.Radius = [25, 0, 0], 12
     deformation.Mode, deformation.Probes = "Interactive", []
     deformation.UpdatePipeline()
     SetActiveSource(deformation)
-    require(ChainMailProbe().Position[0] < 15, "a probe is in a hole")
+    require(np.linalg.norm(np.subtract(ChainMailProbe().Position, drill.Center)) > 12, "a probe is in a hole")
     Delete(deformation)
 
     # Looked at along a limb that the box cuts off, tissue is held at what is seen: the view turns to the front.
