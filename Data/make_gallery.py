@@ -129,6 +129,8 @@ class Panel:
         bar.WindowLocation, bar.Position, bar.ScalarBarLength, bar.ScalarBarThickness = "Any Location", list(place), length, 10
         bar.TitleFontSize = bar.LabelFontSize = 12
         bar.TitleColor = bar.LabelColor = list(colour)
+        if pv.GetParaViewVersion() >= (6, 1):
+            form = form.replace("%", "{:") + "}"  # as std::format has it
         bar.AutomaticLabelFormat, bar.LabelFormat, bar.RangeLabelFormat = 0, form, form
         bar.HorizontalTitle = 1
         return self

@@ -13,14 +13,22 @@ build_packages=(g++ cmake make ocl-icd-opencl-dev opencl-clhpp-headers paraview-
 run_packages=(pocl-opencl-icd python3-numpy xvfb xauth)
 test_packages=(libgtest-dev imagemagick xdotool python3-scipy python3-pydicom dpkg-dev file)
 benchmark_packages=(python3-matplotlib)
-check_packages=(valgrind plastimatch debootstrap g++-mingw-w64-x86-64-posix wine64)
-# ParaView's window is of Qt 5 in Debian 12 and of Qt 6 since; its icons are blank without the package for SVG. Debian 13
-# has neither CalculiX nor oclgrind: what needs them skips there.
-case $(. /etc/os-release 2>/dev/null && echo "${ID-} ${VERSION_ID-}") in
+check_packages=(valgrind plastimatch debootstrap g++-mingw-w64-x86-64-posix)
+# ParaView's window is of Qt 5 in Debian 12 and of Qt 6 since; its icons are blank without the package for SVG. What
+# needs CalculiX, oclgrind or Wine skips where Debian has none.
+system=$(. /etc/os-release 2>/dev/null && echo "${ID-} ${VERSION_ID-}")
+case $system in
   "debian 12") build_packages+=(qtbase5-dev qttools5-dev libqt5svg5-dev libqt5opengl5-dev qtxmlpatterns5-dev-tools)
-    test_packages+=(libqt5svg5 calculix-ccx); check_packages+=(oclgrind) ;;
+    test_packages+=(libqt5svg5 calculix-ccx); check_packages+=(oclgrind wine64) ;;
   *) build_packages+=(qt6-base-dev qt6-tools-dev qt6-svg-dev qt6-5compat-dev qtxmlpatterns5-dev-tools)
     test_packages+=(qt6-svg-plugins) ;;
+esac
+# Up to Debian 13, ParaView brings its own VTK. Since then it is built on the system's, and does not ask for its
+# development files. Testing names no version.
+case $system in
+  "debian 12") ;;
+  "debian 13") check_packages+=(wine64) ;;
+  debian\ *) build_packages+=(libvtk9-dev libvtk9-qt-dev); test_packages+=(calculix-ccx) ;;
 esac
 
 # Installs those of the named Debian packages that are missing; asks for nothing when none is.
@@ -49,7 +57,7 @@ install_packages() {
   "${as_root[@]}" apt-get update || fail "apt-get update failed, see above. Is the network there?"
   for package in "${missing[@]}"; do
     [ -n "$(apt-cache show "$package" 2>/dev/null)" ] ||
-      fail "The package $package is not in this system's package lists. Debian 12 and 13 have it in their section main: see /etc/apt/sources.list."
+      fail "The package $package is not in this system's package lists. Debian 12, 13 and testing have it in their section main: see /etc/apt/sources.list."
   done
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
     apt-get install --yes --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}" ||
@@ -78,6 +86,7 @@ describe_machine() {
   say "There is no /sys: telling PoCL and MPI of $(nproc) cores and $((memory / 1024)) MiB of memory"
   # Open MPI 5 maps processes to cores and finds none where only processing units are named.
   export HWLOC_SYNTHETIC="numa:1(memory=$((memory * 1024))) core:$(nproc) pu:1"
+  export UCX_LOG_LEVEL=fatal # Open MPI 5 asks it for networks, which it looks for there, too
 }
 
 # One X server of our own for everything that renders, until the script ends: Debian's ParaView cannot render without

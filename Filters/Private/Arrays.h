@@ -7,6 +7,7 @@
 #include "vtkAbstractArray.h"
 #include "vtkDataArray.h"
 #include "vtkSmartPointer.h"
+#include "vtkVersionMacros.h"
 
 #include <cstdlib>
 #include <new>
@@ -52,7 +53,11 @@ inline vtkSmartPointer<vtkDataArray> Interleaved(vtkDataArray* array)
   auto copy = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(array->GetDataType()));
   Describe(copy, array);
   Allocate(copy, array->GetNumberOfTuples());
-  array->ExportToVoidPointer(copy->GetVoidPointer(0));
+#if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 7, 0)
+  array->ExportToVoidPointer(copy->GetVoidPointer(0)); // where DeepCopy() takes some 64-bit integers for doubles
+#else
+  copy->DeepCopy(array); // into the memory that is there
+#endif
   return copy;
 }
 

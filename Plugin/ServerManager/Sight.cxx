@@ -6,13 +6,14 @@
 #include "vtkNew.h"
 #include "vtkPVChainMailTissueInformation.h"
 #include "vtkPVDataInformation.h"
+#include "vtkSMEnumerationDomain.h"
 #include "vtkSMOutputPort.h"
+#include "vtkSMProperty.h"
 #include "vtkSMPropertyHelper.h"
 #include "vtkSMProxyIterator.h"
 #include "vtkSMProxySelectionModel.h"
 #include "vtkSMSessionProxyManager.h"
 #include "vtkSMSourceProxy.h"
-#include "vtkStructuredData.h"
 
 #include <algorithm>
 #include <cmath>
@@ -67,6 +68,22 @@ vtkPVDataInformation* ImageOf(vtkSMSourceProxy* source, int port)
   }
   vtkPVDataInformation* data = source->GetDataInformation(port);
   return data && data->DataSetTypeIsA("vtkImageData") && data->GetNumberOfPoints() > 0 ? data : nullptr;
+}
+
+/// The axis across the slices that a representation shows: the one that the mode's name ("YZ Plane") leaves out. VTK
+/// has named the values of the mode differently over time.
+int AxisOfSlices(vtkSMProperty* mode)
+{
+  auto* modes = mode ? mode->FindDomain<vtkSMEnumerationDomain>() : nullptr;
+  const char* name = modes ? modes->GetEntryTextForValue(vtkSMPropertyHelper(mode).GetAsInt()) : nullptr;
+  for (int axis = 0; axis < 2; ++axis)
+  {
+    if (name && !std::strchr(name, "XY"[axis]))
+    {
+      return axis;
+    }
+  }
+  return 2;
 }
 
 }
@@ -230,8 +247,7 @@ void Sight::FindOpacity(vtkSMProxy* source, int port)
     }
     if (std::strcmp(kind, "Slice") == 0)
     {
-      const int mode = vtkSMPropertyHelper(one, "SliceMode", true).GetAsInt();
-      this->SliceAxis = mode == VTK_YZ_PLANE ? 0 : (mode == VTK_XZ_PLANE ? 1 : 2);
+      this->SliceAxis = AxisOfSlices(one->GetProperty("SliceMode"));
       const double low = this->Bounds[2 * this->SliceAxis];
       const double planes = this->Extent[2 * this->SliceAxis + 1] - this->Extent[2 * this->SliceAxis];
       this->Spacing = planes > 0 ? (this->Bounds[2 * this->SliceAxis + 1] - low) / planes : 1.0;

@@ -59,10 +59,11 @@ int vtkChainMailForearmSource::RequestInformation(vtkInformation*, vtkInformatio
 int vtkChainMailForearmSource::RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector* output)
 {
 #if VTK_MODULE_ENABLE_VTK_PythonInterpreter
-  vtkImageData* image = vtkImageData::GetData(output);
   const int* extent = output->GetInformationObject(0)->Get(vtkStreamingDemandDrivenPipeline::UPDATE_EXTENT());
+  // Python finds this source by its address, and the image as its output: of VTK's own classes for data, those that
+  // Python extends take no address since VTK 9.6.
   std::ostringstream address;
-  address << std::hex << reinterpret_cast<std::uintptr_t>(image);
+  address << std::hex << reinterpret_cast<std::uintptr_t>(static_cast<vtkAlgorithm*>(this));
   std::ostringstream code;
   code << "def chainmail_make_forearm(image, size, extent):\n"
           "  names = { '__name__': 'make_forearm' }\n"
@@ -72,15 +73,16 @@ int vtkChainMailForearmSource::RequestData(vtkInformation*, vtkInformationVector
           "  forearm = names['make_forearm'](size)\n"
           "  forearm.Crop(extent)\n"
           "  image.ShallowCopy(forearm)\n"
-          "from vtkmodules.vtkCommonDataModel import vtkImageData as chainmail_image\n"
-          "chainmail_make_forearm(chainmail_image('"
-       << address.str() << "'), (" << this->Size[0] << ", " << this->Size[1] << ", " << this->Size[2] << "), (";
+          "from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm as chainmail_source\n"
+          "chainmail_make_forearm(chainmail_source('"
+       << address.str() << "').GetOutputDataObject(0), (" << this->Size[0] << ", " << this->Size[1] << ", "
+       << this->Size[2] << "), (";
   for (int i = 0; i < 6; ++i)
   {
     code << extent[i] << ", ";
   }
   code << "))\n"
-          "del chainmail_make_forearm, chainmail_image\n";
+          "del chainmail_make_forearm, chainmail_source\n";
   vtkPythonInterpreter::Initialize();
   if (vtkPythonInterpreter::RunSimpleString(code.str().c_str()) == 0)
   {

@@ -72,7 +72,12 @@ int main(int argc, char** argv)
     {
       // 2, 16, 54 and 128 M voxels.
       std::vector<std::unique_ptr<Scan>> scans;
-      for (const int n : session.small() ? std::vector<int>{ 48, 64 } : session.sizes({ 126, 252, 378, 504 }))
+      std::vector<int> sizes = session.sizes({ 126, 252, 378, 504 });
+      if (session.small())
+      {
+        sizes = { 48, 64 };
+      }
+      for (const int n : sizes)
       {
         scans.push_back(std::make_unique<Scan>(session, n));
       }

@@ -291,11 +291,7 @@ inline bool SameBits(vtkAbstractArray* a, vtkAbstractArray* b)
     return true;
   }
   const std::size_t bytes = static_cast<std::size_t>(a->GetNumberOfValues()) * a->GetDataTypeSize();
-  std::vector<char> bytesOfA(bytes);
-  std::vector<char> bytesOfB(bytes);
-  a->ExportToVoidPointer(bytesOfA.data());
-  b->ExportToVoidPointer(bytesOfB.data());
-  return bytesOfA == bytesOfB;
+  return bytes == 0 || std::memcmp(a->GetVoidPointer(0), b->GetVoidPointer(0), bytes) == 0;
 }
 
 /// Whether two images have the same place, and the same point arrays with the same bits in the same order.

@@ -175,9 +175,10 @@ TEST(Conflicts, NoRoomOnOneAxisLeavesTheOthers)
     Random random(2400 + seed);
     scene.each([&](int i, int j, int k) { scene.give(i, j, k, static_cast<float>(random(0.01, 0.3))); });
     Simulation simulation = simulate(scene);
-    std::vector<Probe> probes{ probeAt(scene, { 0, 0, 0 }, { 0.0, -30.0, 0.0 }) };
-    probes[0].anchor = true;
-    probes.push_back(probeAt(scene, { 14, 0, 0 }, { 0.0, 30.0, -30.0 })); // as far as the chain goes
+    Probe anchor = probeAt(scene, { 0, 0, 0 }, { 0.0, -30.0, 0.0 });
+    anchor.anchor = true;
+    // As far as the chain goes.
+    std::vector<Probe> probes{ anchor, probeAt(scene, { 14, 0, 0 }, { 0.0, 30.0, -30.0 }) };
     simulation.pull(probes);
     const double reach = simulation.probes()[1].reached[1];
     EXPECT_GT(reach, 0.5);
