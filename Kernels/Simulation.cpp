@@ -7,6 +7,7 @@
 #include "Measurement.h"
 #include "MultiscaleRelaxation.h"
 #include "PaperRelaxation.h"
+#include "Process.h"
 #include "Reach.h"
 #include "Readout.h"
 #include "Resampling.h"
@@ -74,6 +75,7 @@ public:
   /// Runs a public call.
   template <typename Body> auto called(Body&& body) -> decltype(body())
   {
+    requireOwnOpenCL();
     const WhileCompiling report([this] { this->compiling_&& this->compiling_(); });
     return translated(std::forward<Body>(body));
   }
@@ -440,7 +442,15 @@ Resampled Simulation::Impl::resample(const Index3& padding, const BoxVisitor& vi
 
 Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& settings)
 {
-  this->impl_ = translated([&] { return std::make_unique<Impl>(std::move(model), settings); });
+  this->impl_.reset(translated([&] { return new Impl(std::move(model), settings); }));
+}
+
+void Simulation::Release::operator()(Impl* impl) const
+{
+  if (!isForkedFromOpenCL()) // there it is left to the end of the process
+  {
+    delete impl;
+  }
 }
 
 Simulation::~Simulation() = default;

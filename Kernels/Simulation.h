@@ -184,7 +184,11 @@ public:
 
 private:
   class Impl;
-  std::unique_ptr<Impl> impl_;
+  struct Release
+  {
+    void operator()(Impl* impl) const;
+  };
+  std::unique_ptr<Impl, Release> impl_;
 };
 
 }

@@ -1,6 +1,8 @@
 #include "Context.h"
 
 #include "Error.h"
+#include "Pocl.h"
+#include "PoclCache.h"
 
 #include <algorithm>
 #include <chrono>
@@ -93,23 +95,24 @@ void throwTranslated(const cl::Error& error)
 std::shared_ptr<Context> Context::of(const std::string& deviceName)
 {
   static std::mutex mutex;
-  static std::map<cl_device_id, std::shared_ptr<Context>> contexts;
-  const cl::Device device = findDevice(deviceName);
+  // Never destroyed: a driver may have come to its end before, or this process be forked from the one of the driver.
+  static auto& contexts = *new std::map<cl_device_id, std::shared_ptr<Context>>;
+  const FoundDevice found = findDevice(deviceName);
   const std::lock_guard<std::mutex> lock(mutex);
-  std::shared_ptr<Context>& context = contexts[device()];
+  std::shared_ptr<Context>& context = contexts[found.device()];
   if (!context)
   {
-    context = std::make_shared<Context>(device);
+    context = std::make_shared<Context>(found);
   }
   return context;
 }
 
-Context::Context(const cl::Device& device)
-  : device_(device)
-  , info_(describe(device))
-  , context_(device)
-  , queue_(context_, device)
-  , programs_(device, context_)
+Context::Context(const FoundDevice& found)
+  : device_(found.device)
+  , info_(found.info)
+  , context_(device_)
+  , queue_(context_, device_)
+  , programs_(device_, context_)
 {
 }
 
@@ -166,9 +169,25 @@ void Context::enqueue(const Kernel& kernel, std::size_t groups, std::size_t item
     this->queue_.enqueueNDRangeKernel(kernel.handle_, cl::NullRange, all, group);
     return;
   }
+  const bool pocl = isPocl(this->device_);
+  if (pocl)
+  {
+    requirePoclCache();
+  }
   cl::Event event;
-  this->queue_.enqueueNDRangeKernel(kernel.handle_, cl::NullRange, all, group, nullptr, &event);
-  this->queue_.flush();
+  try
+  {
+    this->queue_.enqueueNDRangeKernel(kernel.handle_, cl::NullRange, all, group, nullptr, &event);
+    this->queue_.flush();
+  }
+  catch (const cl::Error&)
+  {
+    if (pocl)
+    {
+      requirePoclCache(); // this may be why
+    }
+    throw;
+  }
   try
   {
     WhileCompiling::wait(
@@ -241,6 +260,14 @@ cl::Buffer Context::inPages(std::size_t bytes, std::size_t zeros)
   return lease ? cl::Buffer() : buffer;
 }
 
+void Context::poison(const cl::Buffer& buffer, std::size_t offset, std::size_t bytes)
+{
+  if (this->poisons_ && bytes > 0)
+  {
+    this->queue_.enqueueFillBuffer(buffer, cl_uchar(0x41), offset, bytes);
+  }
+}
+
 std::size_t Context::takePeakBytes()
 {
   return this->inUse_->most.exchange(this->inUse_->now);
@@ -263,6 +290,7 @@ cl::Buffer Context::allocate(std::size_t bytes, const char* purpose, std::size_t
   {
     if (cl::Buffer buffer = this->inPages(bytes, zeros); buffer())
     {
+      this->poison(buffer, zeros, bytes - zeros);
       return buffer;
     }
     cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE, bytes);
@@ -270,6 +298,7 @@ cl::Buffer Context::allocate(std::size_t bytes, const char* purpose, std::size_t
     this->endWith(buffer, lease);
     // Many a device finds out that it has no room only when something is written.
     this->queue_.enqueueFillBuffer(buffer, cl_uchar(0), 0, zeros);
+    this->poison(buffer, zeros, bytes - zeros);
     this->queue_.finish();
     return buffer;
   }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,10 +17,14 @@
 namespace chainmail
 {
 
-/// The device itself, chosen as chooseDevice() does.
-cl::Device findDevice(const std::string& name);
+struct FoundDevice
+{
+  cl::Device device;
+  DeviceInfo info;
+};
 
-DeviceInfo describe(const cl::Device& device);
+/// The device itself, chosen as chooseDevice() does.
+FoundDevice findDevice(const std::string& name);
 
 /// The symbolic name of an OpenCL error code.
 const char* errorName(cl_int code);
@@ -59,7 +64,7 @@ class Context
 public:
   static std::shared_ptr<Context> of(const std::string& deviceName);
 
-  explicit Context(const cl::Device& device);
+  explicit Context(const FoundDevice& found);
 
   const DeviceInfo& info() const { return this->info_; }
   const cl::Device& device() const { return this->device_; }
@@ -89,8 +94,13 @@ public:
   /// A device buffer, filled with zeros. Throws MemoryError, whose message names `purpose`, where the device has no
   /// room.
   cl::Buffer allocate(std::size_t bytes, const char* purpose) { return this->allocate(bytes, purpose, bytes); }
-  /// The same, where the caller writes to all but the first bytes, `zeros` of them (at least 1).
+  /// The same, where only the first bytes, `zeros` of them (at least 1), are zeros. The caller writes to the others
+  /// before anything reads them.
   cl::Buffer allocate(std::size_t bytes, const char* purpose, std::size_t zeros);
+
+  /// Says that these bytes may be anything. With CHAINMAIL_POISON_BUFFERS in the environment they become 0x41, so that
+  /// tests find out what reads them before it writes them.
+  void poison(const cl::Buffer& buffer, std::size_t offset, std::size_t bytes);
 
   /// The most bytes that buffers took at once since the last call of this function.
   std::size_t takePeakBytes();
@@ -153,6 +163,7 @@ private:
   cl::Context context_;
   cl::CommandQueue queue_;
   Programs programs_;
+  bool poisons_ = std::getenv("CHAINMAIL_POISON_BUFFERS") != nullptr;
 
   struct BytesInUse
   {
@@ -163,7 +174,8 @@ private:
   std::shared_ptr<Pages> pages_ = std::make_shared<Pages>();           ///< so are these
 };
 
-/// A small buffer that keeps its memory between uses and grows when it must. What it holds at first is anything.
+/// A small buffer that keeps its memory between uses and grows when it must. What it holds at first in each use is
+/// anything.
 class Scratch
 {
 public:
@@ -180,6 +192,7 @@ public:
       this->bytes_ = bytes + std::min(bytes / 2, std::size_t(1) << 22);
       this->buffer_ = context.allocate(this->bytes_, this->purpose_, 1);
     }
+    context.poison(this->buffer_, 0, bytes);
     return this->buffer_;
   }
   template <typename T> cl::Buffer& holding(Context& context, const std::vector<T>& values)

@@ -2,10 +2,18 @@
 
 #include "Context.h"
 #include "Error.h"
+#include "Notices.h"
+#include "PoclCache.h"
+#include "Process.h"
+#include "Trial.h"
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
+#include <map>
 #include <mutex>
+#include <set>
+#include <tuple>
 
 namespace chainmail
 {
@@ -28,12 +36,32 @@ std::string trimmed(std::string text)
   return first == std::string::npos ? std::string() : text.substr(first, last - first + 1);
 }
 
-/// All devices, best first. A platform that fails, say a driver without its card, hides only its own devices.
-std::vector<cl::Device> findDevices()
+/// Whether a platform is PoCL, which all tests are run on, the driver of a maker of GPUs, or the kernels as C++.
+bool isKnown(const std::string& platform)
 {
-  // The first call makes a driver look for its devices; some drivers do not bear a second call at the same time.
-  static std::mutex mutex;
-  const std::lock_guard<std::mutex> lock(mutex);
+  const char* const known[] = { "Portable Computing Language", "NVIDIA", "AMD Accelerated", "Intel(R) OpenCL Graphics",
+    "Intel(R) OpenCL HD Graphics", "Apple", "ARM Platform", "QUALCOMM", "Host C++" };
+  return std::any_of(std::begin(known), std::end(known),
+    [&](const char* name) { return platform.compare(0, std::char_traits<char>::length(name), name) == 0; });
+}
+
+DeviceInfo describe(const cl::Device& device)
+{
+  DeviceInfo info;
+  info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
+  info.platform = trimmed(cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>());
+  info.driver = trimmed(device.getInfo<CL_DRIVER_VERSION>());
+  info.gpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
+  info.globalMemory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+  info.maxAllocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  info.computeUnits = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+  info.floatsAtOnce = device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>();
+  return info;
+}
+
+/// The devices as the drivers list them. A platform that fails, say a driver without its card, hides only its own.
+std::vector<cl::Device> askPlatforms()
+{
   std::vector<cl::Platform> platforms;
   try
   {
@@ -62,48 +90,112 @@ std::vector<cl::Device> findDevices()
     {
     }
   }
-  const auto rank = [](const cl::Device& device)
-  {
-    const bool gpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
-    return std::make_pair(gpu, device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
-  };
-  std::stable_sort(
-    devices.begin(), devices.end(), [&](const cl::Device& a, const cl::Device& b) { return rank(a) > rank(b); });
   return devices;
 }
 
+/// All devices, best first.
+std::vector<FoundDevice> findDevices()
+{
+  // The first call makes a driver look for its devices; some drivers do not bear a second call at the same time.
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> lock(mutex);
+  requireOwnOpenCL();
+  const PoclCacheNamed named;
+  const std::vector<cl::Device> handles = askPlatforms();
+  std::vector<DeviceInfo> infos;
+  std::transform(handles.begin(), handles.end(), std::back_inserter(infos), describe);
+  makeNamesUnique(infos);
+  std::vector<FoundDevice> devices;
+  for (std::size_t n = 0; n < handles.size(); ++n)
+  {
+    infos[n].proven = isKnown(infos[n].platform) || (infos[n].gpu && hasPassedTrial(infos[n]));
+    devices.push_back({ handles[n], infos[n] });
+  }
+  std::stable_sort(devices.begin(), devices.end(),
+    [](const FoundDevice& a, const FoundDevice& b) { return isBetter(a.info, b.info); });
+  return devices;
 }
 
-DeviceInfo describe(const cl::Device& device)
+/// Says which GPU the best device is taken instead of.
+void noticePassedOver(const std::vector<FoundDevice>& devices)
 {
-  DeviceInfo info;
-  info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
-  info.platform = trimmed(cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>());
-  info.gpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
-  info.globalMemory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
-  info.maxAllocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
-  info.computeUnits = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
-  info.floatsAtOnce = device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>();
-  return info;
+  const DeviceInfo& best = devices.front().info;
+  for (const FoundDevice& device : devices)
+  {
+    if (device.info.gpu && !best.gpu)
+    {
+      giveNotice(
+        "\"" + best.name + "\" computes and not the GPU \"" + device.info.name + "\", since its driver (" +
+        device.info.platform +
+        ") is none of the GPU's maker, and whether the kernels work there is unknown. To "
+        "use it, set Device to its name. ChainMailCompileAhead, which ParaView starts with the plugin, tries it; "
+        "if that succeeds, it will be taken by itself.");
+    }
+  }
 }
 
-cl::Device findDevice(const std::string& name)
+}
+
+bool isBetter(const DeviceInfo& a, const DeviceInfo& b)
 {
-  const std::vector<cl::Device> devices = findDevices();
+  return std::tie(a.proven, a.gpu, a.computeUnits) > std::tie(b.proven, b.gpu, b.computeUnits);
+}
+
+void makeNamesUnique(std::vector<DeviceInfo>& devices)
+{
+  std::map<std::string, std::set<std::string>> platforms;
+  for (const DeviceInfo& device : devices)
+  {
+    platforms[device.name].insert(device.platform);
+  }
+  for (DeviceInfo& device : devices)
+  {
+    const auto of = platforms.find(device.name);
+    device.name += of->second.size() > 1 ? " (" + device.platform + ")" : "";
+  }
+  for (auto device = devices.begin(); device != devices.end(); ++device)
+  {
+    const std::string name = device->name;
+    for (int number = 2;
+         std::any_of(devices.begin(), device, [&](const DeviceInfo& one) { return one.name == device->name; });
+         ++number)
+    {
+      device->name = name + " (" + std::to_string(number) + ")";
+    }
+  }
+}
+
+FoundDevice findDevice(const std::string& name)
+{
+  const std::vector<FoundDevice> devices = findDevices();
   if (devices.empty())
   {
+    const std::string problem = problemOfPoclCache();
     throw DeviceError("No OpenCL device was found. Install the driver of your graphics card, or PoCL to run on the "
-                      "processor (Debian and Ubuntu: apt-get install pocl-opencl-icd), and try again.");
+                      "processor (Debian and Ubuntu: apt-get install pocl-opencl-icd), and try again." +
+                      (problem.empty() ? problem : ' ' + problem));
   }
-  std::string known;
-  for (const cl::Device& device : devices)
+  if (name.empty())
   {
-    const DeviceInfo info = describe(device);
-    if (lower(info.name).find(lower(name)) != std::string::npos)
+    noticePassedOver(devices);
+    return devices.front();
+  }
+  const std::string wanted = lower(trimmed(name));
+  std::string known;
+  for (const FoundDevice& device : devices)
+  {
+    if (lower(device.info.name) == wanted)
     {
       return device;
     }
-    known += (known.empty() ? "\"" : ", \"") + info.name + "\"";
+    known += (known.empty() ? "\"" : ", \"") + device.info.name + "\"";
+  }
+  for (const FoundDevice& device : devices)
+  {
+    if (lower(device.info.name).find(wanted) != std::string::npos)
+    {
+      return device;
+    }
   }
   throw DeviceError("No OpenCL device has a name that contains \"" + name + "\". This machine has: " + known +
                     ". Leave the name empty for the best one.");
@@ -111,17 +203,21 @@ cl::Device findDevice(const std::string& name)
 
 std::vector<DeviceInfo> listDevices()
 {
-  std::vector<DeviceInfo> list;
-  for (const cl::Device& device : findDevices())
-  {
-    list.push_back(describe(device));
-  }
-  return list;
+  return translated(
+    []
+    {
+      std::vector<DeviceInfo> list;
+      for (const FoundDevice& device : findDevices())
+      {
+        list.push_back(device.info);
+      }
+      return list;
+    });
 }
 
 DeviceInfo chooseDevice(const std::string& name)
 {
-  return translated([&] { return describe(findDevice(name)); });
+  return translated([&] { return findDevice(name).info; });
 }
 
 }

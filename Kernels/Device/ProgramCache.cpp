@@ -1,5 +1,8 @@
 #include "ProgramCache.h"
 
+#include "CacheFolder.h"
+#include "Hash.h"
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -22,17 +25,6 @@ namespace
 
 /// The ending of our files. No others are ever deleted, since the user may name a folder that holds other things.
 constexpr const char* extension = ".clprogram";
-
-/// The FNV-1a hash by Fowler, Noll and Vo, http://www.isthe.com/chongo/tech/comp/fnv/
-std::uint64_t hashOf(const std::string& text)
-{
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const unsigned char c : text)
-  {
-    hash = (hash ^ c) * 0x100000001b3u;
-  }
-  return hash;
-}
 
 std::string hexadecimal(std::uint64_t number)
 {
@@ -63,6 +55,11 @@ fs::path ProgramCache::userFolder()
   {
     return variable("CHAINMAIL_CACHE_DIR");
   }
+  return systemFolder("chainmail");
+}
+
+fs::path ProgramCache::systemFolder(const char* name)
+{
 #ifdef _WIN32
   const fs::path caches = variable("LOCALAPPDATA");
 #else
@@ -78,7 +75,7 @@ fs::path ProgramCache::userFolder()
     caches = variable("HOME") / inHome;
   }
 #endif
-  return caches.is_absolute() ? caches / "chainmail" : fs::path();
+  return caches.is_absolute() ? caches / name : fs::path();
 }
 
 fs::path ProgramCache::fileOf(const std::string& key) const
@@ -115,7 +112,7 @@ void ProgramCache::keep(const std::string& key, const std::function<std::string(
 
 std::string ProgramCache::read(const std::string& key) const
 {
-  if (this->folder_.empty())
+  if (this->folder_.empty() || !isTrusted(this->folder_))
   {
     return {};
   }
@@ -134,9 +131,9 @@ std::string ProgramCache::read(const std::string& key) const
 
 void ProgramCache::write(const std::string& key, const std::function<std::string()>& program) const
 {
-  if (fs::create_directories(this->folder_))
+  if (!makeFolder(this->folder_) || !isTrusted(this->folder_))
   {
-    fs::permissions(this->folder_, fs::perms::owner_all); // these programs will be run, so only their owner may write
+    return;
   }
   std::random_device random;
   const fs::path unfinished = this->folder_ / (hexadecimal(std::uint64_t(random()) << 32 | random()) + extension);

@@ -15,7 +15,8 @@ namespace chainmail
 ///
 /// Any number of processes may use a folder at once, and it may be deleted at any time. A file is written under a
 /// temporary name and then renamed, so that nobody reads half of one. It begins with its key and the hash of its
-/// content; a file that is truncated, damaged or of another key is not used, and is replaced.
+/// content; a file that is truncated, damaged or of another key is not used, and is replaced. Nor is a folder used to
+/// which others may write (isTrusted).
 class ProgramCache
 {
 public:
@@ -26,6 +27,9 @@ public:
   /// `chainmail` in the system's place for caches. Empty, which means no cache, where the variable is set but empty or
   /// the system has no such place.
   static std::filesystem::path userFolder();
+
+  /// A folder of this name in the system's place for this user's caches; empty where there is no such place.
+  static std::filesystem::path systemFolder(const char* name);
 
   /// With an empty path nothing is ever found or kept. The folder is created when the first program is kept.
   explicit ProgramCache(std::filesystem::path folder, std::uintmax_t limit = defaultLimit)

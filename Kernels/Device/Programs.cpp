@@ -4,6 +4,7 @@
 #include "Error.h"
 #include "KernelSources.h"
 #include "Pocl.h"
+#include "PoclCache.h"
 
 #include <algorithm>
 #include <optional>
@@ -89,6 +90,11 @@ std::optional<cl::Program> accepted(
 cl::Program build(const cl::Device& device, const cl::Context& context, const ProgramCache& cache,
   const std::string& file, const std::string& options)
 {
+  const bool pocl = isPocl(device);
+  if (pocl)
+  {
+    requirePoclCache();
+  }
   const std::string source = sourceOf(file);
   const std::string key = programKey(device, options, detail::kernelSource("builtins.clh") + source);
   if (const auto program = accepted(device, context, cache.find(key), options))
@@ -96,7 +102,7 @@ cl::Program build(const cl::Device& device, const cl::Context& context, const Pr
     return *program;
   }
   WhileCompiling::report();
-  for (int wholeHeader = 0; isPocl(device) && wholeHeader < 2; ++wholeHeader)
+  for (int wholeHeader = 0; pocl && wholeHeader < 2; ++wholeHeader)
   {
     const std::string bitcode = poclBitcode(device, source, options, wholeHeader == 1);
     if (const auto program = accepted(device, context, bitcode, options))
@@ -112,6 +118,10 @@ cl::Program build(const cl::Device& device, const cl::Context& context, const Pr
   }
   catch (const cl::Error& error)
   {
+    if (pocl)
+    {
+      requirePoclCache(); // this may be why
+    }
     throw DeviceError(std::string("OpenCL call ") + error.what() + " failed with " + errorName(error.err()) + " for " +
                       file + " on \"" + device.getInfo<CL_DEVICE_NAME>() +
                       "\": " + program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device));

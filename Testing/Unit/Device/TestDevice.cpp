@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <iostream>
+#include <set>
+#include <sstream>
 
 namespace
 {
@@ -15,7 +17,6 @@ TEST(Device, AllDevicesAreDescribedBestFirst)
 {
   const std::vector<DeviceInfo> devices = listDevices();
   ASSERT_FALSE(devices.empty()) << "these tests need an OpenCL device";
-  bool processor = false;
   for (const DeviceInfo& device : devices)
   {
     EXPECT_FALSE(device.name.empty());
@@ -23,10 +24,98 @@ TEST(Device, AllDevicesAreDescribedBestFirst)
     EXPECT_GT(device.computeUnits, 0u);
     EXPECT_GT(device.maxAllocation, 0u);
     EXPECT_LE(device.maxAllocation, device.globalMemory);
-    EXPECT_FALSE(device.gpu && processor) << "a GPU stands behind a processor: " << device.name;
-    processor = processor || !device.gpu;
+  }
+  for (std::size_t n = 1; n < devices.size(); ++n)
+  {
+    EXPECT_FALSE(isBetter(devices[n], devices[n - 1])) << devices[n].name << " stands behind " << devices[n - 1].name;
   }
   EXPECT_EQ(chooseDevice("").name, devices.front().name);
+}
+
+// A driver that nobody has tried may end the process, so its GPU gives way even to a processor.
+TEST(Device, ProvenOnesAreBest)
+{
+  const auto device = [](bool proven, bool gpu, unsigned units)
+  {
+    DeviceInfo info;
+    info.proven = proven;
+    info.gpu = gpu;
+    info.computeUnits = units;
+    return info;
+  };
+  const std::vector<DeviceInfo> order{ device(true, true, 8), device(true, true, 2), device(true, false, 16),
+    device(true, false, 4), device(false, true, 99), device(false, false, 128) };
+  for (std::size_t n = 0; n < order.size(); ++n)
+  {
+    for (std::size_t m = 0; m < order.size(); ++m)
+    {
+      EXPECT_EQ(isBetter(order[n], order[m]), n < m) << n << ' ' << m;
+    }
+  }
+}
+
+TEST(Device, NoTwoHaveOneName)
+{
+  const auto names = [](std::vector<std::pair<std::string, std::string>> all)
+  {
+    std::vector<DeviceInfo> devices;
+    for (const auto& [name, platform] : all)
+    {
+      devices.emplace_back();
+      devices.back().name = name;
+      devices.back().platform = platform;
+    }
+    makeNamesUnique(devices);
+    std::vector<std::string> unique;
+    for (const DeviceInfo& one : devices)
+    {
+      unique.push_back(one.name);
+    }
+    return unique;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(names({ { "A", "X" }, { "B", "Y" } }), (Names{ "A", "B" }));
+  EXPECT_EQ(names({ { "A", "X" }, { "B", "X" }, { "A", "X" }, { "A", "X" } }), (Names{ "A", "B", "A (2)", "A (3)" }));
+  EXPECT_EQ(names({ { "A", "X" }, { "A", "Y" }, { "B", "Y" } }), (Names{ "A (X)", "A (Y)", "B" }));
+  EXPECT_EQ(names({ { "A", "X" }, { "A", "Y" }, { "A", "Y" } }), (Names{ "A (X)", "A (Y)", "A (Y) (2)" }));
+  EXPECT_EQ(names({ { "A (2)", "X" }, { "A", "X" }, { "A", "X" } }), (Names{ "A (2)", "A", "A (3)" }));
+}
+
+const ChildPart twinsPart("twins",
+  []
+  {
+    const std::vector<DeviceInfo> devices = listDevices();
+    for (const DeviceInfo& device : devices)
+    {
+      Settings settings;
+      settings.device = device.name;
+      const Scene scene({ 4, 4, 4 });
+      std::cout << "twin " << device.name << " is " << Simulation(scene.model(), settings).deviceName() << '\n';
+    }
+    return static_cast<int>(devices.size());
+  });
+
+// As with two cards of one kind.
+TEST(Device, TwoOfOneNameAreToldApart)
+{
+  const ChildResult child = runChild({ { "POCL_DEVICES", "basic basic" }, { "RUSTICL_ENABLE", "" } }, "twins");
+  if (child.status == 1 || !contains(child.output, "basic"))
+  {
+    GTEST_SKIP() << "PoCL is not there, or not alone";
+  }
+  EXPECT_EQ(child.status, 2) << child.output;
+  std::istringstream lines(child.output);
+  std::set<std::string> names;
+  for (std::string line; std::getline(lines, line);)
+  {
+    const std::size_t is = line.find(" is ");
+    if (line.compare(0, 5, "twin ") == 0)
+    {
+      EXPECT_EQ(line.substr(5, is - 5), line.substr(is + 4));
+      names.insert(line.substr(is + 4));
+    }
+  }
+  EXPECT_EQ(names.size(), 2u) << child.output;
 }
 
 TEST(Device, IsChosenByAPartOfItsNameInAnyCase)

@@ -51,7 +51,7 @@ protected:
     return poclBitcode(this->device, source, "-cl-std=CL1.2" + options, wholeHeader);
   }
 
-  const cl::Device device = findDevice("");
+  const cl::Device device = findDevice("").device;
 };
 
 TEST_F(Pocl, KernelsCallTheFunctionsOfTheWholeHeader)
