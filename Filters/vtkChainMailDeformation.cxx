@@ -15,6 +15,7 @@
 
 #include "Device.h"
 #include "Error.h"
+#include "Notices.h"
 
 #include "vtkCellData.h"
 #include "vtkCommand.h"
@@ -93,6 +94,10 @@ public:
       const std::string problem = outcome.Stopped ? "The update was stopped." : outcome.Error;
       this->Shows.Again(inputs, problem);
       this->Words.Set(problem);
+    }
+    for (const std::string& notice : chainmail::takeNotices())
+    {
+      this->Reports.Warn(notice);
     }
     this->Reports.End();
     outcome.Interacting = this->Engine.IsInteracting();

@@ -530,12 +530,17 @@ public:
   ///@}
 
   ///@{
-  /** The OpenCL device: the first whose name has this text, in any case. Default: "", the best GPU, else the best. */
+  /**
+   * The OpenCL device: the one of this name, else the first whose name has this text, in any case. AvailableDevices has
+   * the names, of which no two are the same. Default: "", the best GPU, else PoCL's processor. A GPU whose driver is not
+   * one of its maker is taken only where it is named or was tried (Data/Install.md).
+   */
   vtkSetStdStringFromCharMacro(Device);
   vtkGetCharFromStdStringMacro(Device);
   ///@}
 
-  /// Names of the OpenCL devices of this machine, best first. The array is the filter's and filled anew by every call.
+  /// Names of the OpenCL devices of this machine, best first. Two of one name get that of their platform, "NAME
+  /// (PLATFORM)", or a number, "NAME (2)". The array is the filter's and filled anew by every call.
   vtkStringArray* GetAvailableDevices();
 
   ///@{

@@ -146,9 +146,20 @@ std::string whatFits(const DeviceInfo& device)
 
 }
 
-/// Gives each run of a field room for more elements, filled with zeros.
-void Bricks::enlarge(
-  cl::Buffer& buffer, std::size_t runs, std::size_t bytes, std::size_t oldPitch, std::size_t pitch, const char* purpose)
+/// New memory of a field.
+cl::Buffer Bricks::allocate(std::size_t bytes, const char* purpose, Field::Start start)
+{
+  cl::Buffer buffer = this->context_->allocate(bytes, purpose, start == Field::Start::Zeros ? bytes : 1);
+  if (start == Field::Start::Infinity)
+  {
+    this->context_->queue().enqueueFillBuffer(buffer, std::numeric_limits<cl_float>::infinity(), 0, bytes);
+  }
+  return buffer;
+}
+
+/// Gives each run of a field room for more elements.
+void Bricks::enlarge(cl::Buffer& buffer, std::size_t runs, std::size_t bytes, std::size_t oldPitch, std::size_t pitch,
+  const char* purpose, Field::Start start)
 {
   if (pitch * runs > std::numeric_limits<std::uint32_t>::max())
   {
@@ -159,7 +170,7 @@ void Bricks::enlarge(
   cl::Buffer larger;
   try
   {
-    larger = this->context_->allocate(runs * pitch * bytes, purpose);
+    larger = this->allocate(runs * pitch * bytes, purpose, start);
   }
   catch (const MemoryError& error)
   {
@@ -219,7 +230,7 @@ void Bricks::growStates(int slots)
     this->displacement, 3, sizeof(float), oldPitch, this->pitch(), "the displacement of the tissue reached");
   for (Field* field : this->fields_)
   {
-    this->enlarge(field->buffer, field->runs, field->bytes, oldPitch, this->pitch(), field->purpose);
+    this->enlarge(field->buffer, field->runs, field->bytes, oldPitch, this->pitch(), field->purpose, field->start);
   }
 }
 
@@ -397,17 +408,12 @@ void Bricks::follow(SharedTable& rows, std::size_t& followed) const
   }
 }
 
-void Bricks::keep(Field& field)
-{
-  this->keep(field, field.runs * this->pitch() * field.bytes);
-}
-
-/// As keep(), where the caller writes to all but the first bytes, `zeros` of them.
-void Bricks::keep(Field& field, std::size_t zeros)
+void Bricks::keep(Field& field, Field::Start start)
 {
   if (!field.buffer())
   {
-    field.buffer = this->context_->allocate(field.runs * this->pitch() * field.bytes, field.purpose, zeros);
+    field.buffer = this->allocate(field.runs * this->pitch() * field.bytes, field.purpose, start);
+    field.start = start;
     this->fields_.push_back(&field);
   }
 }
@@ -468,7 +474,7 @@ std::vector<int> Bricks::slotsAround(const std::vector<int>& slots) const
 void Bricks::saveIn(Field& field)
 {
   constexpr cl_uint perGroup = 1 << 14;
-  this->keep(field, 1);
+  this->keep(field, Field::Start::Anything);
   const cl_uint count = 3 * this->pitch();
   this->context_->launch(this->context_->kernel("scatter.cl", "", "copy"), (count + perGroup - 1) / perGroup,
     this->workItems(true), this->displacement, field.buffer, count, perGroup);
@@ -476,7 +482,7 @@ void Bricks::saveIn(Field& field)
 
 void Bricks::saveIn(Field& field, const std::vector<int>& slots)
 {
-  this->keep(field, 1);
+  this->keep(field, Field::Start::Anything);
   this->copyBricks(slots, this->displacement, field.buffer);
 }
 

@@ -23,6 +23,14 @@ struct Field
   std::size_t bytes; ///< of one value
   const char* purpose;
   cl::Buffer buffer{};
+  /// What memory holds that is new. Bricks::keep() says so.
+  enum class Start
+  {
+    Zeros,
+    Infinity, ///< as a float
+    Anything
+  };
+  Start start = Start::Zeros;
 };
 
 /// Whether elements turn and, where they do, how far they resist changes of volume.
@@ -116,9 +124,9 @@ public:
     }
   }
 
-  /// keep() gives a field memory for all states, filled with zeros, now and whenever there are more; drop() takes it
-  /// away. A kept field must outlive the bricks or be dropped.
-  void keep(Field& field);
+  /// keep() gives a field memory for all states, now and whenever there are more; drop() takes it away. A kept field
+  /// must outlive the bricks or be dropped.
+  void keep(Field& field, Field::Start start = Field::Start::Zeros);
   void drop(Field& field);
   /// Copies the displacements to a field, which is kept from then on: all, or those of some slots. Then the others hold
   /// anything.
@@ -298,11 +306,11 @@ private:
 
   void readTissue(const std::vector<int>& bricks);
   void readSlot(const cl::Buffer& field, int slot, std::vector<float>& out);
-  void keep(Field& field, std::size_t zeros);
+  cl::Buffer allocate(std::size_t bytes, const char* purpose, Field::Start start);
   void growTissue(int slots);
   void growStates(int slots);
   void enlarge(cl::Buffer& buffer, std::size_t runs, std::size_t bytes, std::size_t oldPitch, std::size_t pitch,
-    const char* purpose);
+    const char* purpose, Field::Start start = Field::Start::Zeros);
   void exchange(
     const cl::Buffer& field, std::size_t runs, std::size_t perBrick, const cl::Buffer& pairs, std::size_t count);
   void copyBricks(const std::vector<int>& slots, const cl::Buffer& from, const cl::Buffer& to);

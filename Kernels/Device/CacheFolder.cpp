@@ -116,10 +116,14 @@ public:
   pid_t process = getpid();
 };
 
-bool mayRun(const fs::path& place)
+/// Whether code may be run from a place and nobody else may rename what is there.
+bool isGoodPlace(const fs::path& place)
 {
-  struct statvfs status;
-  return statvfs(place.c_str(), &status) == 0 && (status.f_flag & ST_NOEXEC) == 0;
+  struct statvfs system;
+  struct stat status;
+  return statvfs(place.c_str(), &system) == 0 && (system.f_flag & ST_NOEXEC) == 0 &&
+         stat(place.c_str(), &status) == 0 &&
+         ((status.st_mode & S_ISVTX) != 0 || (status.st_mode & (S_IWGRP | S_IWOTH)) == 0);
 }
 
 }
@@ -131,7 +135,7 @@ fs::path makePrivateFolder()
   for (const fs::path& place :
     { fs::path(named ? named : ""), fs::path("/tmp"), fs::path("/var/tmp"), fs::path("/dev/shm") })
   {
-    if (!made.folder.empty() || !place.is_absolute() || !mayRun(place))
+    if (!made.folder.empty() || !place.is_absolute() || !isGoodPlace(place))
     {
       continue;
     }

@@ -39,8 +39,9 @@ void ArrivalTimes::start(const Handle& source, int front)
 
 void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint)
 {
+  const cl_int states = this->bricks_.states();
   this->keep();
-  this->bricks_.keep(this->arrival_);
+  this->bricks_.keep(this->arrival_, Field::Start::Infinity);
   Context& context = this->bricks_.context();
   const std::size_t axes = this->arrival_.runs;
   context.queue().enqueueFillBuffer(this->arrival_.buffer, std::numeric_limits<cl_float>::infinity(), 0,
@@ -56,8 +57,11 @@ void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, 
 
   this->fixedPoint_.start(bricks);
   this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
-    [this](ArgumentList& own)
-    { own.add(this->bricks_.displacement, this->bricks_.before(), this->bricks_.tissue(), this->arrival_.buffer); });
+    [this, states](ArgumentList& own)
+    {
+      own.add(
+        this->bricks_.displacement, this->bricks_.before(), states, this->bricks_.tissue(), this->arrival_.buffer);
+    });
 
   const std::vector<int> slots = this->fixedPoint_.seen();
   Scratch list("the list of active bricks");

@@ -23,7 +23,7 @@ public:
   void start(const Handle& source, int front);
 
   /// Finds the times of an envelope wave that has come to its end (arrivals.cl). Bricks::before must still be the state
-  /// before that wave.
+  /// before that wave, of all bricks with a state. Other bricks may get one.
   void follow(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint);
 
   void clear();

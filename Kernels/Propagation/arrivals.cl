@@ -1,8 +1,10 @@
 // When an envelope wave came to each element: the length of the shortest path of links from the probe through elements
 // that the wave moved. Elements are updated in place, in any order, since times only fall.
 //
-// The host guarantees: `before` is the state before the wave and `displacement` the one after it; at first `arrival` is
-// 0 at the probes and +infinity elsewhere; all 26 neighbours of a brick that is ready have a slot (brick.clh).
+// The host guarantees: `displacement` is the state after the wave and `before` the one before it, in the slots below
+// `states`. Bricks in other slots got a state after the wave, so nothing in them moved, and `before` is anything there.
+// At first `arrival` is 0 at the probes and +infinity elsewhere; all 26 neighbours of a brick that is ready have a slot
+// (brick.clh).
 //
 // `arrival` is the time; its sign bit is set where the element did not move and so does not pass the wave on.
 
@@ -10,7 +12,7 @@
 #include "element.clh"
 #include "fixedpoint.clh"
 
-RULE int arriveAt(const Site* s, uint pitch, uint tissuePitch, global const float* displacement,
+RULE int arriveAt(const Site* s, int mayHaveMoved, uint pitch, uint tissuePitch, global const float* displacement,
   global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
 {
   int touched = 0;
@@ -32,7 +34,7 @@ RULE int arriveAt(const Site* s, uint pitch, uint tissuePitch, global const floa
     if (SOME(earlier))
     {
       mask moved = (mask)(0);
-      for (int a = AXES == 1 ? 0 : axis; a <= (AXES == 1 ? 2 : axis); ++a)
+      for (int a = AXES == 1 ? 0 : axis; mayHaveMoved && a <= (AXES == 1 ? 2 : axis); ++a)
       {
         moved |= LOAD(displacement + a * pitch + s->self) != LOAD(before + a * pitch + s->self);
       }
@@ -45,9 +47,11 @@ RULE int arriveAt(const Site* s, uint pitch, uint tissuePitch, global const floa
 }
 
 APART void arriveIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
+  global const float* before, int states, global const float* constraint, global const uchar* cut,
+  global float* arrival)
 {
-  FIXED_POINT(arriveAt(&s, pitch, tissuePitch, displacement, before, constraint, cut, arrival))
+  const int mayHaveMoved = slot < (uint)states;
+  FIXED_POINT(arriveAt(&s, mayHaveMoved, pitch, tissuePitch, displacement, before, constraint, cut, arrival))
   if (lid == 0 && from != 0)
   {
     passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
@@ -55,11 +59,12 @@ APART void arriveIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS,
 }
 
 kernel void arrive(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
+  global const float* before, int states, global const float* constraint, global const uchar* cut,
+  global float* arrival)
 {
   FIXED_POINT_BEGIN
   arriveIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, displacement,
-    before, constraint, cut, arrival);
+    before, states, constraint, cut, arrival);
 }
 
 // Records the times and the number of the wave where it came.

@@ -4,18 +4,24 @@
 // lock for all threads of a process, and comes to harm in one that ends meanwhile.
 //
 // It ends at once where it ran before: with the same kernels, and with the same programs still in the cache.
+//
+// Then it tries the GPUs of drivers that are not known (Trial.h). Such a driver may end this process, or not come to an
+// end; nobody waits for it.
 
+#include "Device.h"
 #include "Error.h"
 #include "KernelSources.h"
 #include "Model.h"
 #include "ProgramCache.h"
 #include "Simulation.h"
+#include "Trial.h"
 
 #include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <limits>
+#include <vector>
 
 #ifdef __unix__
 #include <unistd.h>
@@ -85,6 +91,25 @@ void use(const Settings& settings)
   look(simulation);
 }
 
+/// Pulls at the block on a device, and throws where what comes of it cannot be right.
+void tryOn(const DeviceInfo& device)
+{
+  Settings settings;
+  settings.device = device.name;
+  use(settings);
+  Probe probe;
+  probe.position = { 30.0, 20.0, 20.0 };
+  probe.displacement = { 6.0, -4.0, -3.0 };
+  Simulation simulation(block(), settings);
+  const std::vector<ProbeResult> reached = simulation.pull({ probe });
+  const Statistics statistics = simulation.measure();
+  const bool isMoved = statistics.displaced > 0 && reached.front().reached == probe.displacement;
+  if (!isMoved || !(statistics.maxLinkExcess < 1e-4) || !(statistics.energy > 0.0))
+  {
+    throw DeviceError("\"" + device.name + "\" computes something else than other devices.");
+  }
+}
+
 /// This process goes on in the background: others come first, and nobody is to wait for a pipe or socket that it was
 /// started with.
 void stepBack()
@@ -112,6 +137,13 @@ int main()
     {
       use(Settings());
       cache.keep(done, [] { return "done"; });
+    }
+    for (const DeviceInfo& device : listDevices())
+    {
+      if (device.gpu && !device.proven)
+      {
+        tryDevice(device, [&] { tryOn(device); });
+      }
     }
     return EXIT_SUCCESS;
   }

@@ -86,6 +86,8 @@ int main(int argc, char** argv)
       return 121;
     }
   }
+  // What may be anything in a new buffer is something, in child processes, too.
+  const Variable poison("CHAINMAIL_POISON_BUFFERS", "1");
   testing::InitGoogleTest(&argc, argv);
   return RUN_ALL_TESTS();
 }

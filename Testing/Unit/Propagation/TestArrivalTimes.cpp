@@ -1,0 +1,40 @@
+// When a wave arrives, where bricks get their memory only while times are found.
+
+#include "Scene.h"
+
+#include <cmath>
+
+namespace
+{
+
+using namespace chainmail;
+
+// A chain of one element across, dragged sideways at its one end by more in each scene. So what the wave reaches, and
+// then what is linked to that, ends in every place of a brick, and just where memory for bricks has to grow.
+TEST(ArrivalTimes, OfAChainAreItsLengthWhateverMemoryBricksHave)
+{
+  constexpr int length = 400;
+  constexpr float limit = 0.125f; // so times are exact
+  for (int moved = 236; moved < 276; ++moved)
+  {
+    const Scene scene({ length, 1, 1 }, limit);
+    Simulation simulation = simulate(scene, { 4, 2, 2 });
+    simulation.setPropagationTimes(true);
+    Probe probe;
+    probe.position = scene.place(0, 0, 0);
+    probe.displacement = { 0.0, limit * (moved - 0.5), 0.0 };
+    simulation.pull({ probe });
+    std::vector<float> times(length);
+    std::vector<int> fronts(length);
+    simulation.propagationTimes(times.data());
+    simulation.wavefronts(fronts.data());
+    for (int i = 0; i < length; ++i)
+    {
+      const bool isReached = i <= moved; // the last one did not move and is linked to one that did
+      ASSERT_EQ(times[i], isReached ? limit * static_cast<float>(i) : -1.0f) << moved << " moved, element " << i;
+      ASSERT_EQ(fronts[i], isReached ? 1 : 0) << moved << " moved, element " << i;
+    }
+  }
+}
+
+}
