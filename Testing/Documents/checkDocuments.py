@@ -24,13 +24,14 @@ ROLES = "Testing/Roles/"
 # A command (an expression for all of it, blanks made single); why no test runs it as it stands, empty where one does; and in
 # which file which words stand that run it or, where none does, that it relies on.
 COMMANDS = [
-    (r"bash Data/main-job\.sh", "", {"Testing/Rendering/TestMainJob.py": ["main_job.py"], "Data/main-job.sh": [
+    (r"git clone <.*> chainmail && cd chainmail", "the address is the reader's", {ROLES + "tryCommands.sh": ["git ls-files"]}),
+    (r"bash Data/main-job\.sh", "", {ROLES + "tryCommands.sh": ["bash Data/main-job.sh"], "Testing/Rendering/TestMainJob.py": ["main_job.py"], "Data/main-job.sh": [
         "Data/main_job.py", "install_packages", "configure_and_build"]}),
     (r"bash Data/main-job\.sh scan\.mhd", "a scan of the user's; Rendering.MainJob is the same on the phantom",
      {"Data/main-job.sh": ['"$@"']}),
     (r"bash Data/main-job\.sh heart_cta\.mhd .*", "a scan that is not part of the repository",
      {"Data/main_job.py": ['"--softness"', '"--bone"']}),
-    (r"bash Testing/run-all\.sh", "", {".ci/run": ["Testing/run-all.sh"]}),
+    (r"bash Testing/run-all\.sh", "", {ROLES + "tryCommands.sh": ["bash Testing/run-all.sh"], ".ci/run": ["Testing/run-all.sh"]}),
     (r"bash Testing/prepare\.sh", "", {"Testing/run-all.sh": ["prepare.sh"]}),
     (r"PV_PLUGIN_PATH=build/\S+ paraview", "", {"Testing/Python/TestLoadPlugin.py": ['PV_PLUGIN_PATH=os.environ']}),
     (r"PV_PLUGIN_PATH=\$HOME/\S+ paraview", "", {ROLES + "Installed.cmake": ["PV_PLUGIN_PATH=${PREFIX}", "usePlugin.py"]}),
@@ -53,7 +54,7 @@ COMMANDS = [
     (r"cpack --config build/CPackConfig\.cmake -B build", "", {ROLES + "Package.cmake": ['--config "${BUILD}/CPackConfig.cmake" -B']}),
     (r"apt install \./build/chainmail_\S+\.deb", "", {ROLES + "tryPackage.sh": ['apt-get install --yes "/root/']}),
     (r"podman (build|run) .*", "there is no container engine where the tests run; the package is tried in a bare system",
-     {ROLES + "tryPackage.sh": ["debootstrap --variant=minbase", "usePlugin.xml"]}),
+     {ROLES + "tryPackage.sh": ["make_bare_system", "usePlugin.xml"]}),
     (r"plastimatch convert --input FOLDER .*", "", {"Testing/Python/TestDicom.py": ['"plastimatch", "convert", "--input"']}),
     (r"pvpython Data/carry\.py .*", "", {"Testing/Python/TestCarry.py": ["carry.py", '"--back"', "labels=", "carry_image("]}),
     (r"mpirun -np 4 pvbatch", "", {"Testing/Python/TestRanks.py": ["mpiexec("]}),
