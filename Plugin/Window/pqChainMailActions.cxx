@@ -420,6 +420,8 @@ void pqChainMailActions::grab()
     const vtkChainMail::Place toward = sight.ToWorld({ { 0, 0, 1 } });
     const vtkChainMail::Place up = sight.ToWorld({ { 0, 1, 0 } });
     view->resetViewDirection(-toward[0], -toward[1], -toward[2], up[0], up[1], up[2]);
+    sight = vtkChainMail::Sight(manager); // as the probe will find the view, to the last digit
+    sight.FindSpot();
   }
 
   const auto probe = Create(manager, "sources", "ChainMailProbe");

@@ -90,6 +90,8 @@ pqChainMailGrip::pqChainMailGrip(pqInteractivePropertyWidget* widget)
         this->readReached();
       }
     });
+  // Where a drag has changed nothing in the end, there is no update.
+  QObject::connect(widget, &pqInteractivePropertyWidget::endInteraction, this, &pqChainMailGrip::readReached);
   // A radius that is typed is seen before it is applied.
   pqCoreUtilities::connect(
     widget->proxy()->GetProperty("Radius"), vtkCommand::UncheckedPropertyModifiedEvent, this, SLOT(render()));

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The keys 1 and 2 put the ends of the selected probe on the tissue under the mouse, in ParaView's window; and the button ? opens
-# the page of the filter.
+# The keys 1 and 2 put the ends of the selected probe on the tissue under the mouse, in ParaView's window, 1 with the pull as it was;
+# and the button ? opens the page of the filter.
 . "$(dirname "${BASH_SOURCE[0]}")/window.sh"
 needs_buttons xdotool
 phantom GuiPick 40 36 44
@@ -20,6 +20,10 @@ press() {
   done
 }
 press 1 '$3 > 20'
+# The pull goes along.
+awk '{ x = $4 - $1; y = $5 - $2; z = $6 - $3 } NR == 1 { a = x; b = y; c = z }
+     END { exit !((x - a) ^ 2 + (y - b) ^ 2 + (z - c) ^ 2 < 1e-9) }' "$output/places.txt" ||
+  fail "the key 1 left the target behind: $(sed -n '1p;$p' "$output/places.txt")"
 press 2 '$4 == $1 && $5 == $2 && $6 == $3'
 # It would go on waiting.
 kill "$(window_process $player)" 2>/dev/null
