@@ -33,10 +33,6 @@ class Volume:
         first = np.array(image.GetExtent()[::2]) * self.spacing
         self.corner = np.array(image.GetOrigin()) + self.direction @ first
 
-    def is_ct(self):
-        """Does the range look like Hounsfield units?"""
-        return self.range[0] < -200 and self.range[1] > 200
-
     def place(self, lengths):
         """World place of lengths [mm] along the image's axes from its first voxel."""
         return self.corner + self.direction @ lengths

@@ -135,11 +135,11 @@ class Errors:
 # ----------------------------------------------------------------------------------------------------------------------
 # How to show it
 
-def transfer_functions(volume, threshold):
+def transfer_functions(volume, threshold, is_ct):
     """For CT numbers the name of a preset of the plugin: skin as glass, muscle as thin red glass, and bone. For any other
     range (value, r, g, b) and (value, opacity), from the tissue threshold on."""
     low, high = volume.range
-    if volume.is_ct():
+    if is_ct:
         return "CT skin, muscle and bone"
     # No unit known: the lowest tissue is the skin, the brightest hundredth is shown solid.
     values = volume.values[volume.values >= threshold]
@@ -334,6 +334,7 @@ def main(arguments):
     material = np.array(deformation.MaterialFunction.Points).reshape(-1, 4)
     material[:, 1] *= options.softness
     rigid = material[:, 1] == 0
+    is_ct = rigid.any()  # in any other scan bone cannot be told, and nothing fitted is rigid
     if options.bone is not None:
         material = np.append(material[~rigid & (material[:, 0] < options.bone)], [[options.bone, 0.0, 0.5, 0.0]], axis=0)
         rigid = material[:, 1] == 0
@@ -364,7 +365,7 @@ def main(arguments):
 
     # The scan with what is going to happen to it.
     view = make_view(volume, scene, options.image)
-    functions = transfer_functions(volume, threshold)
+    functions = transfer_functions(volume, threshold, is_ct)
     show_volume(scan, name, functions, scene.step, view)
     plan = show_plan(probes, blade, scene.step, view)
     SaveScreenshot(path("input.png"), view, ImageResolution=list(options.image))

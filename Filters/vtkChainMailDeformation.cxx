@@ -446,7 +446,11 @@ int vtkChainMailDeformation::RequestInformation(
   vtkInformation* deformed = outputVector->GetInformationObject(0);
   vtkInformation* model = outputVector->GetInformationObject(1);
   model->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
-  if (this->ModelArraySelection->ArrayIsEnabled("Element"))
+  if (this->ModelArraySelection->ArrayIsEnabled("Displacement"))
+  {
+    vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_FLOAT, 3);
+  }
+  else if (this->ModelArraySelection->ArrayIsEnabled("Element"))
   {
     vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1);
   }

@@ -63,8 +63,9 @@
  * All positions and vectors are in world axes and in the image's physical units (mm for medical data).
  *
  * - 0, the image: vtkImageData with point scalars of any numeric type, volume or single slice. Of scalars with several
- *   components the first is read. Scalars that are NaN or infinite are air; their number is warned about once. The
- *   direction matrix has to be orthonormal; flipped axes are fine.
+ *   components the first is read. Scalars that are NaN or infinite are air; their number is warned about once. Air
+ *   is also padding above all other scalars, see vtkChainMailScanStatistics. The direction matrix has to be orthonormal;
+ *   flipped axes are fine. Cell data alone are an error: vtkCellDataToPointData makes points.
  * - 1, `Probes` (optional, repeatable): vtkPointSet; every point is a probe that grabs tissue. Point arrays:
  *   `Displacement` (3 components, [mm]; needed unless every point is an anchor), `Radius` (optional, [mm], default 0:
  *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is). An element has one
@@ -88,7 +89,8 @@
  * - 1, the model at rest on the input's grid, with those point arrays that were chosen (ModelArrays): `Displacement`
  *   (3 floats, world axes, [mm]), `Element` (unsigned char: 0 air or carved away, 1 tissue), `Constraint` (float,
  *   fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air) and `Cluster` (int, number of the rigid
- *   cluster, -1 none; components as `Constraint`). With PropagationTimes it also has `PropagationTime` (float,
+ *   cluster, -1 none; components as `Constraint`). The active scalars are `Displacement`, as some writers write no other
+ *   array; without it `Element`. With PropagationTimes it also has `PropagationTime` (float,
  *   components as `Constraint`: how far the last wave that came to the element had travelled from its probe, as the sum
  *   of D along its links [mm]; with 1 component along the image's x axis; -1: no wave came) and `Wavefront` (int,
  *   likewise: the number of that wave since rest, from 1 on; 0 none).
@@ -177,8 +179,9 @@ public:
    * Where the material comes from. MATERIAL_FUNCTION (0): from MaterialFunction and TissueThreshold. MATERIAL_CT (1):
    * scalars are Hounsfield units, air is below -300, skin and fat are soft, spongy bone is stiff, compact bone is rigid
    * from 600 up (contrast agent ends below that). MATERIAL_MR (2): T1-weighted, any range: air below a tenth of the
-   * finite range, fat (bright) softer than muscle, nothing rigid as bone is as dark as air. Both presets bring their
-   * own threshold and leave MaterialFunction and TissueThreshold unread. Default: MATERIAL_FUNCTION.
+   * way up from air, fat (bright) softer than muscle, nothing rigid as bone is as dark as air. Both presets bring their
+   * own threshold and leave MaterialFunction and TissueThreshold unread. One that does not suit the scalars is warned
+   * about once. Default: MATERIAL_FUNCTION.
    */
   vtkSetMacro(MaterialPreset, int);
   vtkGetMacro(MaterialPreset, int);
@@ -190,7 +193,7 @@ public:
   ///@{
   /**
    * The function from scalar to constraint, as a fraction of the spacing. Every node has to lie in [0, 1); 0 is rigid.
-   * Default: null, the function that FitMaterial() fits to the finite range of the scalars.
+   * Default: null, the function that fits the scalars, see vtkChainMailScanStatistics.
    */
   virtual void SetMaterialFunction(vtkPiecewiseFunction* function);
   vtkPiecewiseFunction* GetMaterialFunction();
@@ -235,15 +238,18 @@ public:
   ///@}
 
   ///@{
-  /** Voxels with a smaller scalar are air; NaN stands for the threshold that FitMaterial() fits. Default: NaN. */
+  /**
+   * Voxels with a smaller scalar are air. NaN: the threshold that fits, see vtkChainMailScanStatistics; GetReport() says
+   * what the scalars were taken for, and what is doubtful is warned about once. Default: NaN.
+   */
   virtual void SetTissueThreshold(double threshold);
   vtkGetMacro(TissueThreshold, double);
   ///@}
 
   /**
-   * Fits a material to scalars of the given range. A signed, CT-like range (range[0] < -200) gets that of MATERIAL_CT.
-   * Any other range has no unit and bone cannot be told from it: air is below a tenth of the range, and stiffness grows
-   * with the scalar without ever becoming rigid. `function` is emptied and filled; it may be null.
+   * The material for a range that is known, say of a modality: with range[0] < -200 that of MATERIAL_CT, else air is
+   * below a tenth of it, and stiffness grows with the scalar without ever becoming rigid. One wrong voxel spoils the
+   * range of a scan: for that there is vtkChainMailScanStatistics::GetMaterial(). `function` may be null.
    */
   static void FitMaterial(const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function);
 
@@ -492,8 +498,8 @@ public:
   ///@{
   /**
    * How arrays are sampled. INTERPOLATION_LINEAR (0): trilinear, with integers rounded to the nearest; voxels outside
-   * tissue that are not finite have no weight beside others. INTERPOLATION_NEAREST (1): the nearest voxel, as always for
-   * label arrays, ids, bits, strings and variants. Default: INTERPOLATION_LINEAR.
+   * tissue that are not finite, and padding, have no weight beside others. INTERPOLATION_NEAREST (1): the nearest voxel,
+   * as always for labels (also scalars that are taken for such), ids, bits, strings, variants. Default: INTERPOLATION_LINEAR.
    */
   vtkSetMacro(Interpolation, int);
   vtkGetMacro(Interpolation, int);
@@ -514,7 +520,8 @@ public:
   ///@{
   /**
    * Value of the scalars where tissue has left and in the padding, brought into the range of the array's type. With NaN
-   * it is its smallest finite value, as in all other arrays, by component; bits are 0, strings empty. Default: NaN.
+   * it is what air is, see vtkChainMailScanStatistics. In all other arrays, and scalars of several components, it is the
+   * smallest finite value, by component; bits are 0, strings empty. Default: NaN.
    */
   virtual void SetBackgroundValue(double value);
   vtkGetMacro(BackgroundValue, double);

@@ -2,6 +2,7 @@
 #include "vtkChainMailTissuePicker.h"
 
 #include "vtkChainMailDeformation.h"
+#include "vtkChainMailScanStatistics.h"
 
 #include "vtkDataArray.h"
 #include "vtkImageData.h"
@@ -79,13 +80,13 @@ double vtkChainMailTissuePicker::Pick(vtkImageData* image, const double from[3],
   {
     return -1.0;
   }
+  const auto statistics = vtkChainMailScanStatistics::Of(image, scalars);
   double threshold = this->TissueThreshold;
   if (std::isnan(threshold))
   {
-    double range[2];
-    scalars->GetFiniteRange(range, 0);
-    vtkChainMailDeformation::FitMaterial(range, threshold, nullptr);
+    statistics->GetMaterial(vtkChainMailDeformation::MATERIAL_FUNCTION, threshold, nullptr);
   }
+  const double ceiling = statistics->GetHighPadding();
 
   double a[3];
   double b[3];
@@ -115,7 +116,7 @@ double vtkChainMailTissuePicker::Pick(vtkImageData* image, const double from[3],
       index[axis] = std::clamp(static_cast<int>(std::floor(place + 0.5)), extent[2 * axis], extent[2 * axis + 1]);
     }
     const double value = scalars->GetComponent(image->ComputePointId(index), 0);
-    if (!(value >= threshold) || std::isinf(value))
+    if (!(value >= threshold && value < ceiling) || std::isinf(value))
     {
       continue;
     }

@@ -45,8 +45,8 @@ public:
 
   ///@{
   /**
-   * Voxels with a smaller scalar are air. NaN stands for what vtkChainMailDeformation::FitMaterial() fits to the finite
-   * range of the scalars. Default: NaN.
+   * Voxels with a smaller scalar are air. NaN stands for what fits the scalars, see vtkChainMailScanStatistics; its
+   * padding is no tissue, either. Default: NaN.
    */
   vtkSetMacro(TissueThreshold, double);
   vtkGetMacro(TissueThreshold, double);

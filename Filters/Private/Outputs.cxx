@@ -103,7 +103,7 @@ bool Outputs::Sampled::operator==(const Sampled& other) const
   { return std::tie(s.Array, s.Time, s.Size, s.Padding, s.Nearest, s.Still, s.Builds); };
   const bool sameBackground =
     this->Background == other.Background || (std::isnan(this->Background) && std::isnan(other.Background));
-  return all(*this) == all(other) && sameBackground;
+  return all(*this) == all(other) && sameBackground && this->NotMeasured == other.NotMeasured;
 }
 
 /// Goes on with samplers of the last update where all is as it was, apart from the deformation.
@@ -111,11 +111,12 @@ void Outputs::ChooseSamplers(const Scene& scene)
 {
   // The same test as the model's, which only one thread at a time may use.
   const double threshold = scene.Tissue.Threshold;
+  const double ceiling = scene.Tissue.HighPadding;
   vtkDataArray* engineScalars = this->Source.GetEngineScalars();
-  const auto isTissue = [engineScalars, threshold](vtkIdType voxel)
+  const auto isTissue = [engineScalars, threshold, ceiling](vtkIdType voxel)
   {
     const double scalar = engineScalars->GetComponent(voxel, 0);
-    return std::isfinite(scalar) && scalar >= threshold;
+    return std::isfinite(scalar) && scalar >= threshold && scalar < ceiling;
   };
   const std::vector<Sampled> before = std::move(this->Samplers);
   this->Samplers.clear();
@@ -130,9 +131,14 @@ void Outputs::ChooseSamplers(const Scene& scene)
     one.Time = std::max(array->GetMTime(), scene.Image->GetMTime());
     one.Size = scene.Tissue.Size;
     one.Padding = scene.Padding;
-    one.Nearest = scene.Nearest || isLabel || array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds();
+    one.Nearest = scene.Nearest || isLabel || (array == scene.Scalars && scene.AreLabels) ||
+                  array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds();
     one.Still = name == vtkDataSetAttributes::GhostArrayName();
-    one.Background = array == scene.Scalars ? scene.BackgroundValue : vtkMath::Nan();
+    if (array == scene.Scalars)
+    {
+      one.Background = scene.BackgroundValue;
+      one.NotMeasured = { scene.LowPadding, scene.Tissue.HighPadding };
+    }
     one.Builds = this->Source.GetBuilds();
     const auto same = std::find(before.begin(), before.end(), one);
     const Grids grids{ one.Size, one.Padding };
@@ -146,7 +152,7 @@ void Outputs::ChooseSamplers(const Scene& scene)
     }
     else
     {
-      one.Sampler = MakeSampler(array, grids, one.Nearest, one.Background, isTissue);
+      one.Sampler = MakeSampler(array, grids, one.Nearest, one.Background, one.NotMeasured, isTissue);
     }
     this->Samplers.push_back(one);
   }
@@ -229,9 +235,11 @@ void Outputs::ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* mod
   share("Element", this->Element, ofTissue, [&] { return this->FetchElement(voxels); });
   share("Constraint", this->Constraint, ofTissue, [&] { return this->FetchConstraint(voxels); });
   share("Cluster", this->Cluster, this->Source.GetLinkChanges(), [&] { return this->FetchCluster(voxels); });
-  if (wants("Element"))
+  // Writers that hold one array, such as that of MetaImage, write the active scalars.
+  const char* const most = wants("Displacement") ? "Displacement" : "Element";
+  if (wants(most))
   {
-    arrays->SetActiveScalars("Element");
+    arrays->SetActiveScalars(most);
   }
 }
 

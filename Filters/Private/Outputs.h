@@ -13,6 +13,7 @@
 #include "vtkFloatArray.h"
 #include "vtkImageData.h"
 #include "vtkIntArray.h"
+#include "vtkMath.h"
 #include "vtkSmartPointer.h"
 #include "vtkUnsignedCharArray.h"
 
@@ -59,7 +60,8 @@ private:
     std::array<int, 3> Padding;
     bool Nearest;
     bool Still;
-    double Background;
+    double Background = vtkMath::Nan();
+    PaddingValues NotMeasured;
     int Builds;
     std::shared_ptr<ArraySampler> Sampler;
 

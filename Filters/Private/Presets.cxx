@@ -5,6 +5,7 @@
 
 #include "vtkPiecewiseFunction.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -12,13 +13,12 @@
 namespace vtkChainMail
 {
 
-void GetPresetMaterial(int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function)
+void GetMaterial(Look look, double air, double bright, double& tissueThreshold, vtkPiecewiseFunction* function)
 {
   using Nodes = std::vector<std::array<double, 2>>; // scalar, constraint
 
   Nodes nodes;
-  if (preset == vtkChainMailDeformation::MATERIAL_CT ||
-      (preset == vtkChainMailDeformation::MATERIAL_FUNCTION && range[0] < -200.0))
+  if (look == Look::CT)
   {
     // Hounsfield units: skin and fat about -100, muscle and organs about 50, spongy bone from 200. Blood with contrast
     // agent reaches 500, so only compact bone is certain to be rigid.
@@ -26,16 +26,21 @@ void GetPresetMaterial(int preset, const double range[2], double& tissueThreshol
     nodes = Nodes{ { -300.0, 0.3 }, { -100.0, 0.35 }, { 0.0, 0.25 }, { 50.0, 0.2 }, { 150.0, 0.15 }, { 300.0, 0.08 },
       { 600.0, 0.0 } };
   }
+  else if (look == Look::Labels)
+  {
+    // Which label is bone is not known, so all give as muscle does.
+    tissueThreshold = 0.5;
+    nodes = Nodes{ { 1.0, 0.2 }, { std::max(bright, 2.0), 0.2 } };
+  }
   else
   {
-    const bool valid = range[0] <= range[1] && std::isfinite(range[1] - range[0]); // false where no scalar is finite
-    const double low = valid ? range[0] : 0.0;
-    const double width = valid ? range[1] - range[0] : 0.0;
+    const bool valid = air <= bright && std::isfinite(bright - air); // false where no scalar is finite
+    const double low = valid ? air : 0.0;
+    const double width = valid ? bright - air : 0.0;
     // Scalars here are shares of the range. In T1-weighted MR tendon is dark, muscle grey and fat bright. In other
     // images a brighter voxel is taken to be stiffer.
-    nodes = preset == vtkChainMailDeformation::MATERIAL_MR
-              ? Nodes{ { 0.1, 0.15 }, { 0.3, 0.2 }, { 0.6, 0.3 }, { 1.0, 0.35 } }
-              : Nodes{ { 0.1, 0.3 }, { 0.4, 0.2 }, { 1.0, 0.05 } };
+    nodes = look == Look::MR ? Nodes{ { 0.1, 0.15 }, { 0.3, 0.2 }, { 0.6, 0.3 }, { 1.0, 0.35 } }
+                             : Nodes{ { 0.1, 0.3 }, { 0.4, 0.2 }, { 1.0, 0.05 } };
     for (auto& node : nodes)
     {
       node[0] = low + node[0] * width;
@@ -51,6 +56,14 @@ void GetPresetMaterial(int preset, const double range[2], double& tissueThreshol
       function->AddPoint(node[0], node[1]);
     }
   }
+}
+
+void GetPresetMaterial(int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function)
+{
+  const bool isCT = preset == vtkChainMailDeformation::MATERIAL_CT ||
+                    (preset == vtkChainMailDeformation::MATERIAL_FUNCTION && range[0] < -200.0);
+  const Look look = isCT ? Look::CT : preset == vtkChainMailDeformation::MATERIAL_MR ? Look::MR : Look::Unknown;
+  GetMaterial(look, range[0], range[1], tissueThreshold, function);
 }
 
 Settling GetSettling(vtkChainMailDeformation* filter)

@@ -10,6 +10,19 @@ class vtkPiecewiseFunction;
 namespace vtkChainMail
 {
 
+/// What scalars may mean.
+enum class Look
+{
+  CT,      ///< Hounsfield units
+  MR,      ///< T1-weighted
+  Unknown, ///< no unit
+  Labels
+};
+
+/// The material for scalars that look so. For MR and what is unknown, `air` and `bright` are where air and the
+/// brightest voxels are; the largest label is `bright`. `function` may be null.
+void GetMaterial(Look look, double air, double bright, double& tissueThreshold, vtkPiecewiseFunction* function);
+
 /// The material of a preset for scalars of the given range, as vtkChainMailDeformation::GetPresetMaterial() says.
 void GetPresetMaterial(int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function);
 

@@ -74,7 +74,7 @@ std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* 
   vtkDataArray* memory = fields->GetArray("PeakDeviceMemory");
   auto* device = vtkStringArray::SafeDownCast(fields->GetAbstractArray("DeviceName"));
   return text + "; " + Short(seconds) + " s, " + std::to_string(std::lround(memory ? memory->GetTuple1(0) : 0.0)) +
-         " MB on " + (device ? device->GetValue(0) : std::string("the device")) + ".";
+         " MB on " + (device ? device->GetValue(0) : std::string("the device")) + ".\n" + scene.Guess;
 }
 
 }

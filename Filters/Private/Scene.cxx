@@ -2,6 +2,7 @@
 #include "Scene.h"
 
 #include "../vtkChainMailDeformation.h"
+#include "../vtkChainMailScanStatistics.h"
 #include "Grids.h"
 #include "Text.h"
 
@@ -9,6 +10,7 @@
 #include "vtkCellData.h"
 #include "vtkInformation.h"
 #include "vtkMath.h"
+#include "vtkNew.h"
 #include "vtkPointData.h"
 
 #include <cmath>
@@ -85,8 +87,20 @@ vtkDataArray* NumbersOf(const std::string& property, vtkAbstractArray* array)
   return numbers;
 }
 
-vtkDataArray* ReadScalars(vtkPointData* arrays, const ChosenArray& chosen)
+vtkDataArray* ReadScalars(vtkImageData* image, const ChosenArray& chosen)
 {
+  vtkPointData* arrays = image->GetPointData();
+  vtkNew<vtkFieldData> ofCells;
+  ofCells->PassData(image->GetCellData());
+  ofCells->RemoveArray(vtkDataSetAttributes::GhostArrayName());
+  if (arrays->GetNumberOfArrays() == 0 && ofCells->GetNumberOfArrays() > 0)
+  {
+    // Some readers, such as GDAL's, which ParaView offers first for TIFF, give each pixel as a cell.
+    throw chainmail::InputError("The input image has cell data alone, but tissue is made from point data. " +
+                                ListArrays(ofCells) +
+                                " Put the filter Cell Data to Point Data before this one, or open the file with a "
+                                "reader that gives points (for TIFF the TIFF Series Reader).");
+  }
   // A proxy that was never told of the image's arrays chooses one without a name.
   const bool unnamed = chosen.Name && !*chosen.Name;
   vtkAbstractArray* scalars = chosen.Array || !unnamed ? chosen.Array : arrays->GetScalars();
@@ -245,7 +259,7 @@ void Scene::CheckPointArrays() const
 void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chosen, const TissueSource& before)
 {
   vtkPointData* arrays = this->Image->GetPointData();
-  this->Scalars = ReadScalars(arrays, chosen);
+  this->Scalars = ReadScalars(this->Image, chosen);
   vtkDataArray* constraints = ReadNamed(arrays, "ConstraintArray", filter->GetConstraintArray());
 
   TissueSource& tissue = this->Tissue;
@@ -302,14 +316,27 @@ void Scene::ReadMaterial(vtkChainMailDeformation* filter)
   vtkPiecewiseFunction* given = isFunction ? filter->GetMaterialFunction() : nullptr;
   tissue.Threshold = isFunction ? filter->GetTissueThreshold() : vtkMath::Nan();
 
+  const auto statistics = vtkChainMailScanStatistics::Of(this->Image, this->Scalars);
   this->Function = vtkSmartPointer<vtkPiecewiseFunction>::New();
-  if (!given || std::isnan(tissue.Threshold))
+  double fitted;
+  statistics->GetMaterial(preset, fitted, this->Function);
+  tissue.Threshold = std::isnan(tissue.Threshold) ? fitted : tissue.Threshold;
+  tissue.HighPadding = statistics->GetHighPadding();
+  // A threshold below padding says that it is tissue.
+  this->LowPadding = statistics->GetLowPadding() < tissue.Threshold ? statistics->GetLowPadding() : -vtkMath::Inf();
+  if (std::isnan(this->BackgroundValue) && this->Scalars->GetNumberOfComponents() == 1)
   {
-    double range[2];
-    this->Scalars->GetFiniteRange(range, 0);
-    double fitted;
-    GetPresetMaterial(preset, range, fitted, this->Function);
-    tissue.Threshold = std::isnan(tissue.Threshold) ? fitted : tissue.Threshold;
+    this->BackgroundValue = statistics->GetBackgroundValue();
+  }
+  this->AreLabels = statistics->GetKind() == vtkChainMailScanStatistics::KIND_LABELS;
+  this->Guess = statistics->GetDescription();
+  if (tissue.Threshold == fitted)
+  {
+    this->Doubt = statistics->GetDoubt(preset);
+  }
+  else
+  {
+    this->Guess = "Air below " + ToString(tissue.Threshold) + ", as set. " + this->Guess;
   }
   if (tissue.Constraints.Array)
   {

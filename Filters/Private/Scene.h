@@ -40,6 +40,7 @@ struct TissueSource
   chainmail::Index3 Size{};
   Vector3 Spacing{};
   double Threshold = 0.0;
+  double HighPadding = 0.0;     // from here on scalars are padding, and no tissue
   std::vector<double> Function; // everything that GetValue() of the material function depends on
   bool AnchorRigid = false;
   std::array<bool, 6> AnchoredFaces{};
@@ -62,8 +63,8 @@ struct TissueSource
     const auto all = [](const TissueSource& t)
     {
       return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.Regions, t.Size, t.Spacing,
-        t.Threshold, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction, t.Rotations,
-        t.PoissonRatio);
+        t.Threshold, t.HighPadding, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction,
+        t.Rotations, t.PoissonRatio);
     };
     return all(*this) == all(other);
   }
@@ -130,11 +131,17 @@ struct Scene
   bool Interactive;
   Method How;
 
+  // What the scalars were taken for, and what is doubtful about it, in words.
+  std::string Guess;
+  std::string Doubt;
+
   // What the outputs are to have.
   vtkDataArraySelection* ModelArrays;
   bool PropagationTimes;
   chainmail::Index3 Padding{};
-  double BackgroundValue;
+  double BackgroundValue;  // of the scalars
+  double LowPadding = 0.0; // up to here scalars are padding, and not tissue
+  bool AreLabels = false;  // the scalars
   bool Nearest;
   std::vector<std::string> LabelArrays;
 

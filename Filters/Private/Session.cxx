@@ -120,6 +120,7 @@ void Session::Build(const Scene& scene)
 
   chainmail::Material material;
   material.tissueThreshold = tissue.Threshold;
+  material.tissueCeiling = tissue.HighPadding;
   material.constraintArray = View(constraints);
   material.constraint = ToEngineFunction(scene.Function);
   for (std::size_t n = 0; n < tissue.Regions.size(); n += 5)
@@ -147,6 +148,10 @@ void Session::Build(const Scene& scene)
     this->Reports.Warn(
       std::to_string(model->nonFinite()) + " voxels of the scalars are NaN or infinite; they are taken as air.");
   }
+  if (!scene.Doubt.empty() && scene.Doubt != this->Doubt)
+  {
+    this->Reports.Warn(scene.Doubt);
+  }
   this->Reports.Report(0.5);
   std::unique_ptr<chainmail::Simulation> simulation;
   try
@@ -165,6 +170,7 @@ void Session::Build(const Scene& scene)
   simulation->setCompiling([this] { return this->Reports.ShowCompiling(); });
 
   this->Drop();
+  this->Doubt = scene.Doubt;
   this->EngineScalars = scalars;
   this->EngineConstraints = constraints;
   this->Model = model;

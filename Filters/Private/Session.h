@@ -13,6 +13,7 @@
 #include "Simulation.h"
 
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace vtkChainMail
@@ -115,6 +116,7 @@ private:
   std::vector<chainmail::Probe> Released;
 
   // Warnings that were given.
+  std::string Doubt;
   ProbeWarnings AboutProbes;
   SurfaceHistory CutHistory;
   SurfaceHistory CarveHistory;

@@ -76,7 +76,7 @@ private:
   float evaluate(T scalar) const
   {
     const double value = static_cast<double>(scalar);
-    if (!std::isfinite(value) || value < this->material_.tissueThreshold)
+    if (!std::isfinite(value) || value < this->material_.tissueThreshold || value >= this->material_.tissueCeiling)
     {
       return air;
     }
@@ -107,6 +107,7 @@ Model::RowReader readerOfArray(const ArrayView& scalars, const Material& materia
         [&](const auto* fraction) -> Model::RowReader
         {
           const double threshold = material.tissueThreshold;
+          const double ceiling = material.tissueCeiling;
           const std::size_t stride = scalars.components;
           const int axes = fractions.components;
           scalar += scalars.component;
@@ -115,7 +116,7 @@ Model::RowReader readerOfArray(const ArrayView& scalars, const Material& materia
             for (int n = 0; n < count; ++n)
             {
               const double value = static_cast<double>(scalar[(first + n) * stride]);
-              const bool tissue = std::isfinite(value) && value >= threshold;
+              const bool tissue = std::isfinite(value) && value >= threshold && value < ceiling;
               for (int a = 0; a < axes; ++a)
               {
                 out[n * axes + a] = !tissue

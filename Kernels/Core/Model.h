@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <vector>
 
 namespace chainmail
@@ -110,6 +111,8 @@ struct Material
 {
   /// Voxels whose scalar is smaller, or not finite, are air and have no element.
   double tissueThreshold = 0.0;
+  /// Voxels whose scalar is this or larger are none, either: a number that stands for "not measured" may be large.
+  double tissueCeiling = std::numeric_limits<double>::infinity();
   /// Scalar -> constraint as a fraction of the spacing, [0, 1); 0 is rigid. Called from one thread.
   std::function<double(double)> constraint;
   /// Takes the place of the function where it is given: 1 component (the same on every axis) or 3 (one per axis).

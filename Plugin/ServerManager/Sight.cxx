@@ -2,8 +2,10 @@
 #include "Sight.h"
 
 #include "vtkBoundingBox.h"
+#include "vtkChainMailScanStatistics.h"
 #include "vtkMath.h"
 #include "vtkNew.h"
+#include "vtkPVChainMailScanInformation.h"
 #include "vtkPVChainMailTissueInformation.h"
 #include "vtkPVDataInformation.h"
 #include "vtkSMEnumerationDomain.h"
@@ -164,12 +166,21 @@ void Sight::FindImage(vtkSMSessionProxyManager* manager)
   {
     vtkSMPropertyHelper scalars(this->Deformation, "Scalars");
     this->Scalars = scalars.GetNumberOfElements() == 5 && scalars.GetAsString(4) ? scalars.GetAsString(4) : "";
-    if (vtkSMPropertyHelper(this->Deformation, "MaterialPreset").GetAsInt() == 0)
+    const int preset = vtkSMPropertyHelper(this->Deformation, "MaterialPreset").GetAsInt();
+    if (preset == 0)
     {
       this->Threshold = vtkSMPropertyHelper(this->Deformation, "TissueThreshold").GetAsDouble();
     }
     const bool asItIsNow = vtkSMPropertyHelper(this->Deformation, "Mode").GetAsInt() == 1;
     vtkSMPropertyHelper input(this->Deformation, "Input");
+    auto* scan = vtkSMSourceProxy::SafeDownCast(input.GetNumberOfElements() > 0 ? input.GetAsProxy() : nullptr);
+    if (preset != 0 && ImageOf(scan, static_cast<int>(input.GetOutputPort())))
+    {
+      // As the deformation takes it, which may not be what fits best.
+      vtkNew<vtkPVChainMailScanInformation> asked;
+      asked->Gather(scan, static_cast<int>(input.GetOutputPort()), this->Scalars);
+      asked->GetStatistics()->GetMaterial(preset, this->Threshold, nullptr);
+    }
     if ((asItIsNow && take(this->Deformation, 0)) ||
         (input.GetNumberOfElements() > 0 && take(input.GetAsProxy(), static_cast<int>(input.GetOutputPort()))))
     {

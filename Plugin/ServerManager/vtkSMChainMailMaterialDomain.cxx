@@ -2,8 +2,10 @@
 #include "vtkSMChainMailMaterialDomain.h"
 
 #include "vtkChainMailDeformation.h"
+#include "vtkChainMailScanStatistics.h"
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
+#include "vtkPVChainMailScanInformation.h"
 #include "vtkPiecewiseFunction.h"
 #include "vtkSMChainMailRangeDomain.h"
 #include "vtkSMPropertyHelper.h"
@@ -41,13 +43,14 @@ int vtkSMChainMailMaterialDomain::SetDefaultValues(vtkSMProperty* property, bool
   // First the superclass: it connects the property with this domain's function, whose points are then replaced.
   const int done = this->Superclass::SetDefaultValues(property, use_unchecked_values);
   vtkSMProxy* proxy = this->GetNumberOfProxies() > 0 ? this->GetProxy(0) : nullptr;
-  if (proxy == nullptr || this->Range[0] > this->Range[1])
+  vtkNew<vtkPVChainMailScanInformation> asked;
+  if (proxy == nullptr || !vtkSMChainMailRangeDomain::FindStatistics(this, asked))
   {
     return done;
   }
   double threshold = 0.0;
   vtkNew<vtkPiecewiseFunction> function;
-  vtkChainMailDeformation::FitMaterial(this->Range, threshold, function);
+  asked->GetStatistics()->GetMaterial(vtkChainMailDeformation::MATERIAL_FUNCTION, threshold, function);
 
   // A point is x, y, midpoint, sharpness.
   std::vector<double> points(4 * static_cast<std::size_t>(function->GetSize()));

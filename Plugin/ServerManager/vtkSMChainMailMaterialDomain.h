@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class vtkSMChainMailMaterialDomain
- * @brief A material function whose default suits the range of the chosen scalars.
+ * @brief A material function whose default suits the chosen scalars.
  *
- * Gives its property a piecewise function of its own, with the points that vtkChainMailDeformation::FitMaterial()
- * finds for the finite range of the scalars. ParaView's vtkSMRangedTransferFunctionDomain stretches the function it
- * has over the range; here the function itself depends on the range. Use it as
+ * Gives its property a piecewise function of its own, with the points that vtkChainMailScanStatistics finds for the
+ * scalars. ParaView's vtkSMRangedTransferFunctionDomain stretches the function it has over the range; here the function
+ * itself depends on what the scalars are. Use it as
  * @code{xml}
  * <ChainMailMaterialDomain name="function">
  *   <RequiredProperties>

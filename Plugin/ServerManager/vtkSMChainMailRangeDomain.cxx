@@ -2,8 +2,11 @@
 #include "vtkSMChainMailRangeDomain.h"
 
 #include "vtkChainMailDeformation.h"
+#include "vtkChainMailScanStatistics.h"
+#include "vtkNew.h"
 #include "vtkObjectFactory.h"
 #include "vtkPVArrayInformation.h"
+#include "vtkPVChainMailScanInformation.h"
 #include "vtkPVDataInformation.h"
 #include "vtkPVXMLElement.h"
 #include "vtkSMPropertyHelper.h"
@@ -43,6 +46,25 @@ bool vtkSMChainMailRangeDomain::FindRange(vtkSMDomain* domain, double range[2])
 }
 
 //------------------------------------------------------------------------------
+bool vtkSMChainMailRangeDomain::FindStatistics(vtkSMDomain* domain, vtkPVChainMailScanInformation* answer)
+{
+  double range[2];
+  if (!vtkSMChainMailRangeDomain::FindRange(domain, range))
+  {
+    return false;
+  }
+  vtkSMUncheckedPropertyHelper input(domain->GetRequiredProperty("Input"));
+  vtkSMUncheckedPropertyHelper selection(domain->GetRequiredProperty("ArraySelection"));
+  auto* source = vtkSMSourceProxy::SafeDownCast(input.GetAsProxy());
+  if (source == nullptr || selection.GetAsInt(3) != vtkDataObject::POINT)
+  {
+    return false;
+  }
+  answer->Gather(source, static_cast<int>(input.GetOutputPort()), selection.GetAsString(4));
+  return true;
+}
+
+//------------------------------------------------------------------------------
 void vtkSMChainMailRangeDomain::EnsureData(vtkSMDomain* domain)
 {
   vtkPVDataInformation* data = domain->GetInputDataInformation("Input");
@@ -57,7 +79,7 @@ void vtkSMChainMailRangeDomain::EnsureData(vtkSMDomain* domain)
 int vtkSMChainMailRangeDomain::ReadXMLAttributes(vtkSMProperty* property, vtkPVXMLElement* element)
 {
   const char* fit = element->GetAttribute("fit");
-  this->FitsTissueThreshold = fit && std::strcmp(fit, "tissue") == 0;
+  this->Fit = fit && std::strcmp(fit, "tissue") == 0 ? TISSUE : fit && std::strcmp(fit, "air") == 0 ? AIR : NOTHING;
   return this->Superclass::ReadXMLAttributes(property, element);
 }
 
@@ -77,16 +99,19 @@ void vtkSMChainMailRangeDomain::Update(vtkSMProperty*)
 int vtkSMChainMailRangeDomain::SetDefaultValues(vtkSMProperty* property, bool use_unchecked_values)
 {
   vtkSMChainMailRangeDomain::EnsureData(this);
-  if (!this->FitsTissueThreshold || this->GetNumberOfEntries() == 0)
+  vtkNew<vtkPVChainMailScanInformation> asked;
+  if (this->Fit == NOTHING || this->GetNumberOfEntries() == 0 ||
+      !vtkSMChainMailRangeDomain::FindStatistics(this, asked))
   {
     return this->Superclass::SetDefaultValues(property, use_unchecked_values);
   }
-  const double range[2] = { this->GetMinimum(0), this->GetMaximum(0) };
-  double threshold = 0.0;
-  vtkChainMailDeformation::FitMaterial(range, threshold, nullptr);
-
+  double fitting = asked->GetStatistics()->GetBackgroundValue();
+  if (this->Fit == TISSUE)
+  {
+    asked->GetStatistics()->GetMaterial(vtkChainMailDeformation::MATERIAL_FUNCTION, fitting, nullptr);
+  }
   vtkSMPropertyHelper helper(property);
   helper.SetUseUnchecked(use_unchecked_values);
-  helper.Set(threshold);
+  helper.Set(fitting);
   return 1;
 }

@@ -3,9 +3,9 @@
  * @class vtkSMChainMailRangeDomain
  * @brief The finite range of the chosen scalars, with a default that parts air from tissue.
  *
- * As vtkSMArrayRangeDomain, for the component that vtkChainMailDeformation reads and without infinities. The default
- * is the threshold that vtkChainMailDeformation::FitMaterial() finds for the range where `fit` is "tissue", else what
- * the superclass's `default_mode` says. Use it as
+ * As vtkSMArrayRangeDomain, for the component that vtkChainMailDeformation reads and without infinities. The default is
+ * what vtkChainMailScanStatistics finds: the threshold of tissue where `fit` is "tissue", what air is shown as where it
+ * is "air"; without `fit` it is what the superclass's `default_mode` says. Use it as
  * @code{xml}
  * <ChainMailRangeDomain name="range" fit="tissue">
  *   <RequiredProperties>
@@ -21,6 +21,8 @@
 
 #include "ChainMailServerManagerModule.h" // for the export macro
 #include "vtkSMDoubleRangeDomain.h"
+
+class vtkPVChainMailScanInformation;
 
 class CHAINMAILSERVERMANAGER_EXPORT vtkSMChainMailRangeDomain : public vtkSMDoubleRangeDomain
 {
@@ -38,6 +40,11 @@ public:
   static bool FindRange(vtkSMDomain* domain, double range[2]);
 
   /**
+   * Asks the server what the scalars that these properties name are. False where there are none.
+   */
+  static bool FindStatistics(vtkSMDomain* domain, vtkPVChainMailScanInformation* answer);
+
+  /**
    * Brings the source of `domain`'s required property `Input` up to date where it never was. In a script nobody has
    * pressed Apply on the reader when the filter is made, and the defaults need its data.
    */
@@ -53,7 +60,12 @@ private:
   vtkSMChainMailRangeDomain(const vtkSMChainMailRangeDomain&) = delete;
   void operator=(const vtkSMChainMailRangeDomain&) = delete;
 
-  bool FitsTissueThreshold = false;
+  enum
+  {
+    NOTHING,
+    TISSUE,
+    AIR
+  } Fit = NOTHING;
 };
 
 #endif

@@ -22,9 +22,11 @@
 #include "pqUndoStack.h"
 
 #include "vtkChainMailDeformation.h"
+#include "vtkChainMailScanStatistics.h"
 #include "vtkNew.h"
-#include "vtkPVArrayInformation.h"
+#include "vtkPVChainMailScanInformation.h"
 #include "vtkPVDataInformation.h"
+#include "vtkPVDataSetAttributesInformation.h"
 #include "vtkSMInputProperty.h"
 #include "vtkSMParaViewPipelineControllerWithRendering.h"
 #include "vtkSMPropertyHelper.h"
@@ -78,13 +80,11 @@ bool IsImage(pqOutputPort* port)
   return data && data->DataSetTypeIsA("vtkImageData") && data->GetNumberOfPoints() > 0;
 }
 
-/// Gives a volume whose range is a CT's the look of skin over flesh and bone, where the plugin's preset is there.
+/// Gives a volume that is taken for CT the look of skin over flesh and bone, where the plugin's preset is there.
 void LookLikeCT(pqOutputPort* scan, vtkSMProxy* shown)
 {
-  vtkPVDataInformation* data = scan->getDataInformation();
   vtkSMPropertyHelper coloured(shown, "ColorArrayName", true);
   const char* name = coloured.GetNumberOfElements() == 5 ? coloured.GetAsString(4) : nullptr;
-  vtkPVArrayInformation* array = name && *name ? data->GetArrayInformation(name, vtkDataObject::POINT) : nullptr;
   const char* const preset = "CT skin";
   auto* presets = vtkSMTransferFunctionPresets::GetInstance();
   bool isThere = false;
@@ -92,7 +92,13 @@ void LookLikeCT(pqOutputPort* scan, vtkSMProxy* shown)
   {
     isThere = isThere || presets->GetPresetName(n) == preset;
   }
-  if (!array || array->GetComponentFiniteRange(0)[0] >= -200.0 || !isThere)
+  if (!name || !*name || !isThere)
+  {
+    return;
+  }
+  vtkNew<vtkPVChainMailScanInformation> asked;
+  asked->Gather(scan->getSourceProxy(), scan->getPortNumber(), name);
+  if (asked->GetStatistics()->GetKind() != vtkChainMailScanStatistics::KIND_CT)
   {
     return;
   }
@@ -396,7 +402,17 @@ void pqChainMailActions::grab()
   Applied(scan->getProxy());
   if (!IsImage(port))
   {
-    qWarning("Grab Tissue needs an image with scalars: select a scan in the Pipeline Browser.");
+    qCritical("Grab Tissue needs an image with scalars: select a scan in the Pipeline Browser.");
+    END_UNDO_SET();
+    return;
+  }
+  if (port->getDataInformation()->GetPointDataInformation()->GetNumberOfArrays() == 0)
+  {
+    // The window shows its messages for critical ones alone.
+    qCritical(
+      "This image has no point data, of which tissue is made. If it has cell data, select Filters > Alphabetical > "
+      "Cell Data to Point Data, then Grab Tissue; or open the file with a reader that gives points: for TIFF the "
+      "TIFF Series Reader.");
     END_UNDO_SET();
     return;
   }
@@ -411,7 +427,7 @@ void pqChainMailActions::grab()
   vtkChainMail::Sight sight(manager);
   if (!sight.FindSpot())
   {
-    qWarning("There is no tissue in this scan: all of it is as dark as air.");
+    qCritical("There is no tissue in this scan: all of it is as dark as air.");
     END_UNDO_SET();
     return;
   }

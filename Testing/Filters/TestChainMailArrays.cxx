@@ -82,7 +82,7 @@ void TestMode(Checks& check, int mode)
     {
       check.That(model->HasArray(name.c_str()), where + ": the model at rest has " + name);
     }
-    check.Equal(std::string(model->GetScalars() ? model->GetScalars()->GetName() : "none"), std::string("Element"),
+    check.Equal(std::string(model->GetScalars() ? model->GetScalars()->GetName() : "none"), std::string("Displacement"),
       where + ": scalars of the model at rest");
   };
   const auto update = [&](const std::string& what)

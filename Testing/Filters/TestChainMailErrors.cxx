@@ -118,6 +118,16 @@ int TestChainMailErrors(int, char*[])
         s.Image->GetCellData()->AddArray(cells);
         f->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_CELLS, "Cells");
       } },
+    { "cell data alone", { "cell data alone", "It has: Cells.", "Cell Data to Point Data", "TIFF Series Reader" },
+      [](Scene& s, vtkChainMailDeformation* f)
+      {
+        vtkNew<vtkFloatArray> cells;
+        cells->SetName("Cells");
+        cells->SetNumberOfTuples(s.Image->GetNumberOfCells());
+        s.Image->GetPointData()->Initialize();
+        s.Image->GetCellData()->AddArray(cells);
+        f->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, "0"); // as ParaView's proxy does
+      } },
     { "unknown constraints", { "no point array called \"Fraction\"", "ConstraintArray", "Scan, Fractions, Words" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetConstraintArray("Fraction"); } },
     { "constraints that are words", { "ConstraintArray", "\"Words\"", "does not hold numbers" },

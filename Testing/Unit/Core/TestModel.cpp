@@ -86,6 +86,21 @@ TEST(Model, NegativeScalarsOfSmallTypes)
   EXPECT_EQ(rowOf(model), (std::vector<float>{ air, air, 0.5f, 0.25f, 0.0f, air, 0.0f }));
 }
 
+TEST(Model, ScalarsFromTheCeilingOnAreAir)
+{
+  const std::vector<std::uint16_t> data{ 10, 20, 99, 65534, 65535 };
+  for (const bool byArray : { false, true })
+  {
+    const std::vector<float> fractions(5, 0.25f);
+    Material material = percent(20.0);
+    material.constraint = [](double) { return 0.25; };
+    material.constraintArray = byArray ? view(fractions, ArrayView::Type::Float32) : ArrayView();
+    material.tissueCeiling = 65534.0;
+    const Model model(rowOf(5), view(data, ArrayView::Type::UInt16), material, noAnchors());
+    EXPECT_EQ(rowOf(model), (std::vector<float>{ air, 0.25f, 0.25f, air, air }));
+  }
+}
+
 TEST(Model, ScalarsThatAreNotFiniteAreAirAndCounted)
 {
   const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();

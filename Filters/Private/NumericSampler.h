@@ -1,0 +1,478 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Samples arrays of numbers, each in its own type.
+
+#ifndef NumericSampler_h
+#define NumericSampler_h
+
+#include "ArraySampler.h"
+#include "Arrays.h"
+#include "Grids.h"
+#include "OutputBuffer.h"
+#include "Threads.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+namespace vtkChainMail
+{
+
+/// Samples arrays of numbers, stored interleaved: trilinear or nearest.
+template <typename T> class NumericSampler : public ArraySampler
+{
+public:
+  /// See MakeSampler().
+  NumericSampler(vtkDataArray* original, const Grids& grids, bool nearest, double background,
+    const PaddingValues& notMeasured, const TissueTest& isTissue)
+    : Original(original)
+    , Input(Interleaved(original))
+    , In(static_cast<const T*>(this->Input->GetVoidPointer(0)))
+    , Components(this->Input->GetNumberOfComponents())
+    , G(grids)
+    , Nearest(nearest)
+    , BackgroundValue(background)
+    , NotMeasured(notMeasured)
+    , HasPadding(notMeasured.AreThere())
+    , IsTissue(isTissue)
+  {
+    this->Step[0] = this->Components;
+    this->Step[1] = this->Step[0] * grids.Size[0];
+    this->Step[2] = this->Step[1] * grids.Size[1];
+  }
+
+  std::uint64_t Begin() override
+  {
+    this->Out = nullptr;
+    for (std::size_t n : { 0, 1 })
+    {
+      const auto& buffer = this->Buffers[n];
+      if (buffer && buffer->IsFree())
+      {
+        this->Current = buffer.get();
+        return this->Since = buffer->GetNumber();
+      }
+    }
+    // Readers have all that there is, so there will be a new one, which begins as a copy of the last.
+    this->Current = nullptr;
+    return this->Since = this->Buffers[1] ? this->Buffers[1]->GetNumber() : 0;
+  }
+
+  void Sample(const std::vector<chainmail::ResampledBox>& boxes) override
+  {
+    this->MakeOutput();
+    for (const chainmail::ResampledBox& box : boxes)
+    {
+      for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
+      {
+        const vtkIdType first = this->G.OutputId(box.first[0], box.first[1], k);
+        const vtkIdType last = this->G.OutputId(box.first[0] + box.size[0], box.first[1] + box.size[1] - 1, k);
+        this->Current->Touch(this->Bytes(first), this->Bytes(last - first));
+      }
+    }
+    const bool isOld = this->Since != 0; // what is at rest now may not have been, in what was there
+    // Not by vtkSMPTools: as Debian builds VTK, these have one thread until an application asks for more.
+    chainmail::inParallel(boxes.size(),
+      [&](std::size_t n)
+      {
+        boxes[n].forVoxels(
+          [&](const std::array<int, 3>& voxel, const float* offset)
+          {
+            if (isOld || !isAtRest(offset))
+            {
+              this->SampleVoxel(voxel, offset);
+            }
+          });
+      });
+  }
+
+  vtkSmartPointer<vtkAbstractArray> End(std::uint64_t number, bool atRest) override
+  {
+    const bool isInput = atRest && !this->G.IsPadded();
+    if (!isInput)
+    {
+      this->MakeOutput();
+    }
+    if (this->Out)
+    {
+      this->Current->Finish(number);
+    }
+    if (isInput)
+    {
+      return this->Original;
+    }
+    auto output = vtkSmartPointer<vtkDataArray>::Take(this->Input->NewInstance());
+    Describe(output, this->Original);
+    output->SetLookupTable(this->Original->GetLookupTable());
+    this->Current->Lend(output);
+    return output;
+  }
+
+private:
+  static constexpr bool IsWide = std::is_integral<T>::value && sizeof(T) == 8;
+
+  /// The value of the type that is nearest to `value`.
+  static T ToType(double value)
+  {
+    if constexpr (std::is_integral<T>::value)
+    {
+      const double rounded = std::floor(value + 0.5);
+      // std::clamp would not do: the largest 64-bit integer becomes larger by one as a double, and overflows on the way
+      // back.
+      return rounded <= static_cast<double>(std::numeric_limits<T>::lowest()) ? std::numeric_limits<T>::lowest()
+             : rounded >= static_cast<double>(std::numeric_limits<T>::max())  ? std::numeric_limits<T>::max()
+                                                                              : static_cast<T>(rounded);
+    }
+    else
+    {
+      return static_cast<T>(value);
+    }
+  }
+
+  /// Interpolation is done in double. 64-bit integers do not fit into one, but their differences from a neighbour do,
+  /// unless they are as large as 2^53.
+  static double ToDouble(T value, T base)
+  {
+    if constexpr (IsWide)
+    {
+      return value >= base ? static_cast<double>(Magnitude(value, base)) : -static_cast<double>(Magnitude(base, value));
+    }
+    else
+    {
+      return static_cast<double>(value);
+    }
+  }
+  static T FromDouble(double value, T base)
+  {
+    if constexpr (IsWide)
+    {
+      const double rounded = std::floor(value + 0.5);
+      const std::uint64_t room = rounded < 0.0 ? Magnitude(base, std::numeric_limits<T>::lowest())
+                                               : Magnitude(std::numeric_limits<T>::max(), base);
+      const double distance = std::fabs(rounded);
+      const std::uint64_t step = distance >= static_cast<double>(room) ? room : static_cast<std::uint64_t>(distance);
+      const auto from = static_cast<std::uint64_t>(base);
+      return static_cast<T>(rounded < 0.0 ? from - step : from + step);
+    }
+    else
+    {
+      return ToType(value);
+    }
+  }
+  /// larger - smaller, which may not fit into T.
+  static std::uint64_t Magnitude(T larger, T smaller)
+  {
+    return static_cast<std::uint64_t>(larger) - static_cast<std::uint64_t>(smaller);
+  }
+
+  /// A value between a and b. Equal ends are returned as they are, without rounding and without inf - inf.
+  static double Between(double a, double b, double share) { return a == b ? a : a + share * (b - a); }
+
+  /// Interpolates along the axes up to `Axis`. Neighbours of weight 0 are not read: a place on the grid gets the value
+  /// that is there, whatever lies beside it.
+  template <int Axis> double Interpolate(const T* corner, const double* share, T base) const
+  {
+    if constexpr (Axis < 0)
+    {
+      return ToDouble(*corner, base);
+    }
+    else
+    {
+      const double low = this->template Interpolate<Axis - 1>(corner, share, base);
+      return share[Axis] == 0.0
+               ? low
+               : Between(
+                   low, this->template Interpolate<Axis - 1>(corner + this->Step[Axis], share, base), share[Axis]);
+    }
+  }
+
+  struct Weighted
+  {
+    double Value;
+    double Weight;
+  };
+
+  /// Like Interpolate(), but values outside tissue that are not finite have no weight, since they would blot out tissue
+  /// beside them; nor has padding, with which a blend would be what no scan has. Values within tissue count even so:
+  /// what is unknown there stays unknown.
+  template <int Axis> Weighted InterpolateKnown(const T* corner, const double* share) const
+  {
+    if constexpr (Axis < 0)
+    {
+      const auto value = static_cast<double>(*corner);
+      const bool known = !this->NotMeasured.Has(value) &&
+                         (std::isfinite(value) || this->IsTissue((corner - this->In) / this->Components));
+      return { value, known ? 1.0 : 0.0 };
+    }
+    else
+    {
+      const Weighted low = this->template InterpolateKnown<Axis - 1>(corner, share);
+      if (share[Axis] == 0.0)
+      {
+        return low;
+      }
+      const Weighted high = this->template InterpolateKnown<Axis - 1>(corner + this->Step[Axis], share);
+      const double part = share[Axis] * high.Weight;
+      const double whole = (1.0 - share[Axis]) * low.Weight + part;
+      return { high.Weight == 0.0  ? low.Value
+               : low.Weight == 0.0 ? high.Value
+                                   : Between(low.Value, high.Value, part / whole),
+        whole };
+    }
+  }
+
+  void SampleVoxel(const std::array<int, 3>& voxel, const float* offset)
+  {
+    T* out = this->Out + this->Components * this->G.OutputId(voxel[0], voxel[1], voxel[2]);
+    const bool rests = isAtRest(offset);
+    if (std::isnan(offset[0]) || (rests && !this->G.IsInput(voxel)))
+    {
+      std::copy(this->Background.begin(), this->Background.end(), out);
+    }
+    else if (rests)
+    {
+      std::copy_n(this->In + this->Components * this->G.InputId(voxel[0], voxel[1], voxel[2]), this->Components, out);
+    }
+    else
+    {
+      this->SampleAt(voxel, offset, out);
+    }
+  }
+
+  void SampleAt(const std::array<int, 3>& voxel, const float* offset, T* out) const
+  {
+    const T* corner = this->In;
+    vtkIdType step[3]; // to the next voxel; 0 at the image's last one, which has a share of 0
+    double share[3];
+    for (int a = 0; a < 3; ++a)
+    {
+      const int last = this->G.Size[a] - 1;
+      const double place =
+        std::min(std::max(voxel[a] + static_cast<double>(offset[a]), 0.0), static_cast<double>(last));
+      const int index = static_cast<int>(this->Nearest ? place + 0.5 : place);
+      share[a] = this->Nearest ? 0.0 : place - index;
+      step[a] = index < last ? this->Step[a] : 0;
+      corner += index * this->Step[a];
+    }
+    if (this->Nearest)
+    {
+      for (int c = 0; c < this->Components; ++c)
+      {
+        out[c] = this->NotMeasured.Has(static_cast<double>(corner[c])) ? this->Background[c] : corner[c];
+      }
+      return;
+    }
+    for (int c = 0; c < this->Components; ++c)
+    {
+      if (this->HasPadding && this->IsBesidePadding(corner + c, step))
+      {
+        this->SampleKnown(corner + c, share, c, out + c);
+        continue;
+      }
+      if constexpr (!IsWide)
+      {
+        // Without a branch, since these are most of an image's voxels. What is no finite number takes the careful way.
+        const double value = Blend(corner + c, step, share);
+        if (std::is_integral<T>::value || std::isfinite(value))
+        {
+          out[c] = Rounded(value);
+          continue;
+        }
+      }
+      this->SampleCarefully(corner + c, share, c, out + c);
+    }
+  }
+
+  /// Whether one of the eight voxels around a place is padding.
+  bool IsBesidePadding(const T* corner, const vtkIdType* step) const
+  {
+    bool is = false;
+    for (int n = 0; n < 8; ++n)
+    {
+      const T* at = corner + (n & 1 ? step[0] : 0) + (n & 2 ? step[1] : 0) + (n & 4 ? step[2] : 0);
+      is = is || this->NotMeasured.Has(static_cast<double>(*at));
+    }
+    return is;
+  }
+
+  /// Samples what has weight. A place whose nearest voxel has none gets that voxel's value, or the background where
+  /// that is padding, as tissue would otherwise grow by half a voxel on all sides.
+  void SampleKnown(const T* corner, const double* share, int component, T* out) const
+  {
+    vtkIdType toNearest = 0;
+    for (int a = 0; a < 3; ++a)
+    {
+      toNearest += share[a] >= 0.5 ? this->Step[a] : 0;
+    }
+    const Weighted nearest = this->template InterpolateKnown<-1>(corner + toNearest, share);
+    if (nearest.Weight > 0.0)
+    {
+      *out = ToType(this->template InterpolateKnown<2>(corner, share).Value);
+    }
+    else
+    {
+      *out = this->NotMeasured.Has(nearest.Value) ? this->Background[component] : static_cast<T>(nearest.Value);
+    }
+  }
+
+  /// The trilinear value of one component, of eight values that are all read.
+  static double Blend(const T* corner, const vtkIdType* step, const double* share)
+  {
+    double along[4];
+    for (int row = 0; row < 4; ++row)
+    {
+      const T* from = corner + (row & 1 ? step[1] : 0) + (row & 2 ? step[2] : 0);
+      const double low = static_cast<double>(from[0]);
+      along[row] = low + share[0] * (static_cast<double>(from[step[0]]) - low);
+    }
+    const double low = along[0] + share[1] * (along[1] - along[0]);
+    const double high = along[2] + share[1] * (along[3] - along[2]);
+    return low + share[2] * (high - low);
+  }
+
+  /// A value between values of the type as one of it.
+  static T Rounded(double value)
+  {
+    if constexpr (std::is_integral<T>::value)
+    {
+      // As std::floor(), which takes a call where processors of any age are to be served.
+      const double up = value + 0.5;
+      const auto whole = static_cast<std::int64_t>(up);
+      return static_cast<T>(whole - (up < static_cast<double>(whole) ? 1 : 0));
+    }
+    else
+    {
+      return static_cast<T>(value);
+    }
+  }
+
+  /// The value of one component where some values may not be finite, or not fit into a double.
+  void SampleCarefully(const T* corner, const double* share, int component, T* out) const
+  {
+    if (share[0] == 0.0 && share[1] == 0.0 && share[2] == 0.0)
+    {
+      *out = *corner;
+      return;
+    }
+    const double value = this->template Interpolate<2>(corner, share, *corner);
+    if constexpr (std::is_floating_point<T>::value)
+    {
+      if (!std::isfinite(value))
+      {
+        this->SampleKnown(corner, share, component, out);
+        return;
+      }
+    }
+    *out = FromDouble(value, *corner);
+  }
+
+  std::size_t Bytes(vtkIdType voxels) const { return static_cast<std::size_t>(voxels) * this->Components * sizeof(T); }
+
+  /// Sees to it that there is a buffer to write to, and that it holds the result of the resampling `Since`.
+  void MakeOutput()
+  {
+    if (this->Out)
+    {
+      return;
+    }
+    this->MakeBackground();
+    if (!this->Current)
+    {
+      this->Buffers[0] = std::make_unique<OutputBuffer>(this->Bytes(this->G.OutputVoxels()));
+      this->Current = this->Buffers[0].get();
+      this->Current->TouchAll();
+      if (this->Since != 0)
+      {
+        std::memcpy(this->Current->GetData(), this->Buffers[1]->GetData(), this->Bytes(this->G.OutputVoxels()));
+      }
+    }
+    if (this->Current == this->Buffers[0].get())
+    {
+      std::swap(this->Buffers[0], this->Buffers[1]); // the newer one comes last
+    }
+    this->Out = reinterpret_cast<T*>(this->Current->GetData());
+    if (this->Since == 0)
+    {
+      this->Current->TouchAll();
+      this->CopyInput();
+    }
+  }
+
+  void CopyInput()
+  {
+    if (this->G.IsPadded())
+    {
+      for (vtkIdType v = 0; v < this->G.OutputVoxels(); ++v)
+      {
+        std::copy(this->Background.begin(), this->Background.end(), this->Out + v * this->Components);
+      }
+    }
+    chainmail::inParallel(static_cast<std::size_t>(this->G.Size[2]),
+      [&](std::size_t slice)
+      {
+        const int k = static_cast<int>(slice);
+        for (int j = 0; j < this->G.Size[1]; ++j)
+        {
+          std::memcpy(this->Out + this->Components * this->G.OutputId(0, j, k),
+            this->In + this->Components * this->G.InputId(0, j, k), this->Bytes(this->G.Size[0]));
+        }
+      });
+  }
+
+  void MakeBackground()
+  {
+    if (!this->Background.empty())
+    {
+      return;
+    }
+    if (!std::isnan(this->BackgroundValue))
+    {
+      this->Background.assign(this->Components, ToType(this->BackgroundValue));
+      return;
+    }
+    this->Background.assign(this->Components, T(0));
+    const vtkIdType voxels = this->G.InputVoxels();
+    for (int c = 0; c < this->Components; ++c)
+    {
+      bool found = false;
+      for (vtkIdType v = 0; v < voxels; ++v)
+      {
+        const T value = this->In[v * this->Components + c];
+        const bool finite = value >= std::numeric_limits<T>::lowest() && value <= std::numeric_limits<T>::max();
+        if (finite && (!found || value < this->Background[c]))
+        {
+          this->Background[c] = value;
+          found = true;
+        }
+      }
+    }
+  }
+
+  vtkSmartPointer<vtkDataArray> Original;
+  vtkSmartPointer<vtkDataArray> Input;
+  const T* In;
+  int Components;
+  Grids G;
+  bool Nearest;
+  double BackgroundValue;
+  PaddingValues NotMeasured;
+  bool HasPadding;
+  TissueTest IsTissue;
+  vtkIdType Step[3];
+  std::vector<T> Background;
+
+  // One is on show and stays as it is until an update has succeeded; the next update writes to the other one.
+  std::array<std::unique_ptr<OutputBuffer>, 2> Buffers;
+  OutputBuffer* Current = nullptr; // of the update that is under way
+  std::uint64_t Since = 0;         // the resampling whose result it held when the update began
+  T* Out = nullptr;
+};
+
+}
+
+#endif
