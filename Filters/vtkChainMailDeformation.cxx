@@ -31,6 +31,7 @@
 #include "vtkPointData.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
 #include "vtkStringArray.h"
+#include "vtkVersionMacros.h"
 
 #include <algorithm>
 #include <array>
@@ -524,6 +525,16 @@ int vtkChainMailDeformation::RequestData(
     output->GetCellData()->ShallowCopy(piece->GetCellData());
     output->GetFieldData()->ShallowCopy(piece->GetFieldData());
   }
+#if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 2, 20220823)
+  if (internals.Last.Stopped)
+  {
+    // The executive would empty the outputs of a filter that says it was aborted. What that does to the time of
+    // modification would make views update again at once.
+    const vtkTimeStamp before = this->MTime;
+    this->SetAbortOutput(false);
+    this->MTime = before;
+  }
+#endif
   // SetErrorCode() would make this update out of date.
   this->ErrorCode = internals.Last.Error.empty() ? vtkErrorCode::NoError : vtkErrorCode::UserError;
   // An update that failed shows the last good result, or the image as it is. If the pipeline failed instead, views
