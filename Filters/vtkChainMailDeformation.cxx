@@ -32,6 +32,7 @@
 #include "vtkPointData.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
 #include "vtkStringArray.h"
+#include "vtkVersionMacros.h"
 
 #include <algorithm>
 #include <array>
@@ -438,14 +439,14 @@ int vtkChainMailDeformation::RequestInformation(
 {
   using Pipeline = vtkStreamingDemandDrivenPipeline;
   vtkInformation* input = inputVector[IMAGE]->GetInformationObject(0);
-  int extent[6] = { 0, -1, 0, -1, 0, -1 };
+  std::array<int, 6> extent{ { 0, -1, 0, -1, 0, -1 } };
   if (input->Has(Pipeline::WHOLE_EXTENT())) // a composite dataset has none
   {
-    input->Get(Pipeline::WHOLE_EXTENT(), extent);
+    input->Get(Pipeline::WHOLE_EXTENT(), extent.data());
   }
   vtkInformation* deformed = outputVector->GetInformationObject(0);
   vtkInformation* model = outputVector->GetInformationObject(1);
-  model->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
+  model->Set(Pipeline::WHOLE_EXTENT(), extent.data(), 6);
   if (this->ModelArraySelection->ArrayIsEnabled("Displacement"))
   {
     vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_FLOAT, 3);
@@ -457,18 +458,14 @@ int vtkChainMailDeformation::RequestInformation(
 
   // Offers no more padding than fits. The update will report the error, and nobody asks for an extent beyond all
   // memory.
-  chainmail::Index3 size;
+  const int padding = vtkChainMail::FittingPadding(extent, this->OutputPadding);
   for (int a = 0; a < 3; ++a)
   {
-    size[a] = extent[2 * a + 1] - extent[2 * a] + 1;
+    const bool isPadded = extent[2 * a + 1] > extent[2 * a];
+    extent[2 * a] -= isPadded ? padding : 0;
+    extent[2 * a + 1] += isPadded ? padding : 0;
   }
-  const int padding = vtkChainMail::FittingPadding(size, this->OutputPadding);
-  for (int a = 0; a < 3; ++a)
-  {
-    extent[2 * a] -= size[a] > 1 ? padding : 0;
-    extent[2 * a + 1] += size[a] > 1 ? padding : 0;
-  }
-  deformed->Set(Pipeline::WHOLE_EXTENT(), extent, 6);
+  deformed->Set(Pipeline::WHOLE_EXTENT(), extent.data(), 6);
 
   const vtkChainMail::MergedTimes times(inputVector, this->GetNumberOfInputPorts());
   for (vtkInformation* output : { deformed, model })
@@ -555,6 +552,16 @@ int vtkChainMailDeformation::RequestData(
     output->GetCellData()->ShallowCopy(piece->GetCellData());
     output->GetFieldData()->ShallowCopy(piece->GetFieldData());
   }
+#if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 2, 20220823)
+  if (internals.Last.Stopped)
+  {
+    // The executive would empty the outputs of a filter that says it was aborted. What that does to the time of
+    // modification would make views update again at once.
+    const vtkTimeStamp before = this->MTime;
+    this->SetAbortOutput(false);
+    this->MTime = before;
+  }
+#endif
   // SetErrorCode() would make this update out of date.
   this->ErrorCode = internals.Last.Error.empty() ? vtkErrorCode::NoError : vtkErrorCode::UserError;
   // An update that failed shows the last good result, or the image as it is. If the pipeline failed instead, views

@@ -73,13 +73,16 @@
  *   once. Warnings count the probes that they are about and name the first few.
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
- *   of any number of parts. Elements inside it are removed and show BackgroundValue. One not closed is an error.
+ *   of any number of parts. Elements inside any part are removed and show BackgroundValue; normals may point outwards or
+ *   inwards. A part within others that faces the other way is a hollow: what is in it stays. Where triangles of a part
+ *   face both ways, every part within others is one. Both are warned about once. A surface not closed is an error.
  * - 4, `Regions` (optional, repeatable): vtkPointSet; every point is a ball whose tissue has the constraint in the point
- *   array `Constraint`, with the radius in `Radius` [mm]. The later of two wins.
+ *   array `Constraint`, with the radius in `Radius` [mm]. The later of two wins. One without tissue is warned about.
  *
- * A surface that meets no tissue is warned about once, until it does. Probes, cuts and carves may be composite datasets,
- * which count as the list of their datasets; of `Carves` each closed dataset is a surface of its own, and all that are
- * not closed together form one. A composite image is an error. The outputs have the time steps of all inputs together.
+ * A surface that meets no tissue is warned about once, until it does, and named in GetReport(). A polygon that crosses
+ * itself is warned about. Probes, cuts and carves may be composite datasets, which count as the list of their datasets;
+ * of `Carves` each closed dataset is a surface of its own, and all that are not closed together form one. A composite
+ * image is an error. The outputs have the time steps of all inputs together.
  *
  * @section vtkChainMailDeformation-outputs Output ports
  *
@@ -95,7 +98,7 @@
  *   of D along its links [mm]; with 1 component along the image's x axis; -1: no wave came) and `Wavefront` (int,
  *   likewise: the number of that wave since rest, from 1 on; 0 none).
  *
- * Both have the input's field data and these field arrays: `ProbeReached` (3 per probe: its displacement since it
+ * Both have the input's field data, except arrays of the names below, and these field arrays: `ProbeReached` (3 per probe: its displacement since it
  * grabbed, world axes, [mm]), `ProbeForce` (3 per probe: the gradient of the energy at the elements it holds, which is
  * the force it pulls them with, world axes, no unit), `Energy` [mm] (with ElasticRecovery r below 1 only strain of more
  * than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C), fraction of the spacing),
@@ -302,7 +305,8 @@ public:
 
   /**
    * What the last update did, a line for each sentence: how far every probe came and what holds one that came less than
-   * 90 % of its way, bodies and which are held, how much moved, whether it settled, time, memory; or why it failed.
+   * 90 % of its way, surfaces that removed nothing, bodies and which are held, how much moved, whether it settled, time,
+   * memory; or why it failed.
    */
   const char* GetReport();
 

@@ -61,7 +61,7 @@ public:
   void reset();
   void mend();
   std::size_t cut(const Surface& surface);
-  std::size_t carve(const Surface& surface);
+  std::size_t carve(const Surface& surface, SurfaceParts* parts);
   void hold(const std::vector<Probe>& probes);
   PropagateResult propagate(int iterations);
   RelaxResult relax(int iterations, double tolerance);
@@ -237,9 +237,13 @@ std::size_t Simulation::Impl::cut(const Surface& surface)
   return removed;
 }
 
-std::size_t Simulation::Impl::carve(const Surface& surface)
+std::size_t Simulation::Impl::carve(const Surface& surface, SurfaceParts* parts)
 {
   const ClosedSurface closed(surface, this->model_->grid());
+  if (parts)
+  {
+    *parts = closed.found;
+  }
   this->propagate(0); // a wave under way relies on the tissue that it has passed
   const std::vector<std::size_t> removed = carveElements(this->voxels(), closed);
   if (!removed.empty())
@@ -522,9 +526,9 @@ std::size_t Simulation::cut(const Surface& surface)
   return this->impl_->called([&] { return this->impl_->cut(surface); });
 }
 
-std::size_t Simulation::carve(const Surface& surface)
+std::size_t Simulation::carve(const Surface& surface, SurfaceParts* parts)
 {
-  return this->impl_->called([&] { return this->impl_->carve(surface); });
+  return this->impl_->called([&] { return this->impl_->carve(surface, parts); });
 }
 
 void Simulation::hold(const std::vector<Probe>& probes)

@@ -109,9 +109,11 @@ public:
   std::size_t cut(const Surface& surface);
 
   /// Finishes the waves that are under way, then removes the elements whose current place lies inside a closed surface,
-  /// with their links; probes let go of them. Exact like cut(). Returns the number of elements removed. Throws
-  /// InputError as cut() does, and where the surface is not closed.
-  std::size_t carve(const Surface& surface);
+  /// with their links; probes let go of them. Exact like cut(). A place is inside where the surface winds around it, in
+  /// whichever direction; parts that lie within others and face the other way are hollows (ClosedSurface). Returns the
+  /// number of elements removed, and in `parts` what the surface is made of. Throws InputError as cut() does, and where
+  /// the surface is not closed.
+  std::size_t carve(const Surface& surface, SurfaceParts* parts = nullptr);
 
   /// Holds exactly these probes from now on. A probe with the position and radius of one that is already held is that
   /// same probe, moved where its displacement changed. Any other probe grabs the tissue that is at its place now.

@@ -7,8 +7,10 @@
 #include "vtkAbstractArray.h"
 #include "vtkDataArray.h"
 #include "vtkSmartPointer.h"
+#include "vtkVariant.h"
 #include "vtkVersionMacros.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <new>
 
@@ -70,6 +72,18 @@ vtkSmartPointer<ArrayType> MakeArray(const char* name, int components, vtkIdType
   array->SetNumberOfComponents(components);
   Allocate(array, tuples, zeros);
   return array;
+}
+
+/// A whole number of an array to the last digit: as a double, labels from 2^53 on would be rounded. 0 for what is none.
+inline vtkIdType LabelAt(vtkDataArray* labels, vtkIdType voxel)
+{
+  const double rounded = labels->GetComponent(voxel, 0);
+  const bool isFloat = labels->GetDataType() == VTK_FLOAT || labels->GetDataType() == VTK_DOUBLE;
+  if (isFloat)
+  {
+    return std::fabs(rounded) <= 9e18 ? static_cast<vtkIdType>(rounded) : 0; // false for NaN
+  }
+  return static_cast<vtkIdType>(labels->GetVariantValue(voxel * labels->GetNumberOfComponents()).ToTypeInt64());
 }
 
 }

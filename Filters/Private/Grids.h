@@ -10,25 +10,43 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <limits>
 
 namespace vtkChainMail
 {
 
-/// The size of an image with `padding` more voxels on every side. Axes with a single voxel are not padded.
-inline chainmail::Grid Padded(const std::array<int, 3>& size, int padding)
+/// Whether a voxel may have this index. Behind the last one there has to be a next integer, at which loops end.
+inline bool IsIndex(std::int64_t index)
+{
+  return index > std::numeric_limits<int>::min() && index < std::numeric_limits<int>::max();
+}
+
+/// Whether the extent of an image with `padding` more voxels on every side can be told in integers, and has no more
+/// voxels than can be handled. Axes with a single voxel are not padded.
+inline bool PaddingFits(const std::array<int, 6>& extent, int padding)
 {
   chainmail::Grid grid;
   for (int a = 0; a < 3; ++a)
   {
-    grid.size[a] = size[a] + (size[a] > 1 ? 2 * padding : 0);
+    std::int64_t first = extent[2 * a];
+    std::int64_t last = extent[2 * a + 1];
+    first -= last > first ? padding : 0;
+    last += last > extent[2 * a] ? padding : 0;
+    const std::int64_t size = last - first + 1;
+    if (!IsIndex(first) || !IsIndex(last) || !IsIndex(size))
+    {
+      return false;
+    }
+    grid.size[a] = static_cast<int>(std::max<std::int64_t>(size, 0));
   }
-  return grid;
+  return grid.fits();
 }
 
-/// The most padding, up to `wanted`, with which the image has no more voxels than can be handled.
-inline int FittingPadding(const std::array<int, 3>& size, int wanted)
+/// The most padding that fits, up to `wanted`.
+inline int FittingPadding(const std::array<int, 6>& extent, int wanted)
 {
-  while (wanted > 0 && !Padded(size, wanted).fits())
+  while (wanted > 0 && !PaddingFits(extent, wanted))
   {
     --wanted;
   }

@@ -79,6 +79,16 @@ void CopyGrid(const Scene& scene, const std::array<int, 3>& padding, vtkImageDat
 
 const std::array<const char*, 4> Outputs::ModelArrays = { "Displacement", "Element", "Constraint", "Cluster" };
 
+void Outputs::RemoveFigures(vtkFieldData* fields)
+{
+  for (const char* name : { "ProbeReached", "ProbeForce", "Energy", "MaxLinkExcess", "PropagationIterationsUsed",
+         "RelaxationIterationsUsed", "CoarseToFineStep", "DisplacedElements", "ActiveElements", "Milliseconds",
+         "PeakDeviceMemory", "DeviceName", "BodyVoxels", "BodyHeldBy", "BodyLabel", "Error" })
+  {
+    fields->RemoveArray(name);
+  }
+}
+
 bool Outputs::IsDefault(const std::string& modelArray)
 {
   return modelArray == "Displacement" || modelArray == "Element";
@@ -248,6 +258,7 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   const Findings& found = this->Source.GetFindings();
   vtkFieldData* fields = output->GetFieldData();
   fields->ShallowCopy(scene.Image->GetFieldData());
+  RemoveFigures(fields);
 
   const vtkIdType numberOfProbes = static_cast<vtkIdType>(found.Probes.size());
   const auto addVectors = [&](const char* name, Vector3 chainmail::ProbeResult::*member)
@@ -316,7 +327,6 @@ void Outputs::AddBodies(vtkFieldData* fields)
   for (vtkIdType n = 0; n < count; ++n)
   {
     const chainmail::RigidBody& body = bodies[static_cast<std::size_t>(n)];
-    const double label = labels ? labels->GetComponent(static_cast<vtkIdType>(body.voxel), 0) : 0.0;
     int holder = 0;
     switch (body.heldBy.what)
     {
@@ -334,7 +344,7 @@ void Outputs::AddBodies(vtkFieldData* fields)
     }
     voxels->SetValue(n, static_cast<vtkIdType>(body.elements));
     holders->SetValue(n, holder);
-    names->SetValue(n, std::isnan(label) ? 0 : std::llround(label));
+    names->SetValue(n, labels ? LabelAt(labels, static_cast<vtkIdType>(body.voxel)) : 0);
   }
   fields->AddArray(voxels);
   fields->AddArray(holders);

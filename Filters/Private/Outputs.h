@@ -25,6 +25,7 @@
 #include <vector>
 
 class vtkDataArraySelection;
+class vtkFieldData;
 class vtkPointData;
 
 namespace vtkChainMail
@@ -43,6 +44,10 @@ public:
   /// The arrays of the model at rest that can be chosen, and whether one is chosen unless somebody says otherwise.
   static const std::array<const char*, 4> ModelArrays;
   static bool IsDefault(const std::string& modelArray);
+
+  /// Removes all field arrays with names that Write() and Shown may give: those of the image, perhaps from another
+  /// deformation, must not pass for the figures of this update.
+  static void RemoveFigures(vtkFieldData* fields);
 
   /// Makes the deformed image and the model at rest, after an update of the session with this scene.
   std::array<vtkSmartPointer<vtkImageData>, 2> Write(const Scene& scene);

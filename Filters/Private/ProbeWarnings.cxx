@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ProbeWarnings.h"
 
+#include "Words.h"
+
 #include "vtkMath.h"
 
 #include <algorithm>
-#include <iomanip>
 #include <iterator>
-#include <sstream>
 
 namespace vtkChainMail
 {
@@ -115,10 +115,9 @@ std::string ProbeWarnings::OfShortProbes(const Scene& scene, const std::vector<s
   const std::vector<std::size_t> added = this->Short.Renew(scene.Probes, shortened);
   const auto describe = [&](std::size_t p)
   {
-    std::ostringstream text;
-    text << std::setprecision(3) << "reached " << vtkMath::Norm(results[p].reached.data()) << " of "
-         << vtkMath::Norm(scene.Probes[p].displacement.data()) << " mm" << WhatHolds(scene, held, p, simulation);
-    return text.str();
+    return "reached " + chainmail::written(vtkMath::Norm(results[p].reached.data()), 3) + " of " +
+           chainmail::written(vtkMath::Norm(scene.Probes[p].displacement.data()), 3) + " mm" +
+           WhatHolds(scene, held, p, simulation);
   };
   if (added.size() == 1)
   {

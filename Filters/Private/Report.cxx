@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Report.h"
 
+#include "Arrays.h"
+#include "Words.h"
+
 #include "vtkDataArray.h"
 #include "vtkFieldData.h"
 #include "vtkMath.h"
@@ -8,8 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 
 namespace vtkChainMail
 {
@@ -30,9 +31,7 @@ std::string Grouped(std::size_t number)
 
 std::string Short(double number)
 {
-  std::ostringstream text;
-  text << std::setprecision(number < 10.0 ? 2 : 3) << number;
-  return text.str();
+  return chainmail::written(number, number < 10.0 ? 2 : 3);
 }
 
 /// What the update did as a whole.
@@ -96,6 +95,14 @@ void Report::Set(const Scene& scene, const Session& session, vtkFieldData* field
     probe.Reached = vtkMath::Norm(found.Probes[p].reached.data());
     probe.Empty = found.Probes[p].elements == 0;
   }
+  this->Misses.clear();
+  for (const SurfaceHistory* history : { &session.GetCutHistory(), &session.GetCarveHistory() })
+  {
+    for (const std::string& name : history->GetMissing())
+    {
+      this->Misses += name + " met no tissue, or only what was cut before.\n";
+    }
+  }
   this->Summary = Summarize(scene, session, fields);
   this->Written = false;
 }
@@ -141,7 +148,7 @@ const std::string& Report::Get(const Session& session)
   {
     this->Text += "And " + std::to_string(this->Probes.size() - mostNamed) + " more probes.\n";
   }
-  this->Text += this->AboutBodies(session) + this->Summary;
+  this->Text += this->Misses + this->AboutBodies(session) + this->Summary;
   this->Written = true;
   return this->Text;
 }
@@ -170,11 +177,10 @@ std::string Report::AboutBodies(const Session& session) const
   for (std::size_t n = 0; n < held.size() && n < mostNamed; ++n)
   {
     const chainmail::RigidBody& body = bodies[held[n]];
-    const double label = labels ? labels->GetComponent(static_cast<vtkIdType>(body.voxel), 0) : 0.0;
+    const vtkIdType label = labels ? LabelAt(labels, static_cast<vtkIdType>(body.voxel)) : 0;
     text += (n == 0 ? ": " : "; ") +
-            (label != 0.0 && !std::isnan(label) ? "label " + std::to_string(std::llround(label))
-                                                : "body " + std::to_string(held[n])) +
-            " (" + Grouped(body.elements) + " voxels)" + this->Holder(body.heldBy);
+            (label != 0 ? "label " + std::to_string(label) : "body " + std::to_string(held[n])) + " (" +
+            Grouped(body.elements) + " voxels)" + this->Holder(body.heldBy);
   }
   return text + (held.size() > mostNamed ? "; and " + Grouped(held.size() - mostNamed) + " smaller ones" : "") + ".\n";
 }

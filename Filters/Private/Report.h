@@ -50,6 +50,7 @@ private:
   std::vector<Probe> Probes;
   std::vector<std::size_t> Held; ///< for each that the simulation holds, its number among all
   bool Arrived = false;          ///< whether all waves have come to their ends
+  std::string Misses;            ///< the surfaces that removed nothing, a line for each
   std::string Summary;
   std::string Text;
   bool Written = true;

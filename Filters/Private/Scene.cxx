@@ -14,7 +14,7 @@
 #include "vtkPointData.h"
 
 #include <cmath>
-#include <sstream>
+#include <cstdint>
 
 namespace vtkChainMail
 {
@@ -165,23 +165,31 @@ vtkDataArray* FindNumbers(const Leaf& leaf, const char* name, int components)
 }
 
 /// The padding on every side of the image. Throws InputError where the image would become too large by it.
-chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, const chainmail::Index3& size)
+chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, vtkImageData* image)
 {
+  std::array<int, 6> extent;
+  image->GetExtent(extent.data());
   const int padding = filter->GetOutputPadding();
-  const int fitting = FittingPadding(size, padding);
-  if (fitting < padding)
-  {
-    const chainmail::Index3 padded = Padded(size, padding).size;
-    std::ostringstream message;
-    message << "With an OutputPadding of " << padding << " the deformed image would have " << padded[0] << " x "
-            << padded[1] << " x " << padded[2] << " voxels; at most " << chainmail::Grid::maxVoxels
-            << " can be handled. Lower it to " << fitting << " or less.";
-    throw chainmail::InputError(message.str());
-  }
   chainmail::Index3 sides;
+  std::string size;
+  bool isFar = false;
   for (int a = 0; a < 3; ++a)
   {
-    sides[a] = size[a] > 1 ? padding : 0;
+    const std::int64_t first = extent[2 * a];
+    const std::int64_t last = extent[2 * a + 1];
+    sides[a] = last > first ? padding : 0;
+    size += (a == 0 ? "" : " x ") + std::to_string(last - first + 1 + 2 * sides[a]);
+    isFar = isFar || !IsIndex(first - sides[a]) || !IsIndex(last + sides[a]);
+  }
+  const int fitting = FittingPadding(extent, padding);
+  if (fitting < padding)
+  {
+    throw chainmail::InputError(
+      "With an OutputPadding of " + std::to_string(padding) + " the deformed image would have " +
+      (isFar ? "voxels with indices beyond 2147483646, which integers cannot count"
+             : size + " voxels; at most " + std::to_string(chainmail::Grid::maxVoxels) + " can be handled") +
+      ". Lower it to " + std::to_string(fitting) + " or less" +
+      (isFar ? ", or give the image an extent that begins near 0." : "."));
   }
   return sides;
 }
@@ -209,7 +217,7 @@ Scene::Scene(
   }
   this->CheckPointArrays();
   this->ReadTissue(filter, scalars, tissueBefore);
-  this->Padding = ReadPadding(filter, this->Tissue.Size);
+  this->Padding = ReadPadding(filter, inputs.Image);
   this->ReadRegions();
   this->ReadProbes();
   this->Cuts = ReadCuts(inputs, this->Space);
@@ -357,10 +365,9 @@ void Scene::ReadMaterial(vtkChainMailDeformation* filter)
     this->Function->GetNodeValue(n, node);
     if (!(node[1] >= 0.0 && static_cast<float>(node[1]) < 1.0f))
     {
-      std::ostringstream message;
-      message << "MaterialFunction is " << node[1] << " for a scalar of " << node[0]
-              << ". A constraint is a fraction of the spacing from 0 (rigid) to less than 1: move that node.";
-      throw chainmail::InputError(message.str());
+      throw chainmail::InputError(
+        "MaterialFunction is " + ToString(node[1]) + " for a scalar of " + ToString(node[0]) +
+        ". A constraint is a fraction of the spacing from 0 (rigid) to less than 1: move that node.");
     }
     tissue.Function.insert(tissue.Function.end(), node, node + 4);
   }
@@ -393,16 +400,16 @@ void Scene::ReadRegions()
       if (!IsFinite(place) || !(radius >= 0.0) || !std::isfinite(radius) || !(constraint >= 0.0) ||
           !(static_cast<float>(constraint) < 1.0f))
       {
-        std::ostringstream message;
-        message << leaf.ToString() << ", point " << p
-                << ": a region needs a finite place, a radius of 0 or more (it is " << radius
-                << ") and a constraint from 0 (rigid) to less than 1 (it is " << constraint << ").";
-        throw chainmail::InputError(message.str());
+        throw chainmail::InputError(leaf.ToString() + ", point " + std::to_string(p) +
+                                    ": a region needs a finite place, a radius of 0 or more (it is " +
+                                    ToString(radius) + ") and a constraint from 0 (rigid) to less than 1 (it is " +
+                                    ToString(constraint) + ").");
       }
       const Vector3 centre = this->Space.PointToEngine(place);
       this->Tissue.Regions.insert(this->Tissue.Regions.end(), centre.begin(), centre.end());
       this->Tissue.Regions.push_back(radius);
-      this->Tissue.Regions.push_back(constraint);
+      this->Tissue.Regions.push_back(constraint + 0.0); // -0 is 0
+      this->RegionNames.push_back(leaf.ToString() + ", point " + std::to_string(p));
     }
   }
 }

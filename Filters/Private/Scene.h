@@ -125,6 +125,7 @@ struct Scene
   vtkSmartPointer<vtkPiecewiseFunction> Function; // a copy of the filter's function
   std::vector<chainmail::Probe> Probes;
   std::vector<ProbeOrigin> ProbeOrigins;
+  std::vector<std::string> RegionNames; // for messages, in the order of Tissue.Regions
   std::vector<InputSurface> Cuts;
   std::vector<InputSurface> Carves;
 

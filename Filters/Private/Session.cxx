@@ -4,8 +4,10 @@
 #include "Convert.h"
 
 #include "Error.h"
+#include "Words.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -51,6 +53,73 @@ template <typename T> std::vector<bool> Recognize(const std::vector<T>& present,
   }
   before = std::move(kept);
   return known;
+}
+
+/// The first and last voxel of an axis that are no further than `radius` from a place; first > last where there is
+/// none.
+std::pair<int, int> VoxelsAround(const chainmail::Grid& grid, int axis, double place, double radius)
+{
+  const double end = grid.size[axis] - 1.0;
+  const double first = std::clamp(std::ceil((place - radius) / grid.spacing[axis]), 0.0, end + 1.0);
+  const double last = std::clamp(std::floor((place + radius) / grid.spacing[axis]), -1.0, end);
+  return { static_cast<int>(first), static_cast<int>(last) };
+}
+
+/// Whether any voxel in a ball is tissue.
+bool HasTissue(const chainmail::Model& model, const Vector3& centre, double radius)
+{
+  const chainmail::Grid& grid = model.grid();
+  const int axes = model.axes();
+  const auto [firstZ, lastZ] = VoxelsAround(grid, 2, centre[2], radius);
+  for (int k = firstZ; k <= lastZ; ++k)
+  {
+    const double z = k * grid.spacing[2] - centre[2];
+    const auto [firstY, lastY] = VoxelsAround(grid, 1, centre[1], std::sqrt(std::max(radius * radius - z * z, 0.0)));
+    for (int j = firstY; j <= lastY; ++j)
+    {
+      const double y = j * grid.spacing[1] - centre[1];
+      const double room = radius * radius - z * z - y * y;
+      const auto [firstX, lastX] = VoxelsAround(grid, 0, centre[0], std::sqrt(std::max(room, 0.0)));
+      if (room < 0.0 || firstX > lastX)
+      {
+        continue;
+      }
+      std::vector<float> row(static_cast<std::size_t>(lastX - firstX + 1) * axes);
+      model.row(firstX, j, k, lastX - firstX + 1, row.data());
+      for (std::size_t n = 0; n < row.size(); n += axes)
+      {
+        if (!std::isinf(row[n]))
+        {
+          return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
+/// What happens where the parts of a surface to carve with do not all face the same way.
+std::string AboutParts(const chainmail::SurfaceParts& parts)
+{
+  std::string text;
+  if (parts.mixed > 0 && parts.hollows > 0)
+  {
+    text = std::to_string(parts.mixed) + " of its " + std::to_string(parts.count) +
+           " parts have triangles that face both ways, so nothing tells which parts are meant as hollows. Those within "
+           "others are taken as hollows, and what is in them stays: ";
+  }
+  else if (parts.hollows > 0 || parts.reversed > 0)
+  {
+    text = std::to_string(parts.hollows + parts.reversed) + " of its " + std::to_string(parts.count) +
+           " parts face the other way. Those within others are hollows, and what is in them stays: ";
+  }
+  if (text.empty())
+  {
+    return text;
+  }
+  return text + std::to_string(parts.hollows) +
+         ". All others are carved, also where they overlap. To have it another " +
+         "way, let normals point outwards, those of hollows inwards (Generate Surface Normals).";
 }
 
 }
@@ -152,6 +221,7 @@ void Session::Build(const Scene& scene)
   {
     this->Reports.Warn(scene.Doubt);
   }
+  this->WarnAboutRegions(scene, *model);
   this->Reports.Report(0.5);
   std::unique_ptr<chainmail::Simulation> simulation;
   try
@@ -180,6 +250,29 @@ void Session::Build(const Scene& scene)
   this->MethodUsed = Method(); // as in a new simulation
   this->Tissue = tissue;
   this->Done = Stage::Built;
+}
+
+/// Warns about regions without tissue, each once until it has some.
+void Session::WarnAboutRegions(const Scene& scene, const chainmail::Model& model)
+{
+  std::set<std::string> empty;
+  const std::vector<double>& regions = scene.Tissue.Regions;
+  for (std::size_t n = 0; 5 * n < regions.size(); ++n)
+  {
+    const double* r = regions.data() + 5 * n;
+    if (HasTissue(model, { { r[0], r[1], r[2] } }, r[3]))
+    {
+      continue;
+    }
+    const std::string& name = scene.RegionNames[n];
+    if (this->EmptyRegions.count(name) == 0)
+    {
+      this->Reports.Warn(name + ": no tissue is within the region's radius of " + chainmail::written(r[3]) +
+                         " mm, so it changes nothing. Move it into tissue, enlarge it, or disconnect it.");
+    }
+    empty.insert(name);
+  }
+  this->EmptyRegions = std::move(empty);
 }
 
 void Session::Deform(const Scene& scene)
@@ -302,15 +395,17 @@ void Session::Cut(const InputSurface& surface)
     ++this->LinkChanges;
   }
   this->Cuts.push_back(surface);
+  this->Reports.Warn(this->CutHistory.About(surface, surface.Flaw));
   this->Reports.Warn(this->CutHistory.Worked(surface, links));
 }
 
 void Session::Carve(const InputSurface& surface)
 {
   std::size_t elements = 0;
+  chainmail::SurfaceParts parts;
   try
   {
-    elements = this->Simulation->carve(surface.Triangles);
+    elements = this->Simulation->carve(surface.Triangles, &parts);
     if (elements > 0)
     {
       ++this->TissueChanges;
@@ -322,6 +417,7 @@ void Session::Carve(const InputSurface& surface)
     throw chainmail::InputError(surface.Name + ": " + error.what());
   }
   this->Carves.push_back(surface);
+  this->Reports.Warn(this->CarveHistory.About(surface, surface.Flaw.empty() ? AboutParts(parts) : surface.Flaw));
   this->Reports.Warn(this->CarveHistory.Worked(surface, elements));
 }
 

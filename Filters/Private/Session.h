@@ -13,6 +13,7 @@
 #include "Simulation.h"
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,8 @@ public:
   const chainmail::Model& GetModel() const { return *this->Model; }
   chainmail::Simulation& GetSimulation() const { return *this->Simulation; }
   const Findings& GetFindings() const { return this->Found; }
+  const SurfaceHistory& GetCutHistory() const { return this->CutHistory; }
+  const SurfaceHistory& GetCarveHistory() const { return this->CarveHistory; }
   /// How often the model and the simulation were made.
   int GetBuilds() const { return this->Builds; }
   /// How often elements came or went, and how often links did. With either, rigid clusters may change.
@@ -81,6 +84,7 @@ private:
   void Pull(const Scene& scene, const std::vector<std::size_t>& held);
   void Relax(const Scene& scene, const std::vector<std::size_t>& held);
   void Warn(const Scene& scene, const std::vector<std::size_t>& held);
+  void WarnAboutRegions(const Scene& scene, const chainmail::Model& model);
 
   Progress& Reports;
 
@@ -120,6 +124,7 @@ private:
   ProbeWarnings AboutProbes;
   SurfaceHistory CutHistory;
   SurfaceHistory CarveHistory;
+  std::set<std::string> EmptyRegions; // names of those that are there
 
   Findings Found;
   int Builds = 0;

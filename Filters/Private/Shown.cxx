@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Shown.h"
 
+#include "Outputs.h"
+
 #include "vtkFieldData.h"
 #include "vtkNew.h"
 #include "vtkStringArray.h"
@@ -35,11 +37,15 @@ void Shown::Again(const Inputs& inputs, const std::string& error)
     }
     else if (inputs.Image && &shown == &this->Outputs[0])
     {
-      again->ShallowCopy(inputs.Image);
+      again->ShallowCopy(inputs.Image); // with field data of its own
     }
     else if (inputs.Image)
     {
       again->CopyStructure(inputs.Image);
+    }
+    if (!fits)
+    {
+      Outputs::RemoveFigures(again->GetFieldData());
     }
     vtkNew<vtkStringArray> message;
     message->SetName("Error");

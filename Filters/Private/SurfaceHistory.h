@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Remembers which surfaces cut or carved, and with what success, so that each warning comes once.
+// Remembers which surfaces cut or carved, and with what success, so that each warning comes once and the report can
+// tell.
 
 #ifndef SurfaceHistory_h
 #define SurfaceHistory_h
@@ -7,9 +8,11 @@
 #include "Fingerprint.h"
 #include "Surfaces.h"
 
+#include <map>
 #include <set>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace vtkChainMail
@@ -22,15 +25,43 @@ public:
   /// Begins an update with all its surfaces. Inputs without one are forgotten: the next surface there is another.
   void Begin(const std::vector<InputSurface>& present)
   {
-    std::set<std::string> missing;
+    std::map<std::string, std::string> said;
+    std::map<std::string, Fingerprint> missing;
     for (const InputSurface& one : present)
     {
-      if (this->Missing.count(one.Name) > 0)
+      const auto miss = this->Missing.find(one.Name);
+      if (miss != this->Missing.end())
       {
-        missing.insert(one.Name);
+        missing.insert(*miss);
+      }
+      const auto before = this->Said.find(one.Name);
+      if (before != this->Said.end())
+      {
+        said.insert(*before);
       }
     }
     this->Missing = std::move(missing);
+    this->Said = std::move(said);
+  }
+
+  /// The names of surfaces that removed nothing the last time they worked.
+  std::vector<std::string> GetMissing() const
+  {
+    std::vector<std::string> names;
+    for (const auto& one : this->Missing)
+    {
+      names.push_back(one.first);
+    }
+    return names;
+  }
+
+  /// The warning about what a surface is like; empty where there is none, or none that differs from the last one.
+  std::string About(const InputSurface& surface, const std::string& what)
+  {
+    std::string& before = this->Said[surface.Name];
+    const bool isNew = before != what && !what.empty();
+    before = what;
+    return isNew ? surface.Name + ": " + what : std::string();
   }
 
   /// To be called when all tissue is whole and at rest again.
@@ -65,7 +96,17 @@ public:
                    "tissue back."
                : std::string();
     }
-    if (removed > 0 || !this->Missing.insert(surface.Name).second)
+    if (removed > 0)
+    {
+      return {};
+    }
+    // One that moves through air is the same surface still, one with other triangles is another.
+    const Fingerprint triangles = FingerprintOf(
+      surface.Triangles.triangles.data(), surface.Triangles.triangles.size() * sizeof(surface.Triangles.triangles[0]));
+    const auto before = this->Missing.find(surface.Name);
+    const bool isKnown = before != this->Missing.end() && before->second == triangles;
+    this->Missing[surface.Name] = triangles;
+    if (isKnown)
     {
       return {};
     }
@@ -75,7 +116,8 @@ public:
 private:
   std::set<std::tuple<std::string, Fingerprint, Fingerprint>> Places; // names and places since rest
   std::set<std::string> Returned;                                     // since rest, warned about as back
-  std::set<std::string> Missing; // surfaces that removed nothing the last time they worked
+  std::map<std::string, Fingerprint> Missing; // surfaces that removed nothing the last time, and their triangles
+  std::map<std::string, std::string> Said;    // what was said of surfaces that are there
 };
 
 }

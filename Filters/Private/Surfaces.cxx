@@ -10,10 +10,13 @@
 #include "vtkCleanPolyData.h"
 #include "vtkFeatureEdges.h"
 #include "vtkIdList.h"
+#include "vtkMath.h"
 #include "vtkNew.h"
 #include "vtkTriangleFilter.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <utility>
@@ -45,12 +48,74 @@ bool IsClosed(vtkPolyData* surface)
 void Append(const InputSurface& part, InputSurface& to)
 {
   to.Name = to.Name.empty() ? part.Name : to.Name;
+  to.Flaw = to.Flaw.empty() ? part.Flaw : to.Flaw;
+  if (to.Triangles.points.size() + part.Triangles.points.size() > std::numeric_limits<int>::max())
+  {
+    throw chainmail::InputError(to.Name + " has more points than can be handled: simplify it.");
+  }
   const int before = static_cast<int>(to.Triangles.points.size());
   to.Triangles.points.insert(to.Triangles.points.end(), part.Triangles.points.begin(), part.Triangles.points.end());
   for (const std::array<int, 3>& corners : part.Triangles.triangles)
   {
     to.Triangles.triangles.push_back({ corners[0] + before, corners[1] + before, corners[2] + before });
   }
+}
+
+/// Whether edges of a polygon cross, seen along the normal of its plane. It has no surface then that triangles could
+/// cover.
+bool CrossesItself(vtkPolyData* surface, vtkIdList* polygon)
+{
+  const vtkIdType count = polygon->GetNumberOfIds();
+  constexpr vtkIdType most = 4096; // all pairs of edges are compared
+  if (count < 4 || count > most)
+  {
+    return false;
+  }
+  std::vector<std::array<double, 3>> points(static_cast<std::size_t>(count));
+  for (vtkIdType n = 0; n < count; ++n)
+  {
+    surface->GetPoint(polygon->GetId(n), points[n].data());
+  }
+  // The plane by three points that are far apart: the area of a polygon that crosses itself may be 0.
+  std::array<double, 3> along{};
+  std::array<double, 3> normal{};
+  const auto take = [&](auto&& candidate, std::array<double, 3>& best)
+  {
+    for (const std::array<double, 3>& point : points)
+    {
+      std::array<double, 3> one;
+      std::array<double, 3> way;
+      vtkMath::Subtract(point.data(), points[0].data(), way.data());
+      candidate(way, one);
+      best = vtkMath::Norm(one.data()) > vtkMath::Norm(best.data()) ? one : best;
+    }
+  };
+  take([](const auto& way, auto& one) { one = way; }, along);
+  take([&](const auto& way, auto& one) { vtkMath::Cross(along.data(), way.data(), one.data()); }, normal);
+  int axis = 0;
+  for (int a = 1; a < 3; ++a)
+  {
+    axis = std::fabs(normal[a]) > std::fabs(normal[axis]) ? a : axis;
+  }
+  const int x = (axis + 1) % 3;
+  const int y = (axis + 2) % 3;
+  const auto side = [&](const std::array<double, 3>& a, const std::array<double, 3>& b, const std::array<double, 3>& c)
+  { return (b[x] - a[x]) * (c[y] - a[y]) - (b[y] - a[y]) * (c[x] - a[x]); };
+  for (vtkIdType n = 0; n < count; ++n)
+  {
+    const auto& a = points[n];
+    const auto& b = points[(n + 1) % count];
+    for (vtkIdType m = n + 2; m < count; ++m)
+    {
+      const auto& c = points[m];
+      const auto& d = points[(m + 1) % count];
+      if (side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0)
+      {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 InputSurface ReadSurface(const Leaf& leaf, const Frame& space)
@@ -63,6 +128,8 @@ InputSurface ReadSurface(const Leaf& leaf, const Frame& space)
   vtkNew<vtkCellArray> polys;
   vtkNew<vtkCellArray> strips;
   vtkNew<vtkIdList> cell;
+  std::string flaw;
+  vtkIdType number = 0;
   const std::pair<vtkCellArray*, vtkCellArray*> lists[] = { { surface->GetPolys(), polys },
     { surface->GetStrips(), strips } };
   for (const auto& [from, to] : lists)
@@ -86,6 +153,13 @@ InputSurface ReadSurface(const Leaf& leaf, const Frame& space)
       {
         to->InsertNextCell(cell);
       }
+      if (to == polys.Get() && flaw.empty() && CrossesItself(surface, cell))
+      {
+        flaw = "polygon " + std::to_string(number) +
+               " crosses itself, so triangles may cover only parts of it. Give its points in their order around the "
+               "polygon, or give triangles.";
+      }
+      ++number;
     }
   }
 
@@ -104,7 +178,7 @@ InputSurface ReadSurface(const Leaf& leaf, const Frame& space)
     throw chainmail::InputError(where + " has more points than can be handled: simplify it.");
   }
 
-  InputSurface read{ where, {} };
+  InputSurface read{ where, {}, flaw };
   chainmail::Surface& to = read.Triangles;
   to.points.reserve(static_cast<std::size_t>(triangles->GetNumberOfPoints()));
   for (vtkIdType p = 0; p < triangles->GetNumberOfPoints(); ++p)

@@ -20,6 +20,7 @@ struct InputSurface
 {
   std::string Name; ///< the name for messages: "Cuts input 0"
   chainmail::Surface Triangles;
+  std::string Flaw; ///< what is odd about its polygons, in a sentence for the user; empty where nothing is
 };
 
 bool Same(const InputSurface& a, const InputSurface& b);

@@ -4,10 +4,11 @@
 #ifndef Text_h
 #define Text_h
 
+#include "Words.h"
+
 #include "vtkFieldData.h"
 
 #include <cmath>
-#include <sstream>
 #include <string>
 
 namespace vtkChainMail
@@ -15,17 +16,13 @@ namespace vtkChainMail
 
 inline std::string ToString(double number)
 {
-  std::ostringstream text;
-  text << number;
-  return text.str();
+  return chainmail::written(number);
 }
 
 /// Writes a place as "(1, 2, 3)".
 inline std::string ToString(const double p[3])
 {
-  std::ostringstream text;
-  text << "(" << p[0] << ", " << p[1] << ", " << p[2] << ")";
-  return text.str();
+  return chainmail::written(chainmail::Vector3{ p[0], p[1], p[2] });
 }
 
 inline bool IsFinite(const double p[3])

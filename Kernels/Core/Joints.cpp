@@ -3,6 +3,7 @@
 #include "Components.h"
 #include "Dispatch.h"
 #include "Error.h"
+#include "Words.h"
 
 #include <algorithm>
 #include <array>
@@ -99,8 +100,16 @@ template <typename T> std::int64_t labelOf(T value, std::size_t voxel)
     }
     if (std::nearbyint(value) != value || std::fabs(value) > 9e18)
     {
+      throw InputError("The label of the body at voxel " + std::to_string(voxel) + " is " +
+                       written(static_cast<double>(value)) + "; labels have to be whole numbers up to 9e+18.");
+    }
+  }
+  else if constexpr (std::is_same<T, std::uint64_t>::value)
+  {
+    if (value >> 63 != 0)
+    {
       throw InputError("The label of the body at voxel " + std::to_string(voxel) + " is " + std::to_string(value) +
-                       "; labels have to be whole numbers.");
+                       "; labels have to be whole numbers up to 9e+18.");
     }
   }
   return static_cast<std::int64_t>(value);

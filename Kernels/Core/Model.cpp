@@ -36,7 +36,7 @@ template <typename Where> float checkedConstraint(double value, Where&& where)
       "The constraint " + where() + " is " + written(value) +
       ". A constraint is a fraction of the spacing from 0 (rigid) to less than 1: correct the material.");
   }
-  return static_cast<float>(value);
+  return static_cast<float>(value) + 0.0f; // the sign of -0 would say that the element is held
 }
 
 /// Scalar -> constraint through the material function. Scalars of up to 16 bits get a table that is filled on demand.

@@ -109,6 +109,15 @@ struct Surface
   std::vector<std::array<int, 3>> triangles;
 };
 
+/// The parts of a closed surface: its connected components (Simulation::carve()).
+struct SurfaceParts
+{
+  std::size_t count = 0;
+  std::size_t mixed = 0;    ///< those with triangles that face both ways
+  std::size_t hollows = 0;  ///< those that enclose what stays
+  std::size_t reversed = 0; ///< those that face another way than the largest part and are no hollows
+};
+
 /// What a relaxation did.
 struct RelaxResult
 {

@@ -7,9 +7,12 @@
 #include "vtkDataArraySelection.h"
 #include "vtkIdTypeArray.h"
 #include "vtkIntArray.h"
+#include "vtkTypeInt64Array.h"
+#include "vtkTypeUInt64Array.h"
 #include "vtkUnsignedShortArray.h"
 
 #include <set>
+#include <utility>
 
 using namespace FilterTest;
 
@@ -119,6 +122,60 @@ int TestChainMailBodies(int, char*[])
     check.Contains(
       report, labels ? "label 10 (900 voxels) by the face x- of the scan" : "body 0 (900 voxels) by the face", where);
     check.Contains(report, labels ? "label 50 (891 voxels) by Probe 1" : "body 4 (891 voxels) by Probe 1", where);
+  }
+
+  // Labels to the last digit.
+  {
+    const vtkTypeInt64 huge = (vtkTypeInt64(1) << 60) + 1;
+    vtkNew<vtkTypeInt64Array> labels;
+    labels->SetName("Huge");
+    labels->SetNumberOfTuples(finger.Image->GetNumberOfPoints());
+    for (vtkIdType v = 0; v < labels->GetNumberOfTuples(); ++v)
+    {
+      const auto bone = static_cast<vtkTypeInt64>(finger.Labels->GetValue(v) / 10);
+      labels->SetValue(v, bone > 0 ? huge + bone : 0);
+    }
+    finger.Image->GetPointData()->AddArray(labels);
+    filter->SetBodyArray("Huge");
+    filter->SetJointSize(0);
+    update("huge labels");
+    auto* names = vtkIdTypeArray::SafeDownCast(filter->GetOutput()->GetFieldData()->GetArray("BodyLabel"));
+    for (int n = 0; names && n < 5; ++n)
+    {
+      check.That(names->GetValue(n) == huge + n + 1, "a huge label");
+    }
+    check.Contains(
+      filter->GetReport(), "label " + std::to_string(huge + 1) + " (900 voxels)", "a huge label in the report");
+
+    // What is no label is said in numbers that one can read.
+    vtkNew<vtkDoubleArray> odd;
+    odd->SetName("Odd");
+    odd->DeepCopy(finger.Labels);
+    odd->SetName("Odd");
+    finger.Image->GetPointData()->AddArray(odd);
+    const vtkIdType inBone = finger.Image->FindPoint(6.0, 8.0, 8.0);
+    filter->SetBodyArray("Odd");
+    const std::pair<double, const char*> cases[] = { { 6.5, " is 6.5; labels have to be whole" },
+      { 1e300, " is 1e+300; labels have to be whole numbers up to 9e+18" }, { -0.1, " is -0.1; " } };
+    for (const auto& [value, text] : cases)
+    {
+      odd->SetValue(inBone, value);
+      odd->Modified();
+      finger.Image->Modified();
+      filter->Update();
+      check.Contains(log.TakeErrors(), text, "what is no label");
+    }
+    finger.Image->GetPointData()->RemoveArray("Odd");
+    vtkNew<vtkTypeUInt64Array> beyond;
+    beyond->DeepCopy(labels);
+    beyond->SetName("Beyond");
+    beyond->SetValue(inBone, ~vtkTypeUInt64(0));
+    finger.Image->GetPointData()->AddArray(beyond);
+    filter->SetBodyArray("Beyond");
+    filter->Update();
+    check.Contains(log.TakeErrors(), "18446744073709551615; labels have to be", "a label beyond all");
+    finger.Image->GetPointData()->RemoveArray("Beyond");
+    finger.Image->GetPointData()->RemoveArray("Huge");
   }
 
   // The labels themselves are deformed as labels.

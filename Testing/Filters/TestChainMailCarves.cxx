@@ -168,7 +168,8 @@ void TestInside(Checks& check)
     filter->Update();
     check.That(SameBits(Array(filter->GetModelOutput(), "Element"), Array(expected, "Element")), where + "strips");
 
-    // A ball in the ball, in the same input, leaves its own inside: a shell. In an input of its own it adds nothing.
+    // A ball in the ball that faces the other way, in the same input, leaves its own inside: a shell. In an input of
+    // its own it adds nothing.
     Ball core(centre[0], centre[1], centre[2], turned ? 1.6 : 2.1);
     vtkNew<vtkPolyData> shell;
     vtkNew<vtkPoints> points;
@@ -185,8 +186,9 @@ void TestInside(Checks& check)
       for (vtkIdType c = 0; c < surface->GetNumberOfCells(); ++c)
       {
         vtkCell* cell = surface->GetCell(c);
+        const int way = one == &core ? 1 : 0;
         triangles->InsertNextCell(
-          { first + cell->GetPointId(0), first + cell->GetPointId(1), first + cell->GetPointId(2) });
+          { first + cell->GetPointId(0), first + cell->GetPointId(1 + way), first + cell->GetPointId(2 - way) });
       }
     }
     shell->SetPoints(points);

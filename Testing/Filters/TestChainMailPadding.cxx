@@ -9,6 +9,7 @@
 #include "vtkStreamingDemandDrivenPipeline.h"
 
 #include <fstream>
+#include <limits>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -121,6 +122,35 @@ int TestChainMailPadding(int, char*[])
     filter->Update();
     check.Equal(log.TakeErrors(), std::string(), "a line");
     check.Equal(filter->GetOutput()->GetNumberOfPoints(), 10 + 2 * 4096, "a line");
+  }
+
+  // Extents near the end of what integers count.
+  {
+    const int most = std::numeric_limits<int>::max();
+    for (const bool high : { true, false })
+    {
+      const int first = high ? most - 12 : -most + 1;
+      auto far = MakeImage({ { first, first + 9, 0, 9, 5, 14 } });
+      far->GetPointData()->GetScalars()->Fill(50.0);
+      vtkNew<vtkChainMailDeformation> there;
+      EventLog said(there);
+      there->SetInputData(far);
+      there->SetTissueThreshold(10.0);
+      there->SetOutputPadding(4);
+      there->Update();
+      const std::string error = said.TakeErrors();
+      check.Contains(error, "OutputPadding of 4", "far away: what is wrong");
+      check.Contains(error, "2147483646", "far away: the limit");
+      check.Contains(error, high ? "Lower it to 2 or less" : "Lower it to 1 or less", "far away: what would fit");
+      check.Equal(there->GetOutput()->GetNumberOfPoints(), 1000, "far away: the image as it is");
+      there->SetOutputPadding(high ? 2 : 1);
+      there->Update();
+      check.Equal(said.TakeErrors(), std::string(), "far away: what fits is no error");
+      int extent[6];
+      there->GetOutput()->GetExtent(extent);
+      check.Equal(extent[0], first - (high ? 2 : 1), "far away: first");
+      check.Equal(extent[1], first + 9 + (high ? 2 : 1), "far away: last");
+    }
   }
 
   // Memory that cannot be had. Where VTK is not built for release, its own allocation ends the process.

@@ -6,6 +6,7 @@
 
 #include "vtkChainMailRegionSource.h"
 #include "vtkDataArraySelection.h"
+#include "vtkDoubleArray.h"
 
 using namespace FilterTest;
 
@@ -91,6 +92,81 @@ int TestChainMailRegions(int, char*[])
   check.Near(reached("changed"), 0.3, 1e-6, "a region that changes");
   filter->RemoveAllRegions();
   check.Equal(reached("removed"), 0.0, "without regions");
+
+  // A constraint of -0 is 0: bone, which nobody holds.
+  {
+    const auto block = MakeImage({ { 0, 10, 0, 8, 0, 8 } });
+    block->GetPointData()->GetScalars()->Fill(50.0);
+    vtkNew<vtkDoubleArray> fractions;
+    fractions->SetName("Fractions");
+    fractions->SetNumberOfTuples(block->GetNumberOfPoints());
+    vtkNew<vtkPolyData> places;
+    vtkNew<vtkPoints> points;
+    points->InsertNextPoint(5.0, 4.0, 4.0);
+    places->SetPoints(points);
+    for (const char* name : { "Radius", "Constraint" })
+    {
+      vtkNew<vtkDoubleArray> array;
+      array->SetName(name);
+      array->InsertNextValue(1.0);
+      places->GetPointData()->AddArray(array);
+    }
+    for (const bool byRegion : { true, false })
+    {
+      for (const double zero : { 0.0, -0.0 })
+      {
+        vtkNew<vtkChainMailDeformation> free;
+        EventLog said{ free };
+        fractions->Fill(0.3);
+        if (byRegion)
+        {
+          places->GetPointData()->GetArray("Constraint")->SetTuple1(0, zero);
+          free->SetInputDataObject(4, places);
+        }
+        else
+        {
+          fractions->SetValue(block->FindPoint(5.0, 4.0, 4.0), zero);
+          block->GetPointData()->AddArray(fractions);
+          free->SetConstraintArray("Fractions");
+        }
+        free->SetInputData(block);
+        free->SetMaterialPresetToCT();
+        free->SetAnchoredFaces(0, 0, 0, 0, 0, 0);
+        free->SetInputDataObject(1, MakeProbes({ { { { 5, 4, 4 } }, { { 0.5, 0, 0 } } } }));
+        free->Update();
+        check.Equal(said.TakeErrors() + said.TakeWarnings(), std::string(), "-0");
+        check.Equal(Field(free->GetOutput(), "ProbeReached", 0), 0.5, byRegion ? "a region of -0" : "an array with -0");
+      }
+    }
+  }
+
+  // Regions that hold no tissue are named, once.
+  {
+    filter->SetRegionsConnection(source->GetOutputPort());
+    filter->AddRegionsConnection(bone->GetOutputPort());
+    const auto warnings = [&](const std::string& where)
+    {
+      filter->Update();
+      check.Equal(log.TakeErrors(), std::string(), where);
+      return log.TakeWarnings();
+    };
+    log.TakeWarnings();
+    filter->SetInputDataObject(1, nullptr);
+    check.Equal(warnings("in tissue"), std::string(), "in tissue");
+    bone->SetCenter(900.0, 0.0, 0.0);
+    const std::string outside = warnings("outside");
+    check.Contains(outside, "Regions input 1, point 0: no tissue is within the region's radius of 2.4 mm", "outside");
+    bone->SetCenter(901.0, 0.0, 0.0);
+    check.Equal(warnings("further outside"), std::string(), "once while it moves through air");
+    bone->SetCenter(middle.data());
+    check.Equal(warnings("back"), std::string(), "back in tissue");
+    // Between voxels, which are 0.5 x 1 x 2 mm.
+    bone->SetCenter(middle[0] + 0.5, middle[1] + 0.25, middle[2] + 1.0);
+    bone->SetRadius(0.5);
+    check.Contains(warnings("small"), "radius of 0.5 mm", "a region between voxels");
+    filter->RemoveAllRegions();
+    check.Equal(warnings("none"), std::string(), "without regions");
+  }
 
   // What is wrong is said.
   vtkNew<vtkPolyData> bare;

@@ -3,6 +3,8 @@
 
 #include "FilterTest.h"
 
+#include "vtkSphereSource.h"
+
 using namespace FilterTest;
 
 int TestChainMailReport(int, char*[])
@@ -54,6 +56,45 @@ int TestChainMailReport(int, char*[])
   filter->Reset();
   check.Contains(report({ { { { 8, 8, 8 } }, { { 1, 0, 0 } }, 0.0 } }), "Probe 1 was let go by the reset.\n", "Reset");
   check.Equal(log.TakeErrors(), std::string(), "no error so far");
+
+  // Surfaces that remove nothing, by their numbers, as long as they do.
+  {
+    vtkNew<vtkChainMailDeformation> other;
+    EventLog said{ other };
+    other->SetInputData(image);
+    other->SetMaterialFunction(ConstantMaterial(0.25));
+    other->SetTissueThreshold(10.0);
+    const auto blade = [](double x)
+    {
+      return MakeBlade(
+        { { { { x, -1.0, -1.0 } }, { { x, 20.0, -1.0 } }, { { x, 20.0, 20.0 } }, { { x, -1.0, 20.0 } } } });
+    };
+    other->AddInputDataObject(2, blade(4.5));
+    other->AddInputDataObject(2, blade(30.0));
+    other->AddInputDataObject(2, blade(40.0));
+    vtkNew<vtkSphereSource> ball;
+    ball->SetCenter(-9.0, 8.0, 8.0);
+    ball->Update();
+    other->AddInputDataObject(3, ball->GetOutput());
+    for (const char* when : { "at first", "again" })
+    {
+      other->Modified();
+      other->Update();
+      text = other->GetReport();
+      const std::string warnings = said.TakeWarnings();
+      check.That(text.find("Cuts input 0 met") == std::string::npos, "a blade in tissue");
+      for (const char* name : { "Cuts input 1", "Cuts input 2", "Carves input 0" })
+      {
+        check.Contains(text, std::string(name) + " met no tissue, or only what was cut before.\n", when);
+        check.Equal(warnings.find(name) != std::string::npos, std::string(when) == "at first", when);
+      }
+    }
+    other->RemoveInputConnection(2, 2);
+    other->RemoveInputConnection(2, 1);
+    other->RemoveAllCarves();
+    other->Update();
+    check.That(std::string(other->GetReport()).find("met no tissue") == std::string::npos, "without them");
+  }
 
   text = report({ { { { 80, 8, 8 } }, { { 1, 0, 0 } }, 0.0 } });
   check.Contains(log.TakeErrors(), text, "the error");

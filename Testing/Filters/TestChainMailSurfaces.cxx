@@ -4,6 +4,7 @@
 
 #include "FilterTest.h"
 
+#include "vtkAppendPolyData.h"
 #include "vtkSphereSource.h"
 
 using namespace FilterTest;
@@ -117,6 +118,35 @@ int TestChainMailSurfaces(int, char*[])
       bench.Filter->AddInputDataObject(port, vtkNew<vtkPolyData>());
       check.Equal(bench.Update(check), nothing, where + "an empty one");
     }
+  }
+
+  // Another surface at once at the place of one that misses: it has other triangles.
+  {
+    Bench bench(vtkChainMailDeformation::MODE_FROM_REST);
+    bench.Filter->AddInputDataObject(2, Knife(air));
+    check.Contains(bench.Update(check), met, "the first one misses");
+    bench.Filter->SetInputDataObject(2, Ball(air));
+    check.Contains(bench.Update(check), met, "so does the one that takes its place");
+    check.Equal(bench.Update(check), nothing, "once");
+  }
+
+  // Polygons that cross themselves.
+  {
+    Bench bench(vtkChainMailDeformation::MODE_FROM_REST);
+    vtkNew<vtkAppendPolyData> polygons;
+    polygons->AddInputData(Knife(4.5));
+    polygons->AddInputData(
+      MakeBlade({ { { { 8.5, 1.0, 1.0 } }, { { 8.5, 7.0, 7.0 } }, { { 8.5, 7.0, 1.0 } }, { { 8.5, 1.0, 7.0 } } } }));
+    polygons->Update();
+    bench.Filter->SetInputDataObject(2, polygons->GetOutput());
+    check.Contains(bench.Update(check), "Cuts input 0: polygon 1 crosses itself", "a bow tie");
+    check.Equal(bench.Update(check), nothing, "a bow tie: once");
+    // No polygon that is merely not convex, or not flat, does.
+    const auto fine =
+      MakeBlade({ { { { 4.5, 1.0, 1.0 } }, { { 4.7, 7.0, 1.0 } }, { { 4.5, 3.0, 3.0 } }, { { 4.3, 1.0, 7.0 } } } });
+    bench.Filter->SetInputDataObject(2, fine);
+    bench.Filter->Modified();
+    check.Equal(bench.Update(check), nothing, "a dart");
   }
 
   // Undo.

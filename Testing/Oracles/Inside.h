@@ -23,8 +23,8 @@ inline double winding(
   return sum / (4.0 * std::acos(-1.0));
 }
 
-/// 1 inside, 0 outside (where a surface winds around an even number of times), -1 where the place is within `margin` of
-/// where that changes.
+/// 1 inside (where a surface winds around, however often), 0 outside, -1 where the place is within `margin` of where
+/// that changes.
 inline int inside(const Vector3& place, double margin, const std::vector<Vector3>& points,
   const std::vector<std::array<int, 3>>& triangles)
 {
@@ -36,7 +36,7 @@ inline int inside(const Vector3& place, double margin, const std::vector<Vector3
     {
       near[a] += (n >> a & 1) ? margin : -margin;
     }
-    const int here = static_cast<int>(std::lround(winding(near, points, triangles))) & 1;
+    const int here = std::lround(winding(near, points, triangles)) != 0;
     result = result == -2 || result == here ? here : -1;
   }
   return result;

@@ -61,7 +61,7 @@ inline chainmail::Surface sphere(const chainmail::Vector3& centre, double radius
   return surface;
 }
 
-/// The twelve triangles of an axis-parallel box.
+/// The twelve triangles of an axis-parallel box, facing outwards.
 inline chainmail::Surface box(const chainmail::Vector3& low, const chainmail::Vector3& high)
 {
   chainmail::Surface surface;
@@ -73,8 +73,8 @@ inline chainmail::Surface box(const chainmail::Vector3& low, const chainmail::Ve
     { std::array<int, 4>{ 0, 2, 6, 4 }, std::array<int, 4>{ 1, 5, 7, 3 }, std::array<int, 4>{ 0, 4, 5, 1 },
       std::array<int, 4>{ 2, 3, 7, 6 }, std::array<int, 4>{ 0, 1, 3, 2 }, std::array<int, 4>{ 4, 6, 7, 5 } })
   {
-    surface.triangles.push_back({ face[0], face[1], face[2] });
-    surface.triangles.push_back({ face[0], face[2], face[3] });
+    surface.triangles.push_back({ face[0], face[2], face[1] });
+    surface.triangles.push_back({ face[0], face[3], face[2] });
   }
   return surface;
 }
@@ -84,4 +84,62 @@ inline chainmail::Surface planeAcrossX(double x)
 {
   return { { { x, -60.0, -50.0 }, { x, 110.0, -50.0 }, { x, -60.0, 110.0 }, { x, 110.0, 110.0 } },
     { { 0, 1, 2 }, { 1, 3, 2 } } };
+}
+
+/// Two surfaces as one.
+inline chainmail::Surface both(chainmail::Surface a, const chainmail::Surface& b)
+{
+  const int first = static_cast<int>(a.points.size());
+  a.points.insert(a.points.end(), b.points.begin(), b.points.end());
+  for (const std::array<int, 3>& t : b.triangles)
+  {
+    a.triangles.push_back({ t[0] + first, t[1] + first, t[2] + first });
+  }
+  return a;
+}
+
+/// A closed torus around the z axis.
+inline chainmail::Surface torus(const chainmail::Vector3& centre, double ring, double tube, int sectors, int sides)
+{
+  chainmail::Surface surface;
+  const double pi = std::acos(-1.0);
+  for (int s = 0; s < sectors; ++s)
+  {
+    for (int t = 0; t < sides; ++t)
+    {
+      const double a = 2 * pi * s / sectors, b = 2 * pi * t / sides, r = ring + tube * std::cos(b);
+      surface.points.push_back(
+        { centre[0] + r * std::cos(a), centre[1] + r * std::sin(a), centre[2] + tube * std::sin(b) });
+      const auto at = [&](int x, int y) { return x % sectors * sides + y % sides; };
+      surface.triangles.push_back({ at(s, t), at(s + 1, t), at(s + 1, t + 1) });
+      surface.triangles.push_back({ at(s, t), at(s + 1, t + 1), at(s, t + 1) });
+    }
+  }
+  return surface;
+}
+
+/// Every triangle with points of its own, as STL files have them.
+inline chainmail::Surface soup(const chainmail::Surface& surface)
+{
+  chainmail::Surface result;
+  for (const std::array<int, 3>& t : surface.triangles)
+  {
+    const int first = static_cast<int>(result.points.size());
+    for (const int id : t)
+    {
+      result.points.push_back(surface.points[id]);
+    }
+    result.triangles.push_back({ first, first + 1, first + 2 });
+  }
+  return result;
+}
+
+/// The other side of every triangle.
+inline chainmail::Surface inverted(chainmail::Surface surface)
+{
+  for (std::array<int, 3>& t : surface.triangles)
+  {
+    std::swap(t[1], t[2]);
+  }
+  return surface;
 }

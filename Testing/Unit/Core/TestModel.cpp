@@ -1,5 +1,6 @@
 #include "Scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -290,6 +291,30 @@ TEST(Model, LargestConstraintBelowOneIsTaken)
   Material material = percent(0.0);
   material.constraintArray = view(most, ArrayView::Type::Float32);
   EXPECT_EQ(rowOf(Model(rowOf(1), view(scalars, ArrayView::Type::UInt8), material, noAnchors())), most);
+}
+
+// The sign of a constraint says that the element is held (element.clh), and -0 is as good a 0 as any.
+TEST(Model, AConstraintOfMinusZeroHoldsNothing)
+{
+  const std::vector<double> scalars{ 50.0, 50.0, 50.0, 0.0 };
+  const std::vector<float> fractions{ -0.0f, 0.5f, 0.0f, -0.0f };
+  Material byFunction = percent(20.0);
+  byFunction.constraint = [](double) { return -0.0; };
+  Material byArray = percent(20.0);
+  byArray.constraintArray = view(fractions, ArrayView::Type::Float32);
+  Material byRegion = percent(20.0);
+  byRegion.regions.push_back({ { { 1.0, 0.0, 0.0 } }, 0.5, -0.0 });
+  for (const Material& material : { byFunction, byArray, byRegion })
+  {
+    const Model model(rowOf(4), view(scalars, ArrayView::Type::Float64), material, noAnchors());
+    const std::vector<float> row = rowOf(model);
+    for (int i = 0; i < 3; ++i)
+    {
+      EXPECT_FALSE(std::signbit(row[i])) << i;
+    }
+    EXPECT_EQ(row[3], air);
+    EXPECT_GE(std::count(row.begin(), row.end(), 0.0f), 1);
+  }
 }
 
 }
