@@ -8,6 +8,7 @@
 #include "pqProgressWidget.h"
 #include "pqServer.h"
 #include "pqServerManagerModel.h"
+#include "pqView.h"
 
 #include "vtkChainMailDeformation.h"
 #include "vtkCommand.h"
@@ -16,7 +17,6 @@
 
 #include <QAbstractEventDispatcher>
 #include <QApplication>
-#include <QMouseEvent>
 #include <QTimer>
 #include <QToolButton>
 #include <QWidget>
@@ -30,14 +30,44 @@ constexpr int MillisecondsBetween = 100;
 // What ParaView draws a moment later, for what was stopped, must not begin it anew.
 constexpr int MillisecondsAfter = 500;
 
+#if QT_VERSION < QT_VERSION_CHECK(6, 0, 0)
+QPoint PlaceOf(const QMouseEvent* event)
+{
+  return event->globalPos();
+}
+
+QMouseEvent* CopyOf(const QMouseEvent* event)
+{
+  return new QMouseEvent(*event);
+}
+#else
+QPoint PlaceOf(const QMouseEvent* event)
+{
+  return event->globalPosition().toPoint();
+}
+
+QMouseEvent* CopyOf(const QMouseEvent* event)
+{
+  return event->clone();
+}
+#endif
+
 bool IsOver(const QWidget* widget, const QMouseEvent* event)
 {
-#if QT_VERSION < QT_VERSION_CHECK(6, 0, 0)
-  const QPoint place = event->globalPos();
-#else
-  const QPoint place = event->globalPosition().toPoint();
-#endif
-  return widget->rect().contains(widget->mapFromGlobal(place));
+  return widget->rect().contains(widget->mapFromGlobal(PlaceOf(event)));
+}
+
+bool IsOverView(const QMouseEvent* event)
+{
+  for (pqView* view : pqApplicationCore::instance()->getServerManagerModel()->findItems<pqView*>())
+  {
+    const QWidget* widget = view->widget();
+    if (widget && widget->isVisible() && IsOver(widget, event))
+    {
+      return true;
+    }
+  }
+  return false;
 }
 }
 
@@ -45,16 +75,20 @@ bool IsOver(const QWidget* widget, const QMouseEvent* event)
 pqChainMailStop::pqChainMailStop(QObject* parent)
   : Superclass(parent)
 {
-#if PARAVIEW_VERSION_NUMBER < PARAVIEW_VERSION_CHECK(6, 1, 0)
-  pqApplicationCore* core = pqApplicationCore::instance();
-  pqServerManagerModel* model = core->getServerManagerModel();
+#if PARAVIEW_VERSION_NUMBER < PARAVIEW_VERSION_CHECK(6, 2, 0)
+  pqServerManagerModel* model = pqApplicationCore::instance()->getServerManagerModel();
   QObject::connect(model, &pqServerManagerModel::sourceAdded, this, &pqChainMailStop::watch);
   for (pqPipelineSource* source : model->findItems<pqPipelineSource*>())
   {
     this->watch(source);
   }
-  QObject::connect(
-    core->getProgressManager(), &pqProgressManager::abort, this, [this] { this->IsStopped = this->IsListening; });
+  QObject::connect(pqApplicationCore::instance()->getProgressManager(),
+    QOverload<bool>::of(&pqProgressManager::enableProgress), this,
+    [this](bool busy)
+    {
+      this->IsParaViewBusy = busy;
+      QTimer::singleShot(0, this, &pqChainMailStop::catchUp);
+    });
 #endif
 }
 
@@ -74,15 +108,38 @@ void pqChainMailStop::watch(pqPipelineSource* source)
 //------------------------------------------------------------------------------
 void pqChainMailStop::begin()
 {
+  if (this->Button == nullptr)
+  {
+    QWidget* window = pqCoreUtilities::mainWidget();
+    auto* progress = window ? window->findChild<pqProgressWidget*>() : nullptr;
+    this->Button = progress ? progress->abortButton() : nullptr;
+  }
   this->Clock.start();
   // The button of the mouse that is held goes up where it went down, and a dialog such as that of an animation handles
   // events itself.
-  this->MayListen = QApplication::mouseButtons() == Qt::NoButton && QApplication::activeModalWidget() == nullptr;
+  this->MayListen =
+    this->Button && QApplication::mouseButtons() == Qt::NoButton && QApplication::activeModalWidget() == nullptr;
+  if (this->MayListen)
+  {
+    this->IsUpdating = true;
+    // The last filter is the first to see an event: before ParaView's own, which drops clicks.
+    qApp->installEventFilter(this);
+  }
 }
 
 void pqChainMailStop::end()
 {
   this->enable(false);
+  this->IsUpdating = false;
+  if (this->PutOff.empty())
+  {
+    qApp->removeEventFilter(this);
+  }
+  for (QWidget* view : this->Undrawn)
+  {
+    view->update();
+  }
+  this->Undrawn.clear();
 }
 
 //------------------------------------------------------------------------------
@@ -104,12 +161,6 @@ void pqChainMailStop::listen(vtkObject* deformation)
 //------------------------------------------------------------------------------
 void pqChainMailStop::enable(bool enabled)
 {
-  if (this->Button == nullptr)
-  {
-    QWidget* window = pqCoreUtilities::mainWidget();
-    auto* progress = window ? window->findChild<pqProgressWidget*>() : nullptr;
-    this->Button = progress ? progress->abortButton() : nullptr;
-  }
   if (this->Button && enabled != this->IsEnabled)
   {
     pqApplicationCore::instance()->getProgressManager()->setEnableAbort(enabled);
@@ -120,29 +171,14 @@ void pqChainMailStop::enable(bool enabled)
 //------------------------------------------------------------------------------
 void pqChainMailStop::handleEvents()
 {
-  if (this->Button == nullptr)
-  {
-    return;
-  }
-  pqProgressManager* manager = pqApplicationCore::instance()->getProgressManager();
   this->IsListening = true;
-  // ParaView's own filter would take away every click before the window has found out whose it is.
-  const bool before = manager->unblockEvents(true);
-  qApp->installEventFilter(this);
   // All that have come: in a time that is given, few are handled where the machine is busy. Timers may never end, so
   // they are counted.
   int left = 100;
   while (QAbstractEventDispatcher::instance()->processEvents(QEventLoop::ExcludeSocketNotifiers) && --left > 0)
   {
   }
-  qApp->removeEventFilter(this);
-  manager->unblockEvents(before);
   this->IsListening = false;
-  for (QWidget* view : this->Undrawn)
-  {
-    view->update();
-  }
-  this->Undrawn.clear();
 }
 
 //------------------------------------------------------------------------------
@@ -152,9 +188,35 @@ bool pqChainMailStop::eventFilter(QObject* receiver, QEvent* event)
   {
   case QEvent::MouseButtonPress:
   case QEvent::MouseButtonDblClick:
+    if (IsOverView(static_cast<QMouseEvent*>(event)))
+    {
+      this->putOff(receiver, static_cast<QMouseEvent*>(event));
+      return true;
+    }
+    if (this->IsUpdating && this->Button && this->Button->isEnabled() &&
+        IsOver(this->Button, static_cast<QMouseEvent*>(event)))
+    {
+      this->IsStopped = true;
+      this->enable(false);
+    }
+    return this->IsUpdating;
   case QEvent::MouseButtonRelease:
   case QEvent::MouseMove:
-    return !this->Button || !(this->Button->isDown() || IsOver(this->Button, static_cast<QMouseEvent*>(event)));
+    if (!this->PutOff.empty())
+    {
+      this->putOff(receiver, static_cast<QMouseEvent*>(event));
+      return true;
+    }
+    return this->IsUpdating;
+  default:
+    return this->IsUpdating && this->takesAway(receiver, event);
+  }
+}
+
+bool pqChainMailStop::takesAway(QObject* receiver, QEvent* event)
+{
+  switch (event->type())
+  {
   case QEvent::Close:
     event->ignore();
     return true;
@@ -187,11 +249,10 @@ bool pqChainMailStop::eventFilter(QObject* receiver, QEvent* event)
       this->Undrawn.insert(static_cast<QWidget*>(receiver));
       return true;
     }
-    break;
+    return false;
   default:
-    break;
+    return false;
   }
-  return this->Superclass::eventFilter(receiver, event);
 }
 
 //------------------------------------------------------------------------------
@@ -222,4 +283,33 @@ void pqChainMailStop::release()
   }
   this->Stopped.clear();
   this->IsStopped = false;
+  this->catchUp();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailStop::putOff(QObject* receiver, const QMouseEvent* event)
+{
+  // Of the way of the mouse, the last place is what counts.
+  if (event->type() == QEvent::MouseMove && this->PutOff.back().second->type() == QEvent::MouseMove)
+  {
+    this->PutOff.pop_back();
+  }
+  this->PutOff.emplace_back(receiver, CopyOf(event));
+}
+
+void pqChainMailStop::catchUp()
+{
+  if (this->PutOff.empty() || this->IsParaViewBusy || !this->Stopped.empty())
+  {
+    return;
+  }
+  qApp->removeEventFilter(this);
+  const auto events = std::exchange(this->PutOff, {});
+  for (const auto& event : events)
+  {
+    if (event.first)
+    {
+      QCoreApplication::sendEvent(event.first, event.second.get());
+    }
+  }
 }
