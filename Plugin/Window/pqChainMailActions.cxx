@@ -44,7 +44,6 @@
 
 #include <QDockWidget>
 #include <QKeyEvent>
-#include <QLayout>
 #include <QMainWindow>
 #include <QMenu>
 #include <QMenuBar>
@@ -121,31 +120,6 @@ void FitPull(vtkSMSourceProxy* probe, vtkSMProxy* deformation, const vtkChainMai
   SM_SCOPED_TRACE(PropertiesModified).arg("proxy", probe);
   vtkChainMail::FitPull(probe, vtkSMSourceProxy::SafeDownCast(deformation), sight);
 }
-
-/// While it lives, a window changes its layout at once: an animation that is overtaken by another change of size has
-/// been seen to crash Qt 5.
-class Unanimated
-{
-public:
-  explicit Unanimated(QMainWindow* window)
-    : Window(window)
-    , Before(window->isAnimated())
-  {
-    window->setAnimated(false);
-  }
-  ~Unanimated()
-  {
-    this->Window->layout()->activate();
-    this->Window->setAnimated(this->Before);
-  }
-
-private:
-  Unanimated(const Unanimated&) = delete;
-  void operator=(const Unanimated&) = delete;
-
-  QMainWindow* Window;
-  bool Before;
-};
 
 /// The inputs of deformations that a source is a probe, blade or drill for.
 std::vector<vtkSMProperty*> UsesOf(vtkSMProxy* source)
@@ -254,6 +228,8 @@ pqChainMailActions::pqChainMailActions(QObject* parent)
   this->updateEnableState();
   this->Resized.setSingleShot(true);
   QObject::connect(&this->Resized, &QTimer::timeout, this, &pqChainMailActions::makeRoom);
+  this->Drawn.setSingleShot(true);
+  QObject::connect(&this->Drawn, &QTimer::timeout, this, &pqChainMailActions::widenPanel);
   QTimer::singleShot(0, this,
     [this]
     {
@@ -313,7 +289,6 @@ void pqChainMailActions::makeRoom()
   {
     return;
   }
-  const Unanimated atOnce(window);
   if (this->Moves == 0)
   {
     window->removeToolBar(this->Bar);
@@ -346,7 +321,6 @@ void pqChainMailActions::widenPanel()
   const int missing = needed - area->viewport()->width();
   if (missing > 0 && needed > this->WidestPanel)
   {
-    const Unanimated atOnce(window);
     this->WidestPanel = needed; // who makes it narrower again gets it narrower
     window->resizeDocks({ static_cast<QDockWidget*>(dock) }, { dock->width() + missing }, Qt::Horizontal);
   }
@@ -400,9 +374,10 @@ void pqChainMailActions::updateEnableState()
   this->Grab->setEnabled(source && (unapplied || IsImage(port)));
   this->Remove->setEnabled(!SelectedTools().isEmpty());
   this->makeRoom();
-  if (deformed)
+  pqView* view = pqActiveObjects::instance().activeView();
+  if (deformed && view)
   {
-    this->widenPanel();
+    QObject::connect(view, SIGNAL(endRender()), &this->Drawn, SLOT(start()), Qt::UniqueConnection);
   }
   for (QAction* addition : this->Additions)
   {
