@@ -20,6 +20,7 @@
 #include "vtkCellData.h"
 #include "vtkCommand.h"
 #include "vtkDataArraySelection.h"
+#include "vtkDoubleArray.h"
 #include "vtkErrorCode.h"
 #include "vtkFieldData.h"
 #include "vtkImageData.h"
@@ -180,6 +181,7 @@ vtkChainMailDeformation::vtkChainMailDeformation()
   {
     this->ModelArraySelection->SetArraySetting(name, vtkChainMail::Outputs::IsDefault(name));
   }
+  this->NoProbes->SetNumberOfComponents(3);
   this->SetNumberOfInputPorts(vtkChainMail::NUMBER_OF_PORTS);
   this->SetNumberOfOutputPorts(2);
   this->SetInputArrayToProcess(0, IMAGE, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, vtkDataSetAttributes::SCALARS);
@@ -302,7 +304,8 @@ const char* vtkChainMailDeformation::GetReport()
 vtkDataArray* vtkChainMailDeformation::GetProbeReached()
 {
   vtkImageData* output = this->GetOutput();
-  return output ? output->GetFieldData()->GetArray("ProbeReached") : nullptr;
+  vtkDataArray* reached = output ? output->GetFieldData()->GetArray("ProbeReached") : nullptr;
+  return reached ? reached : this->NoProbes.Get();
 }
 
 //------------------------------------------------------------------------------

@@ -25,8 +25,8 @@
  *    input, bit for bit; voxels that tissue left show BackgroundValue.
  *
  * Method after "Parallel deformation of heterogeneous ChainMail models: application to interactive deformation of large
- * medical volumes" by Rodriguez, Leon and Arroyo, whose propagation and relaxation are here as PROPAGATION_TIMESTAMP and
- * RELAXATION_PAPER; the others are this library's own (Data/Method.md). It runs on an OpenCL device, see Device.
+ * medical volumes" by Rodriguez, Leon and Arroyo, whose propagation and relaxation are here as PROPAGATION_TIMESTAMP
+ * and RELAXATION_PAPER; the others are this library's own (Data/Method.md). It runs on an OpenCL device, see Device.
  *
  * @section vtkChainMailDeformation-interactive Interactive use
  *
@@ -44,9 +44,9 @@
  *    and makes the next Update() do it:
  * `do { filter->Update(); show(); } while (filter->GetNeedsUpdate());`
  *
- * Other tissue (the image, its scalars, place or spacing, material, bodies, anchors, ModelReduction, Device, BrickSize),
- * or switching to this mode, starts from rest and applies everything that is connected. Equal values in new arrays, say
- * from a reader that ran again, are the same tissue, which goes on from where it was.
+ * Other tissue (the image, its scalars, place or spacing, material, bodies, anchors, ModelReduction, Device,
+ * BrickSize), or switching to this mode, starts from rest and applies everything that is connected. Equal values in new
+ * arrays, say from a reader that ran again, are the same tissue, which goes on from where it was.
  *
  * An update that fails leaves the state usable: the next one goes on from where it was, and does not repeat a cut that
  * came before the failure. One that is stopped (AbortExecute) lets go of all probes and leaves tissue at rest, with its
@@ -55,8 +55,8 @@
  * @section vtkChainMailDeformation-errors Errors
  *
  * An update that fails (also for a number that stands for nothing in an enumerated property) reports one error, sets
- * the error code (GetErrorCode()) and goes on showing: both outputs are the last good ones or, where none fits the image,
- * the image as it is. They have the message in the field array `Error`. The pipeline counts the update as done.
+ * the error code (GetErrorCode()) and goes on showing: both outputs are the last good ones or, where none fits the
+ * image, the image as it is. They have the message in the field array `Error`. The pipeline counts the update as done.
  *
  * @section vtkChainMailDeformation-inputs Input ports
  *
@@ -64,8 +64,8 @@
  *
  * - 0, the image: vtkImageData with point scalars of any numeric type, volume or single slice. Of scalars with several
  *   components the first is read. Scalars that are NaN or infinite are air; their number is warned about once. Air
- *   is also padding above all other scalars, see vtkChainMailScanStatistics. The direction matrix has to be orthonormal;
- *   flipped axes are fine. Cell data alone are an error: vtkCellDataToPointData makes points.
+ *   is also padding above all other scalars, see vtkChainMailScanStatistics. The direction matrix has to be
+ * orthonormal; flipped axes are fine. Cell data alone are an error: vtkCellDataToPointData makes points.
  * - 1, `Probes` (optional, repeatable): vtkPointSet; every point is a probe that grabs tissue. Point arrays:
  *   `Displacement` (3 components, [mm]; needed unless every point is an anchor), `Radius` (optional, [mm], default 0:
  *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is). An element has one
@@ -73,11 +73,12 @@
  *   once. Warnings count the probes that they are about and name the first few.
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
- *   of any number of parts. Elements inside any part are removed and show BackgroundValue; normals may point outwards or
- *   inwards. A part within others that faces the other way is a hollow: what is in it stays. Where triangles of a part
+ *   of any number of parts. Elements inside any part are removed and show BackgroundValue; normals may point outwards
+ * or inwards. A part within others that faces the other way is a hollow: what is in it stays. Where triangles of a part
  *   face both ways, every part within others is one. Both are warned about once. A surface not closed is an error.
- * - 4, `Regions` (optional, repeatable): vtkPointSet; every point is a ball whose tissue has the constraint in the point
- *   array `Constraint`, with the radius in `Radius` [mm]. The later of two wins. One without tissue is warned about.
+ * - 4, `Regions` (optional, repeatable): vtkPointSet; every point is a ball whose tissue has the constraint in the
+ * point array `Constraint`, with the radius in `Radius` [mm]. The later of two wins. One without tissue is warned
+ * about.
  *
  * A surface that meets no tissue is warned about once, until it does, and named in GetReport(). A polygon that crosses
  * itself is warned about. Probes, cuts and carves may be composite datasets, which count as the list of their datasets;
@@ -87,28 +88,30 @@
  * @section vtkChainMailDeformation-outputs Output ports
  *
  * - 0, the deformed image: the input's geometry, extended by OutputPadding, and all its point arrays, each resampled in
- *   its own type. Global ids become an ordinary array. Cell arrays are not passed on, which is warned about once. Ghosts
- *   and blanks (of voxels and of cells, `vtkGhostType`) belong to the grid and stay where they are; padding has none.
+ *   its own type. Global ids become an ordinary array. Cell arrays are not passed on, which is warned about once.
+ * Ghosts and blanks (of voxels and of cells, `vtkGhostType`) belong to the grid and stay where they are; padding has
+ * none.
  * - 1, the model at rest on the input's grid, with those point arrays that were chosen (ModelArrays): `Displacement`
  *   (3 floats, world axes, [mm]), `Element` (unsigned char: 0 air or carved away, 1 tissue), `Constraint` (float,
- *   fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air) and `Cluster` (int, number of the rigid
- *   cluster, -1 none; components as `Constraint`). The active scalars are `Displacement`, as some writers write no other
- *   array; without it `Element`. With PropagationTimes it also has `PropagationTime` (float,
- *   components as `Constraint`: how far the last wave that came to the element had travelled from its probe, as the sum
- *   of D along its links [mm]; with 1 component along the image's x axis; -1: no wave came) and `Wavefront` (int,
- *   likewise: the number of that wave since rest, from 1 on; 0 none).
+ *   fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air) and `Cluster` (int, number of the
+ * rigid cluster, -1 none; components as `Constraint`). The active scalars are `Displacement`, as some writers write no
+ * other array; without it `Element`. With PropagationTimes it also has `PropagationTime` (float, components as
+ * `Constraint`: how far the last wave that came to the element had travelled from its probe, as the sum of D along its
+ * links [mm]; with 1 component along the image's x axis; -1: no wave came) and `Wavefront` (int, likewise: the number
+ * of that wave since rest, from 1 on; 0 none).
  *
- * Both have the input's field data, except arrays of the names below, and these field arrays: `ProbeReached` (3 per probe: its displacement since it
- * grabbed, world axes, [mm]), `ProbeForce` (3 per probe: the gradient of the energy at the elements it holds, which is
- * the force it pulls them with, world axes, no unit), `Energy` [mm] (with ElasticRecovery r below 1 only strain of more
- * than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C), fraction of the spacing),
- * `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `CoarseToFineStep` (the share of the correction by coarser
- * grids that was taken: 1 all, 0 none; -1 where the last relaxation did not start on any), `DisplacedElements`
- * (elements away from their rest place; also by its deprecated name `ActiveElements`), `Milliseconds` (upload,
- * propagate, relax, resample, download; 0 for steps that did not have to be done again), `PeakDeviceMemory` (the most
- * memory that all these filters of the process held on the device during this update [MB]) and `DeviceName`. With
- * BodyArray or JointSize there are also, one row for each number of `Cluster`, `BodyVoxels`, `BodyLabel` (with BodyArray)
- * and `BodyHeldBy` (0 nothing, 1 a face of the image, 2 AnchorRigid, 3 a probe; one that holds along x, see `Cluster`).
+ * Both have the input's field data, except arrays of the names below, and these field arrays: `ProbeReached` (3 per
+ * probe: its displacement since it grabbed, world axes, [mm]), `ProbeForce` (3 per probe: the gradient of the energy at
+ * the elements it holds, which is the force it pulls them with, world axes, no unit), `Energy` [mm] (with
+ * ElasticRecovery r below 1 only strain of more than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C),
+ * fraction of the spacing), `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `CoarseToFineStep` (the share of
+ * the correction by coarser grids that was taken: 1 all, 0 none; -1 where the last relaxation did not start on any),
+ * `DisplacedElements` (elements away from their rest place; also by its deprecated name `ActiveElements`),
+ * `Milliseconds` (upload, propagate, relax, resample, download; 0 for steps that did not have to be done again),
+ * `PeakDeviceMemory` (the most memory that all these filters of the process held on the device during this update [MB])
+ * and `DeviceName`. With BodyArray or JointSize there are also, one row for each number of `Cluster`, `BodyVoxels`,
+ * `BodyLabel` (with BodyArray) and `BodyHeldBy` (0 nothing, 1 a face of the image, 2 AnchorRigid, 3 a probe; one that
+ * holds along x, see `Cluster`).
  *
  * @section vtkChainMailDeformation-parallel Pieces and processes
  *
@@ -133,7 +136,7 @@
 
 #include "ChainMailFiltersModule.h" // for export macro
 #include "vtkImageAlgorithm.h"
-#include "vtkNew.h" // for ModelArraySelection
+#include "vtkNew.h"          // for ModelArraySelection
 #include "vtkSmartPointer.h" // for MaterialFunction
 
 #include <memory> // for std::unique_ptr
@@ -141,6 +144,7 @@
 #include <vector> // for LabelArrays
 class vtkDataArray;
 class vtkDataArraySelection;
+class vtkDoubleArray;
 class vtkMultiProcessController;
 class vtkPiecewiseFunction;
 class vtkStringArray;
@@ -213,9 +217,9 @@ public:
 
   ///@{
   /**
-   * Name of a point array of labels, whole numbers such as one for each bone: rigid voxels of different labels belong to
-   * different bodies, with a joint where they touch. 0 is no label: what is connected of it is a body of its own. The
-   * array takes the nearest voxel, see LabelArrays. Not with ModelReduction. Default: "", none.
+   * Name of a point array of labels, whole numbers such as one for each bone: rigid voxels of different labels belong
+   * to different bodies, with a joint where they touch. 0 is no label: what is connected of it is a body of its own.
+   * The array takes the nearest voxel, see LabelArrays. Not with ModelReduction. Default: "", none.
    */
   vtkSetStdStringFromCharMacro(BodyArray);
   vtkGetCharFromStdStringMacro(BodyArray);
@@ -223,9 +227,9 @@ public:
 
   ///@{
   /**
-   * Where rigid tissue without a label is thinner than so many voxels, between parts at least twice as thick (with their
-   * marrow), it is a joint; thin tissue is of the nearest body. So a larger size finds thicker joints, but fewer in all.
-   * [0, 256], 0: none; not with ModelReduction. Default: 0.
+   * Where rigid tissue without a label is thinner than so many voxels, between parts at least twice as thick (with
+   * their marrow), it is a joint; thin tissue is of the nearest body. So a larger size finds thicker joints, but fewer
+   * in all. [0, 256], 0: none; not with ModelReduction. Default: 0.
    */
   vtkSetClampMacro(JointSize, int, 0, 256);
   vtkGetMacro(JointSize, int);
@@ -242,8 +246,8 @@ public:
 
   ///@{
   /**
-   * Voxels with a smaller scalar are air. NaN: the threshold that fits, see vtkChainMailScanStatistics; GetReport() says
-   * what the scalars were taken for, and what is doubtful is warned about once. Default: NaN.
+   * Voxels with a smaller scalar are air. NaN: the threshold that fits, see vtkChainMailScanStatistics; GetReport()
+   * says what the scalars were taken for, and what is doubtful is warned about once. Default: NaN.
    */
   virtual void SetTissueThreshold(double threshold);
   vtkGetMacro(TissueThreshold, double);
@@ -269,19 +273,24 @@ public:
 
   ///@{
   /**
-   * Hold the tissue that touches these faces of the image, as the body goes on there: x- x+ y- y+ z- z+ along the image's
-   * axes; 0 leaves a face free. An axis with a single voxel has no faces. Default: 1 1 1 1 1 1.
+   * Hold the tissue that touches these faces of the image, as the body goes on there: x- x+ y- y+ z- z+ along the
+   * image's axes; 0 leaves a face free. An axis with a single voxel has no faces. Default: 1 1 1 1 1 1.
    */
   vtkSetVector6Macro(AnchoredFaces, int);
   vtkGetVector6Macro(AnchoredFaces, int);
   ///@}
 
-  enum Modes { MODE_FROM_REST = 0, MODE_INTERACTIVE = 1 };
+  enum Modes
+  {
+    MODE_FROM_REST = 0,
+    MODE_INTERACTIVE = 1
+  };
 
   ///@{
   /**
-   * MODE_FROM_REST (0): an update computes from rest, as a function of the inputs and properties alone. MODE_INTERACTIVE
-   * (1): it goes on from the state of the last one, see "Interactive use" above. Default: MODE_FROM_REST.
+   * MODE_FROM_REST (0): an update computes from rest, as a function of the inputs and properties alone.
+   * MODE_INTERACTIVE (1): it goes on from the state of the last one, see "Interactive use" above. Default:
+   * MODE_FROM_REST.
    */
   vtkSetMacro(Mode, int);
   vtkGetMacro(Mode, int);
@@ -305,13 +314,13 @@ public:
 
   /**
    * What the last update did, a line for each sentence: how far every probe came and what holds one that came less than
-   * 90 % of its way, surfaces that removed nothing, bodies and which are held, how much moved, whether it settled, time,
-   * memory; or why it failed.
+   * 90 % of its way, surfaces that removed nothing, bodies and which are held, how much moved, whether it settled,
+   * time, memory; or why it failed.
    */
   const char* GetReport();
 
   /**
-   * `ProbeReached` of the outputs, a tuple of 3 for each probe; null before the first update.
+   * `ProbeReached` of the outputs, a tuple of 3 for each probe; without tuples before the first update.
    */
   vtkDataArray* GetProbeReached();
 
@@ -346,8 +355,9 @@ public:
 
   ///@{
   /**
-   * Largest number of propagation iterations of an update, [0, VTK_INT_MAX]; 0: until all waves have ended. A wave under
-   * way goes on in the next update with MODE_INTERACTIVE; links at its front may be longer than (C) allows. Default: 0.
+   * Largest number of propagation iterations of an update, [0, VTK_INT_MAX]; 0: until all waves have ended. A wave
+   * under way goes on in the next update with MODE_INTERACTIVE; links at its front may be longer than (C) allows.
+   * Default: 0.
    */
   vtkSetClampMacro(PropagationIterations, int, 0, VTK_INT_MAX);
   vtkGetMacro(PropagationIterations, int);
@@ -362,8 +372,8 @@ public:
   ///@{
   /**
    * What happens where probes pull tissue apart further than it stretches; anchors always hold. CONFLICT_LIMIT (0): the
-   * later probe is shortened, by axis, to what the earlier ones allow. CONFLICT_LATEST (1), as published: the later probe
-   * wins and drags the tissue of earlier ones along. Default: CONFLICT_LIMIT.
+   * later probe is shortened, by axis, to what the earlier ones allow. CONFLICT_LATEST (1), as published: the later
+   * probe wins and drags the tissue of earlier ones along. Default: CONFLICT_LIMIT.
    */
   vtkSetMacro(ConflictPolicy, int);
   vtkGetMacro(ConflictPolicy, int);
@@ -373,8 +383,8 @@ public:
 
   ///@{
   /**
-   * Whether output 1 has the arrays PropagationTime and Wavefront: 8 bytes a voxel, and as much on the device where waves
-   * came. With MODE_INTERACTIVE a change applies to waves that start from then on. Default: off.
+   * Whether output 1 has the arrays PropagationTime and Wavefront: 8 bytes a voxel, and as much on the device where
+   * waves came. With MODE_INTERACTIVE a change applies to waves that start from then on. Default: off.
    */
   vtkSetMacro(PropagationTimes, bool);
   vtkGetMacro(PropagationTimes, bool);
@@ -382,8 +392,8 @@ public:
   ///@}
 
   /**
-   * ModelArrays: which of the arrays Displacement, Element, Constraint and Cluster output 1 has. The others cost nothing;
-   * one that is chosen later comes without another deformation. Default: Displacement and Element.
+   * ModelArrays: which of the arrays Displacement, Element, Constraint and Cluster output 1 has. The others cost
+   * nothing; one that is chosen later comes without another deformation. Default: Displacement and Element.
    */
   vtkDataArraySelection* GetModelArraySelection();
 
@@ -397,7 +407,8 @@ public:
   /**
    * How tissue settles. RELAXATION_PROJECTED (0): over-relaxation within (C), in which the energy never rises.
    * RELAXATION_PAPER (1), published, for comparison: all elements at once to the weighted mean of their neighbours. It
-   * leaves links too long (`MaxLinkExcess`), locks rigid tissue, and may go on without end. Default: RELAXATION_PROJECTED.
+   * leaves links too long (`MaxLinkExcess`), locks rigid tissue, and may go on without end. Default:
+   * RELAXATION_PROJECTED.
    */
   vtkSetMacro(RelaxationMethod, int);
   vtkGetMacro(RelaxationMethod, int);
@@ -419,7 +430,8 @@ public:
    * How long tissue settles in an update. RELAXATION_CUSTOM (0): as CoarseToFine, RelaxationIterations and
    * RelaxationTolerance say. The others stand for values of these three, in this order, and leave the properties alone
    * (costs and errors: Data/Choosing.md). RELAXATION_FAST (1), to drag: off, 10, 1e-3. RELAXATION_BALANCED (2), for a
-   * picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), to measure: on, 170 (Rotations, Paper: 1000), 1e-5. Default: RELAXATION_CUSTOM.
+   * picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), to measure: on, 170 (Rotations, Paper: 1000), 1e-5. Default:
+   * RELAXATION_CUSTOM.
    */
   vtkSetMacro(RelaxationPreset, int);
   vtkGetMacro(RelaxationPreset, int);
@@ -433,7 +445,8 @@ public:
   ///@{
   /**
    * Whether RELAXATION_PROJECTED starts on coarser grids after a pull, cut or carve. A few iterations then come as far
-   * as hundreds on the fine grid alone, for the price of some tens. Tissue far from the probes settles, too. Default: off.
+   * as hundreds on the fine grid alone, for the price of some tens. Tissue far from the probes settles, too. Default:
+   * off.
    */
   vtkSetMacro(CoarseToFine, bool);
   vtkGetMacro(CoarseToFine, bool);
@@ -442,8 +455,8 @@ public:
 
   ///@{
   /**
-   * How much of the strain goes back when tissue is released, r in [0, 1]: strain of a link up to (1 - r) of its limit D
-   * costs no energy and stays. 1: elastic; 0: plastic, all of it stays. Default: 1.
+   * How much of the strain goes back when tissue is released, r in [0, 1]: strain of a link up to (1 - r) of its limit
+   * D costs no energy and stays. 1: elastic; 0: plastic, all of it stays. Default: 1.
    */
   vtkSetClampMacro(ElasticRecovery, double, 0.0, 1.0);
   vtkGetMacro(ElasticRecovery, double);
@@ -452,9 +465,10 @@ public:
   ///@{
   /**
    * Whether tissue and bones turn. Off: the published model, in which a bone slides and tissue resists being turned.
-   * On: turning tissue as a whole costs no energy. A bone turns freely about one voxel that a probe holds, about an axis
-   * through two, and not with more, an anchor, or three constraints a voxel. Relaxation takes 2 to 4 times as long.
-   * Needs PROPAGATION_ENVELOPE, RELAXATION_PROJECTED and ElasticRecovery 1. A change starts from rest. Default: off.
+   * On: turning tissue as a whole costs no energy. A bone turns freely about one voxel that a probe holds, about an
+   * axis through two, and not with more, an anchor, or three constraints a voxel. Relaxation takes 2 to 4 times as
+   * long. Needs PROPAGATION_ENVELOPE, RELAXATION_PROJECTED and ElasticRecovery 1. A change starts from rest. Default:
+   * off.
    */
   vtkSetMacro(Rotations, bool);
   vtkGetMacro(Rotations, bool);
@@ -463,9 +477,9 @@ public:
 
   ///@{
   /**
-   * Poisson's ratio n of tissue that turns, in [0, 0.49]: squeezed by a share s it goes n s aside, and loses (1 - 2 n) s of
-   * its volume. Other than 0 it needs Rotations and twice their memory; an iteration takes 2 to 3 times as long, and from
-   * 0.4 on more of them are needed (Data/Choosing.md). A change starts from rest. Default: 0.
+   * Poisson's ratio n of tissue that turns, in [0, 0.49]: squeezed by a share s it goes n s aside, and loses (1 - 2 n)
+   * s of its volume. Other than 0 it needs Rotations and twice their memory; an iteration takes 2 to 3 times as long,
+   * and from 0.4 on more of them are needed (Data/Choosing.md). A change starts from rest. Default: 0.
    */
   vtkSetClampMacro(PoissonRatio, double, 0.0, 0.49);
   vtkGetMacro(PoissonRatio, double);
@@ -487,23 +501,28 @@ public:
   /**
    * Number of voxels per element along each axis (of more than one voxel): 1, 2, 4 or 8. Propagation and relaxation
    * become faster by nearly its cube, and less exact; the rest of an update takes as long as ever, and memory is not
-   * less. Images are still resampled, cut and carved voxel by voxel, and displacements are interpolated between elements
-   * on the same side of every cut. An element exists where one of its voxels is tissue, and its constraint is their
-   * mean. It is rigid or anchored where one of them is, so bone never bends, but is thicker, and bodies closer than an
-   * element may stick together. Energy and forces compare with those of the whole model; MaxLinkExcess,
+   * less. Images are still resampled, cut and carved voxel by voxel, and displacements are interpolated between
+   * elements on the same side of every cut. An element exists where one of its voxels is tissue, and its constraint is
+   * their mean. It is rigid or anchored where one of them is, so bone never bends, but is thicker, and bodies closer
+   * than an element may stick together. Energy and forces compare with those of the whole model; MaxLinkExcess,
    * DisplacedElements and RelaxationTolerance are about the elements. Any other number is an error. Default: 1.
    */
   vtkSetMacro(ModelReduction, int);
   vtkGetMacro(ModelReduction, int);
   ///@}
 
-  enum InterpolationTypes { INTERPOLATION_LINEAR = 0, INTERPOLATION_NEAREST = 1 };
+  enum InterpolationTypes
+  {
+    INTERPOLATION_LINEAR = 0,
+    INTERPOLATION_NEAREST = 1
+  };
 
   ///@{
   /**
    * How arrays are sampled. INTERPOLATION_LINEAR (0): trilinear, with integers rounded to the nearest; voxels outside
-   * tissue that are not finite, and padding, have no weight beside others. INTERPOLATION_NEAREST (1): the nearest voxel,
-   * as always for labels (also scalars that are taken for such), ids, bits, strings, variants. Default: INTERPOLATION_LINEAR.
+   * tissue that are not finite, and padding, have no weight beside others. INTERPOLATION_NEAREST (1): the nearest
+   * voxel, as always for labels (also scalars that are taken for such), ids, bits, strings, variants. Default:
+   * INTERPOLATION_LINEAR.
    */
   vtkSetMacro(Interpolation, int);
   vtkGetMacro(Interpolation, int);
@@ -524,8 +543,8 @@ public:
   ///@{
   /**
    * Value of the scalars where tissue has left and in the padding, brought into the range of the array's type. With NaN
-   * it is what air is, see vtkChainMailScanStatistics. In all other arrays, and scalars of several components, it is the
-   * smallest finite value, by component; bits are 0, strings empty. Default: NaN.
+   * it is what air is, see vtkChainMailScanStatistics. In all other arrays, and scalars of several components, it is
+   * the smallest finite value, by component; bits are 0, strings empty. Default: NaN.
    */
   virtual void SetBackgroundValue(double value);
   vtkGetMacro(BackgroundValue, double);
@@ -543,8 +562,8 @@ public:
   ///@{
   /**
    * The OpenCL device: the one of this name, else the first whose name has this text, in any case. AvailableDevices has
-   * the names, of which no two are the same. Default: "", the best GPU, else PoCL's processor. A GPU whose driver is not
-   * one of its maker is taken only where it is named or was tried (Data/Install.md).
+   * the names, of which no two are the same. Default: "", the best GPU, else PoCL's processor. A GPU whose driver is
+   * not one of its maker is taken only where it is named or was tried (Data/Install.md).
    */
   vtkSetStdStringFromCharMacro(Device);
   vtkGetCharFromStdStringMacro(Device);
@@ -607,6 +626,7 @@ private:
   int ConflictPolicy = CONFLICT_LIMIT;
   bool PropagationTimes = false;
   vtkNew<vtkDataArraySelection> ModelArraySelection;
+  vtkNew<vtkDoubleArray> NoProbes; // servers cannot send a null
   int RelaxationMethod = RELAXATION_PROJECTED;
   int RelaxationPreset = RELAXATION_CUSTOM;
   bool CoarseToFine = false;

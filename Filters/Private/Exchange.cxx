@@ -223,6 +223,25 @@ void Exchange::Share(Outcome& outcome) const
   stream >> outcome.Error >> outcome.Stopped >> outcome.NeedsUpdate >> outcome.Interacting;
 }
 
+namespace
+{
+
+/// Makes the arrays active that are so in `from`. A copy of an array that is active twice, as the vectors that are the
+/// scalars, too, is so only once.
+void CopyAttributes(vtkDataSetAttributes* from, vtkDataSetAttributes* to)
+{
+  for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
+  {
+    vtkAbstractArray* active = from->GetAbstractAttribute(attribute);
+    if (active && active->GetName() && to->GetAbstractAttribute(attribute) == nullptr)
+    {
+      to->SetActiveAttribute(active->GetName(), attribute);
+    }
+  }
+}
+
+}
+
 vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Extent& extent) const
 {
   const auto cut = [whole](const Extent& part)
@@ -240,6 +259,7 @@ vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Exten
       image->GetPointData()->CopyAllOn();
       image->GetCellData()->CopyAllOn();
       image->Crop(part.data());
+      CopyAttributes(whole->GetPointData(), image->GetPointData());
     }
     return image;
   };

@@ -101,7 +101,7 @@ def play():
     SetActiveSource(block)
     require(np.abs(ChainMailProbe().Position).max() <= 0.9 * HALF, "a probe is at a face of the box")
     # No tissue: in the middle, as without a view.
-    air = scan("0*coordsX")
+    air = ChainMailDeformation(Input=scan("0*coordsX"), TissueThreshold=1)
     SetActiveSource(air)
     near(ChainMailProbe().Position, [0, 0, 0], 1e-6, "the probe's place in air")
 
