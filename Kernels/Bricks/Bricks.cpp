@@ -475,7 +475,7 @@ void Bricks::saveIn(Field& field)
 {
   constexpr cl_uint perGroup = 1 << 14;
   this->keep(field, Field::Start::Anything);
-  field.start = Field::Start::Zeros; // bricks that come later were at rest
+  field.start = Field::Start::Zeros; // bricks that get a state later are at rest in the one that is saved
   const cl_uint count = 3 * this->pitch();
   this->context_->launch(this->context_->kernel("scatter.cl", "", "copy"), (count + perGroup - 1) / perGroup,
     this->workItems(true), this->displacement, field.buffer, count, perGroup);

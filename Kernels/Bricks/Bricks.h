@@ -128,8 +128,8 @@ public:
   /// must outlive the bricks or be dropped.
   void keep(Field& field, Field::Start start = Field::Start::Zeros);
   void drop(Field& field);
-  /// Copies the displacements to a field, which is kept from then on: all, or those of some slots. Then the others hold
-  /// anything.
+  /// Copies the displacements to a field, which is kept from then on: all, also those of states to come, or those of
+  /// some slots. Then the others hold anything.
   void saveIn(Field& field);
   void saveIn(Field& field, const std::vector<int>& slots);
 
