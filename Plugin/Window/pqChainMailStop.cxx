@@ -82,12 +82,25 @@ pqChainMailStop::pqChainMailStop(QObject* parent)
   {
     this->watch(source);
   }
-  QObject::connect(pqApplicationCore::instance()->getProgressManager(),
-    QOverload<bool>::of(&pqProgressManager::enableProgress), this,
+  pqProgressManager* progress = pqApplicationCore::instance()->getProgressManager();
+  QObject::connect(progress, QOverload<bool>::of(&pqProgressManager::enableProgress), this,
     [this](bool busy)
     {
       this->IsParaViewBusy = busy;
+      if (!busy && !this->IsUpdating && this->PutOff.empty())
+      {
+        qApp->removeEventFilter(this);
+      }
       QTimer::singleShot(0, this, &pqChainMailStop::catchUp);
+    });
+  // ParaView 6.1 is about to handle events, also while something else than a deformation is updated.
+  QObject::connect(progress, &pqProgressManager::progress, this,
+    [this]
+    {
+      if (this->IsParaViewBusy)
+      {
+        qApp->installEventFilter(this);
+      }
     });
 #endif
 }

@@ -8,7 +8,7 @@ needs_buttons xdotool
 phantom GuiMouse 64 56 72
 watched=$output/watched.txt
 mkdir -m 700 "$output/home" && touch "$watched" || fail "cannot write to $output"
-HOME=$output/home XDG_RUNTIME_DIR=$output/home CHAINMAIL_WATCHED=$watched timeout 840 \
+HOME=$output/home XDG_RUNTIME_DIR=$output/home CHAINMAIL_WATCHED=$watched timeout 1800 \
   "$CHAINMAIL_PARAVIEW" --dr --script="$here/watchMouse.py" >"$output/log.txt" 2>&1 &
 player=$!
 trap 'kill "$player" 2>/dev/null; wait "$player" 2>/dev/null' EXIT

@@ -4,7 +4,6 @@ iterations, and is compared with another deformation of the same scene."""
 
 import os
 
-from paraview import servermanager
 from paraview.simple import *
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
@@ -55,7 +54,9 @@ def settle(iterations):
 
 
 def displacement(source):
-    return vtk_to_numpy(servermanager.Fetch(source, idx=1).GetPointData().GetArray("Displacement")).tobytes()
+    source.UpdatePipeline()
+    model = source.GetClientSideObject().GetOutputDataObject(1)
+    return vtk_to_numpy(model.GetPointData().GetArray("Displacement")).tobytes()
 
 
 def pressed(interactor, _):

@@ -21,7 +21,7 @@ probe = ChainMailProbe(Position=[7.0, 6.0, 5.0], Target=[9.5, 6.0, 5.0], Radius=
 deformation = ChainMailDeformation(Input=scan, Probes=[probe])
 together = vtkMultiBlockDataSet()
 for port in (0, 1):
-    together.SetBlock(port, servermanager.Fetch(deformation, idx=port))
+    together.SetBlock(port, servermanager.Fetch(deformation, 0, idx=port))
 blocks = produce(together)
 
 
@@ -44,9 +44,8 @@ for name, source in (("deformed.vti", OutputPort(deformation, 0)), ("model.vti",
     SaveData(path, proxy=source)
     back = OpenDataFile(path)
     back.UpdatePipeline()
-    port = source.Port if hasattr(source, "Port") else 0
-    saved, read = arrays(servermanager.Fetch(source, idx=port)), arrays(servermanager.Fetch(back))
-    require(len(saved) > 1, "%s: nothing to save", name)
+    saved, read = arrays(servermanager.Fetch(source)), arrays(servermanager.Fetch(back))
+    require(len(saved) > 1 and (name != "model.vti" or ("point", "Displacement") in saved), "%s: nothing to save", name)
     for key, values in saved.items():
         require(key in read and values.dtype == read[key].dtype and values.tobytes() == read[key].tobytes(),
                 "%s: %s is not what was saved", name, key)

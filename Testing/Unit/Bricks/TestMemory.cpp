@@ -122,7 +122,9 @@ int tooLargeInOnePiece()
 {
   describeDevice();
   {
-    const RigidBlock block(scaled({ 512, 512, 160 }));
+    // PoCL gives a single buffer a quarter of the memory, and since 7 all of it.
+    const int times = std::max(1, static_cast<int>(device().maxAllocation >> 28));
+    const RigidBlock block(scaled({ 512, 512, 160 * times }));
     Simulation simulation = simulate(block);
     pull(simulation, block);
     pullAfter("beside", { 12, 10, 8 });
@@ -248,10 +250,12 @@ TEST(Memory, ABufferLargerThanTheDeviceTakesSaysHowMuchIsNeeded)
 {
   const ChildResult child = runWithLittleMemory("tooLargeInOnePiece");
   expectClearMessage(child);
-  const long piece = isSmall() ? 4 : 256;
+  const long piece = numberBehind(child.output, "MiB, ");
+  EXPECT_TRUE(isSmall() ? piece == 4 : piece == 256 || piece == 1024) << child.output;
   EXPECT_EQ(numberBehind(child.output, "largest single buffer is "), piece) << child.output;
   EXPECT_GT(numberBehind(child.output, " needs "), piece) << child.output;
-  EXPECT_EQ(numberBehind(child.output, "an image of "), isSmall() ? 0 : 22) << "what would fit: " << child.output;
+  EXPECT_EQ(numberBehind(child.output, "an image of "), isSmall() ? 0 : (piece == 256 ? 22 : 26))
+    << "what would fit: " << child.output;
 }
 
 TEST(Memory, BuffersThatTogetherDoNotFitSayHowMuchIsNeeded)
