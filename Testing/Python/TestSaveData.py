@@ -38,13 +38,13 @@ def arrays(data):
     return found
 
 
-for name, source in (("deformed.vti", OutputPort(deformation, 0)), ("model.vti", OutputPort(deformation, 1)),
-                     ("probe.vtp", probe), ("blocks.vtm", blocks)):
+for name, source, port in (("deformed.vti", deformation, 0), ("model.vti", deformation, 1), ("probe.vtp", probe, 0),
+                           ("blocks.vtm", blocks, 0)):
     path = os.path.join(folder, name)
-    SaveData(path, proxy=source)
+    SaveData(path, proxy=OutputPort(source, port))
     back = OpenDataFile(path)
     back.UpdatePipeline()
-    saved, read = arrays(servermanager.Fetch(source)), arrays(servermanager.Fetch(back))
+    saved, read = arrays(servermanager.Fetch(source, 0, idx=port)), arrays(servermanager.Fetch(back))
     require(len(saved) > 1 and (name != "model.vti" or ("point", "Displacement") in saved), "%s: nothing to save", name)
     for key, values in saved.items():
         require(key in read and values.dtype == read[key].dtype and values.tobytes() == read[key].tobytes(),
