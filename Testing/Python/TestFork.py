@@ -2,6 +2,8 @@
 its end; one that it spawns works, and so does the first afterwards."""
 
 import multiprocessing
+import os
+import shutil
 
 from harness import Reports, require
 
@@ -47,6 +49,8 @@ if __name__ == "__main__":
     require(not errors, "the first update: %s", errors)
     for errors in outcome(multiprocessing.get_context("fork"), inForked, deformation):
         require("spawn" in errors, "a forked process does not say what to do: %s", errors)
+    # ParaView 5 takes itself to be a program that is not installed.
+    multiprocessing.set_executable(shutil.which(os.environ.get("CHAINMAIL_PVPYTHON", "pvpython")))
     errors = outcome(multiprocessing.get_context("spawn"), inSpawned)
     require(not errors, "a spawned process: %s", errors)
     errors = update(deformation)
