@@ -3,7 +3,7 @@ its end; one that it spawns works, and so does the first afterwards."""
 
 import multiprocessing
 import os
-import sys
+import shutil
 
 from harness import Reports, require
 
@@ -17,10 +17,6 @@ def update(deformation):
 
 
 def make():
-    from paraview import simple
-
-    if not hasattr(simple, "ChainMailProbe"):  # Python itself knows nothing of PV_PLUGIN_PATH
-        simple.LoadPlugin(os.environ["CHAINMAIL_PLUGIN"], remote=False, ns=vars(simple))
     from paraview.simple import ChainMailDeformation, ChainMailProbe, Wavelet
 
     probe = ChainMailProbe(Position=[2, 2, 2], Target=[3, 2, 2])
@@ -53,8 +49,8 @@ if __name__ == "__main__":
     require(not errors, "the first update: %s", errors)
     for errors in outcome(multiprocessing.get_context("fork"), inForked, deformation):
         require("spawn" in errors, "a forked process does not say what to do: %s", errors)
-    # What pvpython starts by itself is pvpython again, which some versions end at once.
-    multiprocessing.set_executable(os.path.join(sys.exec_prefix, "bin", "python3"))
+    # ParaView 5 takes itself to be a program that is not installed.
+    multiprocessing.set_executable(shutil.which(os.environ.get("CHAINMAIL_PVPYTHON", "pvpython")))
     errors = outcome(multiprocessing.get_context("spawn"), inSpawned)
     require(not errors, "a spawned process: %s", errors)
     errors = update(deformation)
