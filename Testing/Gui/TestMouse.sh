@@ -77,9 +77,12 @@ drag 40
 wait_for "the tissue to settle" more '^begins' "$begun"
 hold_y=$((hold_y - 40))
 drag 40
-wait_for "two drags" at_rest "$before"
-printf '%s\n' "$before" "$once" "$(picture 8-10)" | awk '{ y[NR] = $2 } END { exit !((y[3] - y[1]) > 1.8 * (y[2] - y[1])) }' ||
-  fail "the target went from $before to $once by one drag, and to $(picture 8-10) by two"
+# Where one drag has brought the target from $before to $once, two bring it twice as far.
+twice() {
+  at_rest "$before" &&
+    printf '%s\n' "$before" "$once" "$(picture 8-10)" | awk '{ y[NR] = $2 } END { exit !((y[3] - y[1]) > 1.8 * (y[2] - y[1])) }'
+}
+wait_for "the second of two drags" twice
 
 xdotool windowfocus "$WINDOW" key j
 clicks=()

@@ -53,10 +53,10 @@ def settle(iterations):
     Render(view)
 
 
-def displacement(source):
+def volume(source):
     source.UpdatePipeline()
-    model = source.GetClientSideObject().GetOutputDataObject(1)
-    return vtk_to_numpy(model.GetPointData().GetArray("Displacement")).tobytes()
+    image = source.GetClientSideObject().GetOutputDataObject(0)
+    return vtk_to_numpy(image.GetPointData().GetArray("CT")).tobytes()
 
 
 def pressed(interactor, _):
@@ -65,7 +65,7 @@ def pressed(interactor, _):
     elif interactor.GetKeyCode() == "k":
         settle(5)
         other = ChainMailDeformation(Input=scan, Probes=[probe], RelaxationIterations=5, RelaxationTolerance=0.0)
-        say("compared:", "the same" if displacement(deformation) == displacement(other) else "another state")
+        say("compared:", "the same" if volume(deformation) == volume(other) else "another state")
 
 
 algorithm.AddObserver("StartEvent", begins)
