@@ -13,7 +13,7 @@ build_packages=(g++ cmake make ocl-icd-opencl-dev opencl-clhpp-headers paraview-
 run_packages=(pocl-opencl-icd python3-numpy xvfb xauth)
 test_packages=(libgtest-dev imagemagick xdotool python3-scipy python3-pydicom dpkg-dev file)
 benchmark_packages=(python3-matplotlib)
-check_packages=(valgrind plastimatch debootstrap g++-mingw-w64-x86-64-posix)
+check_packages=(valgrind plastimatch debootstrap g++-mingw-w64-x86-64-posix mesa-opencl-icd)
 # ParaView's window is of Qt 5 in Debian 12 and of Qt 6 since; its icons are blank without the package for SVG. What
 # needs CalculiX, oclgrind or Wine skips where Debian has none.
 system=$(. /etc/os-release 2>/dev/null && echo "${ID-} ${VERSION_ID-}")
