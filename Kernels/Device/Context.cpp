@@ -202,6 +202,19 @@ void Context::enqueue(const Kernel& kernel, std::size_t groups, std::size_t item
     this->queue_.finish(); // until then the device may read what the caller gives away
     throw;
   }
+  // PoCL says of a kernel that it could not compile that it was launched, and then skips it.
+  const cl_int status = event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>();
+  if (status < CL_COMPLETE)
+  {
+    this->queue_.finish();
+    if (pocl)
+    {
+      requirePoclCache();
+    }
+    throw DeviceError("The device " + this->info_.name + " could not compile or run the kernel " + kernel.name_ + " (" +
+                      errorName(status) + ", " + std::to_string(status) +
+                      "), perhaps as other programs were at work on the files that it compiles into. Try again.");
+  }
   kernel.program_->noteLaunch(kernel.name_, items);
 }
 

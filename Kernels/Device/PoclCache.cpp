@@ -139,18 +139,25 @@ bool isWholeBitcode(const std::string& content)
   return end > 4 && end == content.size();
 }
 
-/// Calls f(file, its path in the folder) for all files of code of programs. Unfinished ones lie elsewhere or have other
-/// names.
+/// Whether PoCL has given a file of code its last name: program.bc, or KERNEL/SIZES/KERNEL.so. One that it is still
+/// writing, perhaps in another process, has one that begins with "tempfile" or, since PoCL 7, lies beside the last one
+/// as "parallel" and some letters.
+bool isFinished(const fs::path& file)
+{
+  return file.extension() == ".so"   ? file.stem() == file.parent_path().parent_path().filename()
+         : file.extension() == ".bc" ? file.filename() == "program.bc"
+                                     : false;
+}
+
+/// Calls f(file, its path in the folder) for all files of code of programs.
 template <typename F> void forFiles(const fs::path& folder, const F& f)
 {
   std::error_code failed;
   auto entry = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied, failed);
   for (; !failed && entry != fs::recursive_directory_iterator(); entry.increment(failed))
   {
-    const std::string name = entry->path().filename().string();
-    const std::string ending = entry->path().extension().string();
     std::error_code gone;
-    if ((ending == ".so" || ending == ".bc") && name.compare(0, 8, "tempfile") != 0 && entry->is_regular_file(gone))
+    if (isFinished(entry->path()) && entry->is_regular_file(gone))
     {
       f(*entry, entry->path().lexically_relative(folder).string());
     }

@@ -10,12 +10,14 @@
 #include "Scene.h"
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iostream>
 #include <sys/mount.h>
 #include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
 
 namespace
@@ -69,6 +71,35 @@ const ChildPart removedPart("poclRemoved",
     deform({});
     fs::remove_all(std::getenv("CHAINMAIL_CACHE_DIR"));
     return deform({ 4, 4, 4 });
+  });
+/// Somebody removes libraries that PoCL has not finished, over and over.
+const ChildPart disturbedPart("poclDisturbed",
+  []
+  {
+    std::atomic<bool> done{ false };
+    std::thread cleaner(
+      [&]
+      {
+        while (!done)
+        {
+          std::error_code gone;
+          auto entry = fs::recursive_directory_iterator(std::getenv("CHAINMAIL_CACHE_DIR"), gone);
+          for (; !gone && entry != fs::recursive_directory_iterator(); entry.increment(gone))
+          {
+            const std::string name = entry->path().filename().string();
+            const bool isUnfinished = name.compare(0, 8, "tempfile") == 0 || name.compare(0, 8, "parallel") == 0;
+            if (isUnfinished && entry->path().extension() == ".so")
+            {
+              std::error_code failed;
+              fs::remove(entry->path(), failed);
+            }
+          }
+        }
+      });
+    const int status = deform({ 4, 4, 4 });
+    done = true;
+    cleaner.join();
+    return status;
   });
 const ChildPart fullPart("poclFullDisk",
   []
@@ -219,13 +250,14 @@ TEST_F(PoclCacheTest, WholeFilesAreLeftAlone)
 {
   const fs::path folder = this->cache / "pocl";
   const std::vector<fs::path> files = filesIn(folder, ".so");
-  fs::create_directory(folder / "XX");
+  fs::create_directories(folder / "XX" / "kernel" / "1-1-1");
   std::ofstream(folder / "XX" / "tempfile_abc.so") << "half of a";
+  std::ofstream(folder / "XX" / "kernel" / "1-1-1" / "parallelAbC12x.so") << "half of another, as of PoCL 7";
   fs::remove(this->cache / "pocl.checksums");
   for (int n = 0; n < 2; ++n)
   {
     checkPoclCache(folder);
-    EXPECT_EQ(filesIn(folder, ".so").size(), files.size() + 1);
+    EXPECT_EQ(filesIn(folder, ".so").size(), files.size() + 2);
   }
   fs::last_write_time(files.front(), fs::last_write_time(files.front()) + std::chrono::seconds(5));
   checkPoclCache(folder);
@@ -301,6 +333,20 @@ TEST_F(PoclCacheTest, AFolderThatIsRemovedUnderWayIsMadeAgain)
   const ChildResult child = this->run("poclRemoved");
   EXPECT_FALSE(contains(child.output, "error")) << child.output;
   EXPECT_NE(child.output.find("energy"), child.output.rfind("energy")) << child.output;
+}
+
+// PoCL only notes that it could not compile a kernel, and goes on without it, or ends the process.
+TEST_F(PoclCacheTest, AKernelThatCannotBeCompiledIsAnError)
+{
+  const std::string right = energyIn(this->run("poclDeformOther").output);
+  for (int n = 0; n < 3; ++n)
+  {
+    fs::remove_all(this->cache);
+    fs::create_directory(this->cache);
+    const ChildResult child = runChild(this->environment, "poclDisturbed");
+    EXPECT_TRUE(child.status != 0 || contains(child.output, "error: ") || energyIn(child.output) == right)
+      << child.output;
+  }
 }
 
 TEST_F(PoclCacheTest, AFullDiskIsTheCauseThatIsGiven)
