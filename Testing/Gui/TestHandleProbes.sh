@@ -10,5 +10,7 @@ CHAINMAIL_WATCHED=$output/watched.txt play "$output" --script="$here/watchProbes
 status=$?
 [ $status -eq 0 ] || fail "ParaView ended with status $status: $(tail -n 30 "$output/log.txt")"
 [ "$(errors "$output" | wc -l)" -eq 1 ] || fail "instead of one error, of the probe in the air: $(errors "$output")"
-if grep -q -i 'warn' "$output/log.txt"; then fail "ParaView warns: $(grep -i 'warn' "$output/log.txt")"; fi
+# What a driver's compiler of shaders says of ParaView's own is not about us.
+warnings=$(grep -i 'warn' "$output/log.txt" | grep -v 'GL Message')
+[ -z "$warnings" ] || fail "ParaView warns: $warnings"
 "$CHAINMAIL_PVPYTHON" "$here/checkHandleProbes.py" "$output" || fail "see above"

@@ -70,13 +70,14 @@ def write(path, nodes, materials, material, prescribed):
 def read(path, nodes):
     """(displacements [mm], reactions), each [z, y, x, axis], of the last state in a .dat file."""
     blocks = {}
+    rows = time = None
     with open(path) as file:
         for line in file:
             head = re.match(r"\s*(displacements|forces).*time\s+(\S+)", line)
             if head:
                 rows = blocks[head.group(1)] = []
                 time = float(head.group(2))
-            elif line.strip():
+            elif line.strip() and rows is not None:  # since 2.22 the version comes first
                 rows.append(line.split())
     if time != 1.0:
         raise RuntimeError("CalculiX came to time %g of 1 only" % time)

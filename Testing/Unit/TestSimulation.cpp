@@ -2,7 +2,9 @@
 
 #include "Blades.h"
 
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 namespace
 {
@@ -302,7 +304,13 @@ TEST(Simulation, PeakOfTheDevicesMemory)
   const std::size_t peak = simulation.takePeakDeviceBytes();
   EXPECT_GT(peak, 1.4 * now);
   EXPECT_LT(peak, 3.5 * now);
-  const std::size_t after = simulation.takePeakDeviceBytes();
+  // A driver may let go of buffers a little later.
+  std::size_t after = simulation.takePeakDeviceBytes();
+  for (int n = 0; n < 100 && after >= 0.85 * peak; ++n)
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    after = simulation.takePeakDeviceBytes();
+  }
   EXPECT_GT(after, now) << "grids are kept";
   EXPECT_LT(after, 0.85 * peak) << "copies are given back";
 }
