@@ -153,7 +153,7 @@ int TestChainMailBodies(int, char*[])
     odd->DeepCopy(finger.Labels);
     odd->SetName("Odd");
     finger.Image->GetPointData()->AddArray(odd);
-    const vtkIdType inBone = finger.Image->FindPoint(6.0, 8.0, 8.0);
+    const vtkIdType inBone = finger.Image->vtkDataSet::FindPoint(6.0, 8.0, 8.0);
     filter->SetBodyArray("Odd");
     const std::pair<double, const char*> cases[] = { { 6.5, " is 6.5; labels have to be whole" },
       { 1e300, " is 1e+300; labels have to be whole numbers up to 9e+18" }, { -0.1, " is -0.1; " } };

@@ -125,7 +125,7 @@ int TestChainMailRegions(int, char*[])
         }
         else
         {
-          fractions->SetValue(block->FindPoint(5.0, 4.0, 4.0), zero);
+          fractions->SetValue(block->vtkDataSet::FindPoint(5.0, 4.0, 4.0), zero);
           block->GetPointData()->AddArray(fractions);
           free->SetConstraintArray("Fractions");
         }
