@@ -300,10 +300,10 @@ TEST(Simulation, PeakOfTheDevicesMemory)
   simulation.relax(1, 1e-3);
   // Grids of an eighth and less, and beside them copies of the state: those of 12 bytes of its 28. That is 2.3 times
   // with the bricks of processors, and 3.1 times with those of GPUs, which hold fewer places around the tissue in
-  // motion.
+  // motion; 3.8 times there with a driver that lets go of buffers late (PoCL 7.1).
   const std::size_t peak = simulation.takePeakDeviceBytes();
   EXPECT_GT(peak, 1.4 * now);
-  EXPECT_LT(peak, 3.5 * now);
+  EXPECT_LT(peak, 4.2 * now);
   // A driver may let go of buffers a little later.
   std::size_t after = simulation.takePeakDeviceBytes();
   for (int n = 0; n < 100 && after >= 0.85 * peak; ++n)
