@@ -35,7 +35,7 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT
         {
           const real c = LOAD(constraint + axis * tissuePitch + s.self);
           loadConstraints(constraint + axis * tissuePitch, cut, &s, limit);
-          relaxes = !signbit(c) & IS_STILL(axis, &s);
+          relaxes = (!signbit(c)) & IS_STILL(axis, &s);
           for (int d = 0; d < 6; ++d)
           {
             limit[d] = linkLimit(c, limit[d]);
