@@ -260,6 +260,10 @@ void Simulation::Impl::setPropagation(PropagationMethod method, ConflictPolicy p
   {
     throw InputError("Rotations need the propagation method Envelope.");
   }
+  if (policy == ConflictPolicy::Share && method != PropagationMethod::Envelope)
+  {
+    throw InputError("The conflict policy Share needs the propagation method Envelope.");
+  }
   this->propagate(0);
   this->waves_.configure(method, policy);
 }

@@ -199,6 +199,12 @@ public:
     this->set(field.buffer, this->pitch(), field.runs, addresses, values);
   }
 
+  /// Gives values of a field of the state, floats, at single elements, `runs` interleaved values each.
+  std::vector<float> valuesAt(const Field& field, const std::vector<std::uint32_t>& addresses)
+  {
+    return this->get(field.buffer, this->pitch(), field.runs, addresses);
+  }
+
   /// What readSlots() read of one slot: the value at an offset (`local`) in a run. Runs are counted on from field to
   /// field.
   template <typename T> class SlotValues

@@ -43,11 +43,13 @@ enum class PropagationMethod
   Timestamp ///< the published method: one link an iteration, the earliest arrival counts (timestamp.cl)
 };
 
-/// What happens where probes pull tissue further apart than it can stretch. Anchors hold under both.
+/// What happens where probes pull tissue further apart than it can stretch. Anchors hold always. More than 32 probes
+/// that start together, with Envelope, share whatever the policy.
 enum class ConflictPolicy
 {
-  Limit, ///< the later probe is shortened, per axis, to what the earlier ones allow
-  Latest ///< the later probe wins and drags the tissue of earlier ones along
+  Limit,  ///< the later probe is shortened, per axis, to what the earlier ones allow
+  Latest, ///< the later probe wins and drags the tissue of earlier ones along
+  Share   ///< probes that start together all give way, to the mean of what the others force on them and leave them
 };
 
 /// How tissue settles.
@@ -61,7 +63,8 @@ enum class RelaxationMethod
 struct PropagateResult
 {
   int iterations = 0;
-  bool finished = true; ///< whether all waves have come to their end
+  bool finished = true;   ///< whether all waves have come to their end
+  std::size_t shared = 0; ///< probes that got something else than they asked for because they share (ConflictPolicy)
 };
 
 /// What became of a probe.

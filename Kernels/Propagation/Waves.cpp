@@ -23,6 +23,12 @@ constexpr int mostAttempts = 50;
 /// After so many changes of direction a probe has no place between those that hold against it, or none but for
 /// rounding.
 constexpr int mostTurns = 3;
+
+/// So many probes that do not fit together go in halves, unless they are to share; more would take a wave each.
+constexpr std::size_t mostInHalves = 32;
+
+/// Probes that share do so again where rounding leaves them a conflict.
+constexpr int mostShares = 3;
 }
 
 Waves::Waves(Bricks& bricks, Handles& handles)
@@ -32,6 +38,7 @@ Waves::Waves(Bricks& bricks, Handles& handles)
   , arrivals_(bricks)
   , timestamps_(bricks, this->arrivals_)
   , feasibility_(bricks)
+  , sharing_(bricks)
 {
 }
 
@@ -113,10 +120,12 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
   {
     return result;
   }
+  this->numberShared_ = 0;
   result.iterations = this->method_ == PropagationMethod::Envelope ? this->runEnvelopes(iterations, checkpoint)
                                                                    : this->runTimestamps(iterations, checkpoint);
   this->handles_.setHeld([](const Handle&) { return true; });
   result.finished = !this->underWay();
+  result.shared = this->numberShared_;
   if (result.finished)
   {
     this->letGo();
@@ -131,7 +140,7 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
 void Waves::markHeld()
 {
   this->handles_.setHeld([this](const Handle& handle)
-    { return handle.probe.anchor || handle.moves || (this->policy_ == ConflictPolicy::Limit && !handle.waits); });
+    { return handle.probe.anchor || handle.moves || (this->policy_ != ConflictPolicy::Latest && !handle.waits); });
 }
 
 void Waves::place(
@@ -163,7 +172,7 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
     }
     done += this->propagation_.run(iterations == 0 ? 0 : iterations - done, this->wave_->enough, checkpoint);
     const bool stopped = this->propagation_.conflict().largest() > this->wave_->enough;
-    if ((stopped || this->propagation_.finished()) && this->settled())
+    if ((stopped || this->propagation_.finished()) && this->settled(checkpoint))
     {
       if (this->times_)
       {
@@ -175,6 +184,7 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
         }
         this->arrivals_.follow(sources, ++this->front_, checkpoint);
       }
+      this->countShared();
       this->end();
     }
   }
@@ -243,6 +253,10 @@ void Waves::end()
 std::vector<float> Waves::target() const
 {
   const Wave& wave = *this->wave_;
+  if (!wave.shared.empty())
+  {
+    return wave.shared;
+  }
   std::vector<float> values;
   values.reserve(wave.before.size());
   std::array<float, 3> to = wave.to;
@@ -291,10 +305,11 @@ void Waves::attempt()
 }
 
 /// Whether the wave is done: everything is compatible, or its probe cannot move. Otherwise another attempt has begun,
-/// or the wave's probes wait in two halves, those moved first in front, so that the others give way. A conflict with
-/// held tissue is how much too far the probe went, or less if the wave has not yet come the shortest way. On an axis on
-/// which others hold the probe's elements too far apart to be in one place, these elements stay where they are.
-bool Waves::settled()
+/// in which the wave's probes share, perhaps, or they wait in two halves, those moved first in front, so that the
+/// others give way. A conflict with held tissue is how much too far the probe went, or less if the wave has not yet
+/// come the shortest way. On an axis on which others hold the probe's elements too far apart to be in one place, these
+/// elements stay where they are.
+bool Waves::settled(const Checkpoint& checkpoint)
 {
   Wave& wave = *this->wave_;
   const EnvelopePropagation::Conflict conflict = this->propagation_.conflict();
@@ -308,6 +323,10 @@ bool Waves::settled()
     return true;
   }
   this->propagation_.takeBack();
+  if (this->share(checkpoint))
+  {
+    return false;
+  }
   if (wave.handles.size() > 1)
   {
     const Group handles = wave.handles;
@@ -344,6 +363,54 @@ bool Waves::settled()
   }
   this->attempt();
   return false;
+}
+
+/// Begins another attempt in which the wave's probes share, if they are to and that changes anything.
+bool Waves::share(const Checkpoint& checkpoint)
+{
+  Wave& wave = *this->wave_;
+  if ((this->policy_ != ConflictPolicy::Share && wave.handles.size() <= mostInHalves) || wave.attempts > mostShares)
+  {
+    wave.shared.clear();
+    return false;
+  }
+  this->handles_.setHeld([this](const Handle& handle)
+    { return !handle.moves && (handle.probe.anchor || (this->policy_ != ConflictPolicy::Latest && !handle.waits)); });
+  const std::vector<float> asked = this->target();
+  std::vector<float> shared = this->sharing_.run(wave.addresses, wave.bricks, asked, checkpoint);
+  this->markHeld();
+  wave.shared.clear();
+  if (shared == asked)
+  {
+    return false;
+  }
+  wave.shared = std::move(shared);
+  this->attempt();
+  return true;
+}
+
+/// Counts the probes of a wave that got something else than they asked for because they share.
+void Waves::countShared()
+{
+  Wave& wave = *this->wave_;
+  const std::vector<float> got = std::move(wave.shared);
+  wave.shared.clear();
+  if (got.empty() || wave.handles.size() == 1)
+  {
+    return;
+  }
+  const std::vector<float> asked = this->target();
+  std::size_t m = 0;
+  for (const Handles::Pointer& handle : wave.handles)
+  {
+    const std::size_t end = m + handle->grabbed.size();
+    bool differs = false;
+    for (; m < end; ++m)
+    {
+      differs = differs || std::fabs(got[m] - asked[m]) > wave.tolerance[m % 3];
+    }
+    this->numberShared_ += differs ? 1 : 0;
+  }
 }
 
 // --- Timestamps
@@ -383,7 +450,7 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   {
     // The latest probe may have dragged others so far that these are not compatible with each other any more.
     this->makeFeasible([this](const Handle& handle)
-      { return handle.probe.anchor || this->policy_ == ConflictPolicy::Limit || &handle == this->latest_.get(); },
+      { return handle.probe.anchor || this->policy_ != ConflictPolicy::Latest || &handle == this->latest_.get(); },
       checkpoint);
   }
   return done;
@@ -408,7 +475,7 @@ void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& ch
   do
   {
     this->propagation_.run(0, this->wave_->enough, checkpoint);
-  } while (!this->settled());
+  } while (!this->settled(checkpoint));
   const std::vector<float> values = this->bricks_.displacements(handle->addresses);
   this->propagation_.takeBack();
   this->end();

@@ -4,6 +4,7 @@
 #include "EnvelopePropagation.h"
 #include "Feasibility.h"
 #include "Handles.h"
+#include "Sharing.h"
 #include "Timestamps.h"
 
 #include <deque>
@@ -48,14 +49,15 @@ public:
 private:
   using Group = std::deque<Handles::Pointer>;
 
-  /// An envelope wave. That of a single probe may be tried several times, shorter each time; one of several probes is
-  /// tried once, and then they go in two halves.
+  /// An envelope wave. That of a single probe may be tried several times, shorter each time. One of several probes is
+  /// tried once, and then they share, or go in two halves.
   struct Wave
   {
     Group handles;
     std::vector<std::uint32_t> addresses; ///< addresses of the handles' elements
     std::vector<int> bricks;              ///< bricks that these elements lie in
     std::vector<float> before;            ///< displacements of these elements before the wave
+    std::vector<float> shared;            ///< where they are to go because they share; empty where they do not
     std::array<float, 3> to{};            ///< where a single probe is to go, counted from where it grabbed
     std::array<bool, 3> stays{};          ///< axes along which a single probe cannot move
     std::array<int, 3> lastWay{};         ///< signs of the last corrections
@@ -71,7 +73,9 @@ private:
   void begin(Group handles);
   void end();
   void attempt();
-  bool settled();
+  bool settled(const Checkpoint& checkpoint);
+  bool share(const Checkpoint& checkpoint);
+  void countShared();
   template <typename F> void makeFeasible(const F& isHeld, const Checkpoint& checkpoint);
   void startTimestamps(const Handles::Pointer& handle, const Checkpoint& checkpoint);
   void markHeld();
@@ -98,6 +102,8 @@ private:
   ArrivalTimes arrivals_;
   Timestamps timestamps_;
   Feasibility feasibility_;
+  Sharing sharing_;
+  std::size_t numberShared_ = 0; ///< PropagateResult::shared
 };
 
 }

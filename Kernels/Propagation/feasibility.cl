@@ -1,38 +1,19 @@
-// Projects a state to a feasible one: `bound` finds min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)) over all elements
-// j, in place and in any order, and `settle` takes their mean. They begin at the bricks that `violated` finds, most
-// often few.
+// Projects a state to a feasible one: `bound` (bounds.clh) finds min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)) over
+// all elements j, and `settle` takes their mean. They begin at the bricks that `violated` finds, most often few.
 //
-// At first both bounds are the displacement. A brick that `violated` did not find saves it in both in its first turn;
-// where it has had none (VISIT_SEEN) they are that still.
-//
-// Where elements turn, spins stay as they are, and the bounds are those of shifts, as in envelope.cl, which are 0 at
-// first everywhere.
+// At first both bounds are the displacement or, where elements turn and bounds are those of shifts, 0.
 //
 // The host guarantees: bricks that `violated` found have both bounds; all 26 neighbours of a brick that is ready have a
 // slot (brick.clh).
 
-#include "brick.clh"
-#include "element.clh"
-#include "fixedpoint.clh"
-#include "turning.clh"
-
 #ifdef TURNING
+#define BOUNDS_OF_SHIFTS
 #define SHIFTED_ARGUMENTS , global const float* lower
 #else
 #define SHIFTED_ARGUMENTS
 #endif
 
-// Limits of the links to all six neighbours, along one axis.
-RULE void loadLimits(
-  const int odd, const Site* s, global const float* constraint, global const uchar* cut, real* limits)
-{
-  const real c = LOAD(constraint + s->self);
-  UNROLL
-  for (int d = 0; d < 6; ++d)
-  {
-    limits[d] = linkLimit(c, neighbourConstraint(constraint, cut, s, d, odd));
-  }
-}
+#include "bounds.clh"
 
 // Whether any element of a piece of work has a link beyond its limit, so that `bound` would move its bounds.
 RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
@@ -98,92 +79,6 @@ kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const floa
   {
     atomic_or(&found[get_group_id(0)], 1);
   }
-}
-
-RULE int boundAt(const int odd, const Site* s, int savedBeside, uint pitch, uint tissuePitch,
-  global const float* displacement, global const float* constraint, global const uchar* cut, global float* lower,
-  global float* upper SPIN_ARGUMENTS)
-{
-#ifdef TURNING
-  real wanted[6][3];
-  loadApart(odd, s, pitch, spin, proportions, wanted);
-#endif
-  const int saved = savedBeside | within(s);
-  real limits[6];
-  mask changed = (mask)(0);
-  mask followed[6] = { changed, changed, changed, changed, changed, changed };
-  ROLLED
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    if (axis < AXES)
-    {
-      loadLimits(odd, s, constraint + axis * tissuePitch, cut, limits);
-    }
-    const real l = LOAD(lower + axis * pitch + s->self);
-    const real u = LOAD(upper + axis * pitch + s->self);
-    real nextLower = l, nextUpper = u, otherLower[6], otherUpper[6];
-    UNROLL
-    for (int d = 0; d < 6; ++d)
-    {
-#ifdef TURNING
-      const real apart =
-        neighbour(displacement + axis * pitch, s, d, odd) - LOAD(displacement + axis * pitch + s->self);
-      const real strain = select(apart - wanted[d][axis], (real)(0.0f), limits[d] == 0.0f);
-      otherLower[d] = neighbour(lower + axis * pitch, s, d, odd);
-      otherUpper[d] = neighbour(upper + axis * pitch, s, d, odd);
-#else
-      const real strain = (real)(0.0f);
-      otherLower[d] = neighbourSaved(lower, displacement, axis * pitch, saved, s, d, odd);
-      otherUpper[d] = neighbourSaved(upper, displacement, axis * pitch, saved, s, d, odd);
-#endif
-      nextLower = max(nextLower, otherLower[d] + strain - limits[d]);
-      nextUpper = min(nextUpper, otherUpper[d] + strain + limits[d]);
-    }
-    const mask moved = (nextLower != l) | (nextUpper != u);
-    if (SOME(moved))
-    {
-      STORE(nextLower, lower + axis * pitch + s->self);
-      STORE(nextUpper, upper + axis * pitch + s->self);
-      changed |= moved;
-      UNROLL
-      for (int d = 0; d < 6; ++d)
-      {
-        followed[d] |= (nextLower - limits[d] > otherLower[d]) | (nextUpper + limits[d] < otherUpper[d]);
-      }
-    }
-  }
-#ifdef TURNING
-  return changedAround(s, changed);
-#else
-  return changedBeyond(s, changed, followed); // others need not follow where their bounds are as tight already
-#endif
-}
-
-APART void boundIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, int items,
-  global const float* displacement, global const float* constraint, global const uchar* cut, global float* lower,
-  global float* upper SPIN_ARGUMENTS)
-{
-  const int saved = savedBeyond(slot, visits, table, place, strideY, strideZ);
-#ifndef TURNING
-  if (from != 0 && !(visits[VISIT_ROW * slot + VISIT_STATE] & VISIT_SEEN))
-  {
-    saveBrick(lid, items, slot, pitch, displacement, lower);
-    saveBrick(lid, items, slot, pitch, displacement, upper);
-  }
-#endif
-  FIXED_POINT(boundAt(s.odd, &s, saved, pitch, tissuePitch, displacement, constraint, cut, lower, upper SPIN_PASSED_ON))
-  if (lid == 0 && from != 0)
-  {
-    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
-  }
-}
-
-kernel void bound(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut, global float* lower, global float* upper SPIN_ARGUMENTS)
-{
-  FIXED_POINT_BEGIN
-  boundIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, get_local_size(0),
-    displacement, constraint, cut, lower, upper SPIN_PASSED_ON);
 }
 
 // Leaves the mean in `before` and, except for held elements, in `displacement`. This is the state from which an

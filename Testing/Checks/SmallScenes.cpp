@@ -231,6 +231,9 @@ int main(int argc, char** argv)
       play({ large, 3, P::Envelope, C::Latest, R::Projected, 0.7, false, 1 }, block);
     },
     [&] {
+      play({ large, 1, P::Envelope, C::Share, R::Projected, 1.0, true, 1 }, { 9, 6, 4 });
+    },
+    [&] {
       play({ small, 3, P::Timestamp, C::Limit, R::Paper, 0.7, false, 1 }, block);
     },
     [&] {

@@ -135,6 +135,80 @@ inline Propagated propagate(const Block& block, const std::vector<Vector3>& befo
   return result;
 }
 
+/// The same with policy Share: requests are clamped to what anchored tissue allows, and become the mean of the least
+/// and the greatest feasible extension of all of them. Elements of one handle may part.
+inline Propagated share(const Block& block, const std::vector<Vector3>& before, const std::vector<Handle>& handles)
+{
+  using Sources = std::vector<std::pair<std::size_t, double>>;
+  Propagated result{ before, std::vector<Vector3>(handles.size()) };
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    Sources held, heldDown;
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      if (block.tissue[v] && block.anchored[v])
+      {
+        held.push_back({ v, before[v][axis] });
+      }
+    }
+    for (const Handle& handle : handles)
+    {
+      for (const std::size_t v : handle.elements)
+      {
+        if (handle.anchor)
+        {
+          held.push_back({ v, before[v][axis] });
+        }
+      }
+    }
+    const auto negative = [](Sources sources)
+    {
+      for (auto& [voxel, value] : sources)
+      {
+        value = -value;
+      }
+      return sources;
+    };
+    const std::vector<double> above = shortest(block, axis, held);
+    const std::vector<double> below = shortest(block, axis, negative(held));
+    Sources asked;
+    for (const Handle& handle : handles)
+    {
+      for (const std::size_t v : handle.elements)
+      {
+        if (!handle.anchor)
+        {
+          asked.push_back({ v, std::min(std::max(before[v][axis] + handle.target[axis], -below[v]), above[v]) });
+        }
+      }
+    }
+    const std::vector<double> greatest = shortest(block, axis, asked);
+    const std::vector<double> least = shortest(block, axis, negative(asked));
+    for (const auto& [voxel, value] : asked)
+    {
+      held.push_back({ voxel, 0.5 * (greatest[voxel] - least[voxel]) });
+    }
+    const std::vector<double> upper = shortest(block, axis, held);
+    const std::vector<double> lower = shortest(block, axis, negative(held));
+    for (std::size_t v = 0; v < block.count(); ++v)
+    {
+      if (block.tissue[v])
+      {
+        result.state[v][axis] = std::min(std::max(before[v][axis], -lower[v]), upper[v]);
+      }
+    }
+    for (std::size_t h = 0; h < handles.size(); ++h)
+    {
+      if (!handles[h].elements.empty())
+      {
+        const std::size_t first = handles[h].elements.front();
+        result.reached[h][axis] = result.state[first][axis] - before[first][axis];
+      }
+    }
+  }
+  return result;
+}
+
 /// The elements a probe grabs: all within `radius` of `position`, or the nearest one. Empty: none within half a voxel
 /// diagonal.
 inline std::vector<std::size_t> grab(const Block& block, const Vector3& position, double radius)

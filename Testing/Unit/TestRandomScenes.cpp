@@ -54,7 +54,7 @@ std::string text(const Step& step)
   static const char* const names[] = { "hold", "propagate", "relax", "cut", "carve", "reset", "mend", "setPropagation",
     "setRelaxation", "setPropagationTimes", "setCoarseToFine", "resample" };
   static const char* const propagations[] = { "Envelope", "Timestamp" };
-  static const char* const policies[] = { "Limit", "Latest" };
+  static const char* const policies[] = { "Limit", "Latest", "Share" };
   static const char* const relaxations[] = { "Projected", "Paper" };
   std::ostringstream out;
   out.precision(17);
@@ -476,7 +476,7 @@ void Watch::checkFormula()
     }
     for (const Held& held : this->held_)
     {
-      if (this->policy_ == ConflictPolicy::Limit || held.probe.anchor || held.moved)
+      if (this->policy_ != ConflictPolicy::Latest || held.probe.anchor || held.moved)
       {
         std::for_each(held.voxels.begin(), held.voxels.end(), hold);
       }
@@ -555,7 +555,7 @@ void Watch::wavesEnded(const Reading& before)
     {
       const std::size_t v = held.voxels[n];
       const bool stays =
-        held.probe.anchor ? !held.moved || this->plain_ : !held.moved && this->policy_ == ConflictPolicy::Limit;
+        held.probe.anchor ? !held.moved || this->plain_ : !held.moved && this->policy_ != ConflictPolicy::Latest;
       for (int a = 0; stays && a < 3; ++a)
       {
         ASSERT_EQ(this->now_.u[3 * v + a], this->settled_.u[3 * v + a]) << "what is held moved";
@@ -1063,6 +1063,10 @@ std::vector<Step> Story::next(const Reading& now)
     Step& step = add(Step::SetPropagation);
     step.propagation = this->random_.chance(0.5) ? PropagationMethod::Envelope : PropagationMethod::Timestamp;
     step.policy = this->random_.chance(0.6) ? ConflictPolicy::Limit : ConflictPolicy::Latest;
+    if (step.propagation == PropagationMethod::Envelope && this->random_.chance(0.3))
+    {
+      step.policy = ConflictPolicy::Share;
+    }
   }
   if (this->random_.chance(0.1))
   {

@@ -1,0 +1,138 @@
+#include "Sharing.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// By how much links count as shorter than they are, of the largest displacement. With float32 bounds and the wave to
+/// them round by up to 1.8e-7 of it at each link, and the means by 4.8e-7.
+constexpr float leastMargin = 7e-7f;
+
+}
+
+Sharing::Sharing(Bricks& bricks)
+  : bricks_(bricks)
+  , fixedPoint_(bricks, "share.cl", "bound")
+{
+}
+
+void Sharing::release()
+{
+  this->bricks_.drop(this->lower_);
+  this->bricks_.drop(this->upper_);
+}
+
+/// Lets bounds that were set in these bricks spread along links that count as shorter by `margin`.
+void Sharing::spread(
+  const std::vector<int>& bricks, float margin, Field& lower, Field& upper, const Checkpoint& checkpoint)
+{
+  this->fixedPoint_.start(bricks);
+  this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
+    [&](ArgumentList& own)
+    {
+      own.add(
+        this->bricks_.displacement, this->bricks_.tissue(), lower.buffer, upper.buffer, margin, this->bricks_.turned());
+    });
+}
+
+/// Puts bounds of held tissue back to 0. Returns the bricks where they were not.
+std::vector<int> Sharing::holdBounds()
+{
+  Context& context = this->bricks_.context();
+  const std::vector<int> slots = this->fixedPoint_.seen();
+  std::vector<cl_int> found(slots.size(), 0);
+  const cl::Buffer& foundBuffer = this->found_.holding(context, found);
+  context.launch(context.kernel("share.cl", this->bricks_.definesOfRows(this->bricks_.turned()), "holdBounds"),
+    slots.size(), this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
+    this->bricks_.tissuePitch(), this->bricks_.constraint, this->lower_.buffer, this->upper_.buffer, foundBuffer);
+  context.read(foundBuffer, found);
+  std::vector<int> bricks;
+  for (std::size_t n = 0; n < slots.size(); ++n)
+  {
+    if (found[n] != 0)
+    {
+      bricks.push_back(this->bricks_.brick(slots[n]));
+    }
+  }
+  return bricks;
+}
+
+std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks,
+  const std::vector<float>& wanted, const Checkpoint& checkpoint)
+{
+  const std::vector<float> before = this->bricks_.displacements(addresses);
+  std::vector<float> shift(wanted.size()), low(wanted.size()), high(wanted.size());
+  float furthest = 0.0f;
+  for (std::size_t m = 0; m < shift.size(); ++m)
+  {
+    shift[m] = wanted[m] - before[m];
+    furthest = std::max({ furthest, std::fabs(wanted[m]), std::fabs(shift[m]) });
+  }
+  const float margin = leastMargin * furthest;
+  // All bounds are 0 but those of the requests: lower ones that are raised, upper ones that are lowered.
+  const auto begin = [&](const std::array<float, 3>& least, const std::array<float, 3>& most, float shorter)
+  {
+    this->release();
+    this->bricks_.keep(this->lower_);
+    this->bricks_.keep(this->upper_);
+    for (std::size_t m = 0; m < shift.size(); ++m)
+    {
+      low[m] = std::max(shift[m] - least[m % 3], 0.0f);
+      high[m] = std::min(shift[m] - most[m % 3], 0.0f);
+    }
+    this->bricks_.set(this->lower_, addresses, low);
+    this->bricks_.set(this->upper_, addresses, high);
+    this->spread(bricks, shorter, this->lower_, this->upper_, checkpoint);
+  };
+
+  // What held tissue allows. The lower bounds are now how far the requests raise all tissue, and the upper ones how far
+  // they lower it; beyond held tissue they come back as an upper and a lower bound would. Elsewhere they stay as they
+  // are, whatever rounding does, since they went along shorter links.
+  begin({}, {}, 2.0f * margin);
+  const std::vector<int> beyond = this->holdBounds();
+  if (!beyond.empty())
+  {
+    this->spread(beyond, margin, this->upper_, this->lower_, checkpoint);
+    const std::vector<float> most = this->bricks_.valuesAt(this->lower_, addresses);
+    const std::vector<float> least = this->bricks_.valuesAt(this->upper_, addresses);
+    for (std::size_t m = 0; m < shift.size(); ++m)
+    {
+      shift[m] = std::min(std::max(shift[m], least[m]), most[m]);
+    }
+  }
+
+  // What the requests leave each other. No bound below the least request matters, nor one above the greatest.
+  std::array<float, 3> least, most;
+  for (int a = 0; a < 3; ++a)
+  {
+    least[a] = most[a] = shift[a];
+    for (std::size_t m = a; m < shift.size(); m += 3)
+    {
+      least[a] = std::min(least[a], shift[m]);
+      most[a] = std::max(most[a], shift[m]);
+    }
+  }
+  begin(least, most, margin);
+  const std::vector<float> lower = this->bricks_.valuesAt(this->lower_, addresses);
+  const std::vector<float> upper = this->bricks_.valuesAt(this->upper_, addresses);
+  std::vector<float> shared(shift.size());
+  for (std::size_t m = 0; m < shared.size(); ++m)
+  {
+    if (lower[m] != low[m] || upper[m] != high[m])
+    {
+      shift[m] = 0.5f * ((least[m % 3] + lower[m]) + (most[m % 3] + upper[m]));
+    }
+    shared[m] = shift[m] == wanted[m] - before[m] ? wanted[m] : before[m] + shift[m];
+  }
+  this->release();
+  return shared;
+}
+
+}

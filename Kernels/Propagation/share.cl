@@ -1,0 +1,30 @@
+// What many handles get that do not fit together (Sharing.h): bounds of shifts (bounds.clh), from which the host takes
+// the means. Round held tissue bounds of 0 take the place of those that handles ask for beyond it.
+//
+// The host guarantees: all 26 neighbours of a brick that is ready have a slot (brick.clh).
+
+#define BOUNDS_OF_SHIFTS
+#define MARGIN
+
+#include "bounds.clh"
+
+// Puts the bounds of held elements in the bricks of a list back to 0. `found` is set to 1 for bricks where they were
+// not.
+kernel void holdBounds(global const int* list, uint pitch, uint tissuePitch, global const float* constraint,
+  global float* lower, global float* upper, global int* found)
+{
+  const uint first = list[get_group_id(0)] * ELEMENTS;
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    for (uint n = first + get_local_id(0); n < first + ELEMENTS; n += get_local_size(0))
+    {
+      const uint at = axis * pitch + n;
+      if (signbit(constraint[min(axis, AXES - 1) * tissuePitch + n]) && (lower[at] != 0.0f || upper[at] != 0.0f))
+      {
+        lower[at] = 0.0f;
+        upper[at] = 0.0f;
+        found[get_group_id(0)] = 1;
+      }
+    }
+  }
+}
