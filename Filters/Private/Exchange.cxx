@@ -94,7 +94,7 @@ Inputs Exchange::Gather(const Inputs& mine) const
   about << mine.Problem << static_cast<int>(mine.Leaves.size());
   for (const Leaf& leaf : mine.Leaves)
   {
-    about << leaf.Port << leaf.Input << leaf.Block << leaf.GetFingerprint();
+    about << leaf.Port << leaf.Input << leaf.Block << leaf.BlockName << leaf.GetFingerprint();
   }
   about << static_cast<bool>(mine.Image && mine.Image->GetNumberOfPoints() > 0);
   std::vector<vtkMultiProcessStream> abouts;
@@ -138,7 +138,7 @@ std::vector<Exchange::Wanted> Exchange::Choose(
     {
       Leaf leaf;
       Fingerprint fingerprint;
-      abouts[p] >> leaf.Port >> leaf.Input >> leaf.Block >> fingerprint;
+      abouts[p] >> leaf.Port >> leaf.Input >> leaf.Block >> leaf.BlockName >> fingerprint;
       leaf.Process = p;
       // Equal data on the same process are two datasets; equal data on two processes are one dataset that both have.
       const auto key = std::make_tuple(leaf.Port, leaf.Input, leaf.Block, fingerprint);

@@ -11,6 +11,7 @@
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
 #include "vtkMatrix3x3.h"
+#include "vtkPartitionedDataSetCollection.h"
 #include "vtkPointData.h"
 #include "vtkPointSet.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
@@ -61,12 +62,32 @@ vtkSmartPointer<vtkPolyData> TakeLeaf(int port, vtkDataObject* data, std::string
   return leaf->GetNumberOfPolys() > 0 || leaf->GetNumberOfStrips() > 0 ? leaf : nullptr;
 }
 
+/// The name that the user gave a block, or the collection of partitions that it is part of.
+std::string NameOfBlock(vtkCompositeDataIterator* leaf, vtkCompositeDataSet* composite)
+{
+  vtkInformation* info = leaf->HasCurrentMetaData() ? leaf->GetCurrentMetaData() : nullptr;
+  auto* collection = vtkPartitionedDataSetCollection::SafeDownCast(composite);
+  for (unsigned int n = 0; collection && n < collection->GetNumberOfPartitionedDataSets(); ++n)
+  {
+    for (unsigned int p = 0; p < collection->GetNumberOfPartitions(n); ++p)
+    {
+      if (collection->GetPartitionAsDataObject(n, p) == leaf->GetCurrentDataObject())
+      {
+        info = collection->HasMetaData(n) ? collection->GetMetaData(n) : info;
+      }
+    }
+  }
+  const char* name = info ? info->Get(vtkCompositeDataSet::NAME()) : nullptr;
+  return name ? name : "";
+}
+
 }
 
 std::string Leaf::ToString() const
 {
   return portNames[this->Port] + std::string(" input ") + std::to_string(this->Input) +
          (this->Block >= 0 ? ", block " + std::to_string(this->Block) : "") +
+         (this->BlockName.empty() ? "" : " (" + this->BlockName + ")") +
          (this->Process > 0 ? " of process " + std::to_string(this->Process) : "");
 }
 
@@ -170,12 +191,13 @@ Inputs CollectInputs(vtkInformationVector** inputs)
   {
     for (int input = 0; input < inputs[port]->GetNumberOfInformationObjects(); ++input)
     {
-      const auto take = [&](vtkDataObject* data, int block)
+      const auto take = [&](vtkDataObject* data, int block, const std::string& name)
       {
         Leaf leaf;
         leaf.Port = port;
         leaf.Input = input;
         leaf.Block = block;
+        leaf.BlockName = name;
         std::string problem;
         leaf.Data = TakeLeaf(port, data, problem);
         if (leaf.Data)
@@ -193,12 +215,13 @@ Inputs CollectInputs(vtkInformationVector** inputs)
         const auto leaves = vtk::TakeSmartPointer(composite->NewIterator());
         for (leaves->InitTraversal(); !leaves->IsDoneWithTraversal(); leaves->GoToNextItem())
         {
-          take(leaves->GetCurrentDataObject(), static_cast<int>(leaves->GetCurrentFlatIndex()));
+          take(leaves->GetCurrentDataObject(), static_cast<int>(leaves->GetCurrentFlatIndex()),
+            NameOfBlock(leaves, composite));
         }
       }
       else if (data)
       {
-        take(data, -1);
+        take(data, -1, {});
       }
     }
   }

@@ -36,9 +36,10 @@ enum Ports
 struct Leaf
 {
   int Port = 0;
-  int Input = 0;   ///< number of the connection
-  int Block = -1;  ///< flat index in a composite dataset; -1 where it is none
-  int Process = 0; ///< the process of a parallel server that has it
+  int Input = 0;         ///< number of the connection
+  int Block = -1;        ///< flat index in a composite dataset; -1 where it is none
+  std::string BlockName; ///< that the user gave the block; may be empty
+  int Process = 0;       ///< the process of a parallel server that has it
   /// Points with their arrays (Probes, Regions), or points, polygons and strips (Cuts, Carves).
   vtkSmartPointer<vtkPolyData> Data;
 

@@ -5,6 +5,7 @@
 #include "FilterTest.h"
 
 #include "vtkCellArray.h"
+#include "vtkInformation.h"
 #include "vtkMultiBlockDataSet.h"
 #include "vtkPartitionedDataSet.h"
 #include "vtkPartitionedDataSetCollection.h"
@@ -97,6 +98,7 @@ int TestChainMailComposite(int, char*[])
         inner->SetBlock(1, parts[1]);
         all->SetBlock(0, parts[0]);
         all->SetBlock(1, inner);
+        inner->GetMetaData(1u)->Set(vtkCompositeDataSet::NAME(), "liver");
         return vtkSmartPointer<vtkDataObject>(all);
       } },
     { "partitioned",
@@ -106,6 +108,7 @@ int TestChainMailComposite(int, char*[])
         all->SetPartition(0, parts[0]);
         all->SetPartition(1, vtkNew<vtkPolyData>());
         all->SetPartition(2, parts[1]);
+        all->GetMetaData(2u)->Set(vtkCompositeDataSet::NAME(), "liver");
         return vtkSmartPointer<vtkDataObject>(all);
       } },
     { "collection",
@@ -114,6 +117,7 @@ int TestChainMailComposite(int, char*[])
         auto all = vtkSmartPointer<vtkPartitionedDataSetCollection>::New();
         all->SetPartition(0, 0, parts[0]);
         all->SetPartition(2, 1, parts[1]);
+        all->GetMetaData(2u)->Set(vtkCompositeDataSet::NAME(), "liver");
         return vtkSmartPointer<vtkDataObject>(all);
       } },
   };
@@ -149,7 +153,9 @@ int TestChainMailComposite(int, char*[])
     auto bad = MakeProbes({ { { { 7.0, 7.0, 5.0 } }, { { 1.0, std::nan(""), 0.0 } } } });
     filter->SetInputDataObject(1, make({ probes[0], bad }));
     filter->Update();
-    check.Contains(log.TakeErrors(), "Probes input 0, block ", name + ": a bad probe's block");
+    const std::string error = log.TakeErrors();
+    check.Contains(error, "Probes input 0, block ", name + ": a bad probe's block");
+    check.Contains(error, "(liver)", name + ": by its name, too");
   }
 
   // Half a ball is open.
