@@ -604,7 +604,7 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Mode: " << name(this->Mode, { "FromRest", "Interactive" }) << "\n";
   os << indent << "PropagationMethod: " << name(this->PropagationMethod, { "Envelope", "Timestamp" }) << "\n";
   os << indent << "PropagationIterations: " << this->PropagationIterations << "\n";
-  os << indent << "ConflictPolicy: " << name(this->ConflictPolicy, { "Limit", "Latest" }) << "\n";
+  os << indent << "ConflictPolicy: " << name(this->ConflictPolicy, { "Limit", "Latest", "Share" }) << "\n";
   os << indent << "ModelArrays:";
   for (int n = 0; n < this->ModelArraySelection->GetNumberOfArrays(); ++n)
   {
@@ -631,6 +631,7 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << "\n";
   os << indent << "BackgroundValue: " << this->BackgroundValue << "\n";
   os << indent << "OutputPadding: " << this->OutputPadding << "\n";
+  os << indent << "PullBack: " << (this->PullBack ? "On" : "Off") << "\n";
   os << indent << "Device: " << (this->Device.empty() ? "(best)" : this->Device) << "\n";
   os << indent << "BrickSize: " << this->BrickSize[0] << " " << this->BrickSize[1] << " " << this->BrickSize[2] << "\n";
 }

@@ -89,6 +89,8 @@
  *
  * - 0, the deformed image: the input's geometry, extended by OutputPadding, and all its point arrays, each resampled in
  *   its own type. Global ids become an ordinary array. Cell arrays are not passed on, which is warned about once.
+ *   With PullBack it also has `PullBack` (3 floats, world axes, [mm]): from a voxel to where its material was at rest, 0
+ *   where nothing moved, NaN where there is background. An array of that name in the input is not passed on then.
  * Ghosts and blanks (of voxels and of cells, `vtkGhostType`) belong to the grid and stay where they are; padding has
  * none.
  * - 1, the model at rest on the input's grid, with those point arrays that were chosen (ModelArrays): `Displacement`
@@ -366,19 +368,25 @@ public:
   enum ConflictPolicies
   {
     CONFLICT_LIMIT = 0,
-    CONFLICT_LATEST = 1
+    CONFLICT_LATEST = 1,
+    CONFLICT_SHARE = 2
   };
 
   ///@{
   /**
    * What happens where probes pull tissue apart further than it stretches; anchors always hold. CONFLICT_LIMIT (0): the
    * later probe is shortened, by axis, to what the earlier ones allow. CONFLICT_LATEST (1), as published: the later
-   * probe wins and drags the tissue of earlier ones along. Default: CONFLICT_LIMIT.
+   * probe wins and drags the tissue of earlier ones along. CONFLICT_SHARE (2), with PROPAGATION_ENVELOPE: probes that
+   * start together all give way, each element that they hold to the mean of the least and the greatest displacement
+   * that the requests of all others leave it, so the tissue of one probe may part. It takes the time of some waves,
+   * however many probes there are, so more than 32 probes that start together and do not fit share whatever the policy;
+   * a warning then says so. With MODE_FROM_REST all probes start together. Default: CONFLICT_LIMIT.
    */
   vtkSetMacro(ConflictPolicy, int);
   vtkGetMacro(ConflictPolicy, int);
   void SetConflictPolicyToLimit() { this->SetConflictPolicy(CONFLICT_LIMIT); }
   void SetConflictPolicyToLatest() { this->SetConflictPolicy(CONFLICT_LATEST); }
+  void SetConflictPolicyToShare() { this->SetConflictPolicy(CONFLICT_SHARE); }
   ///@}
 
   ///@{
@@ -561,6 +569,17 @@ public:
 
   ///@{
   /**
+   * Whether output 0 has the array PullBack: 12 bytes a voxel, and as much for the update that comes next. It is the way
+   * back that resampling takes, so cuts and carves are in it, as no displacement of the model at rest has them. Default:
+   * off.
+   */
+  vtkSetMacro(PullBack, bool);
+  vtkGetMacro(PullBack, bool);
+  vtkBooleanMacro(PullBack, bool);
+  ///@}
+
+  ///@{
+  /**
    * The OpenCL device: the one of this name, else the first whose name has this text, in any case. AvailableDevices has
    * the names, of which no two are the same. Default: "", the best GPU, else PoCL's processor. A GPU whose driver is
    * not one of its maker is taken only where it is named or was tried (Data/Install.md).
@@ -640,6 +659,7 @@ private:
   std::vector<std::string> LabelArrays;
   double BackgroundValue;
   int OutputPadding = 0;
+  bool PullBack = false;
   std::string Device;
   int BrickSize[3] = { 0, 0, 0 };
   vtkSmartPointer<vtkStringArray> AvailableDevices;

@@ -13,14 +13,14 @@ build_packages=(g++ cmake make ocl-icd-opencl-dev opencl-clhpp-headers paraview-
 run_packages=(pocl-opencl-icd python3-numpy xvfb xauth)
 test_packages=(libgtest-dev imagemagick xdotool python3-scipy python3-pydicom dpkg-dev file)
 benchmark_packages=(python3-matplotlib)
-check_packages=(valgrind plastimatch debootstrap g++-mingw-w64-x86-64-posix mesa-opencl-icd)
+check_packages=(valgrind plastimatch elastix debootstrap g++-mingw-w64-x86-64-posix mesa-opencl-icd)
 # ParaView's window is of Qt 5 in Debian 12 and of Qt 6 since; its icons are blank without the package for SVG. What
 # needs CalculiX, oclgrind or Wine skips where Debian has none.
 system=$(. /etc/os-release 2>/dev/null && echo "${ID-} ${VERSION_ID-}")
 case $system in
   "debian 12") build_packages+=(qtbase5-dev qttools5-dev libqt5svg5-dev libqt5opengl5-dev qtxmlpatterns5-dev-tools)
     test_packages+=(libqt5svg5 calculix-ccx); check_packages+=(oclgrind wine64) ;;
-  *) build_packages+=(qt6-base-dev qt6-tools-dev qt6-svg-dev qt6-5compat-dev qtxmlpatterns5-dev-tools)
+  *) check_packages+=(ants); build_packages+=(qt6-base-dev qt6-tools-dev qt6-svg-dev qt6-5compat-dev qtxmlpatterns5-dev-tools)
     test_packages+=(qt6-svg-plugins) ;;
 esac
 # Up to Debian 13, ParaView brings its own VTK. Since then it is built on the system's, and does not ask for its

@@ -46,22 +46,7 @@ public:
     this->Step[2] = this->Step[1] * grids.Size[1];
   }
 
-  std::uint64_t Begin() override
-  {
-    this->Out = nullptr;
-    for (std::size_t n : { 0, 1 })
-    {
-      const auto& buffer = this->Buffers[n];
-      if (buffer && buffer->IsFree())
-      {
-        this->Current = buffer.get();
-        return this->Since = buffer->GetNumber();
-      }
-    }
-    // Readers have all that there is, so there will be a new one, which begins as a copy of the last.
-    this->Current = nullptr;
-    return this->Since = this->Buffers[1] ? this->Buffers[1]->GetNumber() : 0;
-  }
+  std::uint64_t Begin() override { return this->Since = this->Buffers.Begin(); }
 
   void Sample(const std::vector<chainmail::ResampledBox>& boxes) override
   {
@@ -72,7 +57,7 @@ public:
       {
         const vtkIdType first = this->G.OutputId(box.first[0], box.first[1], k);
         const vtkIdType last = this->G.OutputId(box.first[0] + box.size[0], box.first[1] + box.size[1] - 1, k);
-        this->Current->Touch(this->Bytes(first), this->Bytes(last - first));
+        this->Buffers.Get().Touch(this->Bytes(first), this->Bytes(last - first));
       }
     }
     const bool isOld = this->Since != 0; // what is at rest now may not have been, in what was there
@@ -98,9 +83,9 @@ public:
     {
       this->MakeOutput();
     }
-    if (this->Out)
+    if (this->Buffers.IsOpen())
     {
-      this->Current->Finish(number);
+      this->Buffers.Get().Finish(number);
     }
     if (isInput)
     {
@@ -109,7 +94,7 @@ public:
     auto output = vtkSmartPointer<vtkDataArray>::Take(this->Input->NewInstance());
     Describe(output, this->Original);
     output->SetLookupTable(this->Original->GetLookupTable());
-    this->Current->Lend(output);
+    this->Buffers.Get().Lend(output);
     return output;
   }
 
@@ -376,29 +361,15 @@ private:
   /// Sees to it that there is a buffer to write to, and that it holds the result of the resampling `Since`.
   void MakeOutput()
   {
-    if (this->Out)
+    if (this->Buffers.IsOpen())
     {
       return;
     }
     this->MakeBackground();
-    if (!this->Current)
+    const bool isNew = this->Buffers.Open(this->Bytes(this->G.OutputVoxels()));
+    this->Out = reinterpret_cast<T*>(this->Buffers.Get().GetData());
+    if (isNew)
     {
-      this->Buffers[0] = std::make_unique<OutputBuffer>(this->Bytes(this->G.OutputVoxels()));
-      this->Current = this->Buffers[0].get();
-      this->Current->TouchAll();
-      if (this->Since != 0)
-      {
-        std::memcpy(this->Current->GetData(), this->Buffers[1]->GetData(), this->Bytes(this->G.OutputVoxels()));
-      }
-    }
-    if (this->Current == this->Buffers[0].get())
-    {
-      std::swap(this->Buffers[0], this->Buffers[1]); // the newer one comes last
-    }
-    this->Out = reinterpret_cast<T*>(this->Current->GetData());
-    if (this->Since == 0)
-    {
-      this->Current->TouchAll();
       this->CopyInput();
     }
   }
@@ -466,10 +437,8 @@ private:
   vtkIdType Step[3];
   std::vector<T> Background;
 
-  // One is on show and stays as it is until an update has succeeded; the next update writes to the other one.
-  std::array<std::unique_ptr<OutputBuffer>, 2> Buffers;
-  OutputBuffer* Current = nullptr; // of the update that is under way
-  std::uint64_t Since = 0;         // the resampling whose result it held when the update began
+  OutputBuffers Buffers;
+  std::uint64_t Since = 0; // see ArraySampler::Begin()
   T* Out = nullptr;
 };
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
+#include <cstring>
 #include <map>
 #include <mutex>
 #include <new>
@@ -108,6 +109,50 @@ void OutputBuffer::Lend(vtkDataArray* array) const
   const auto values = static_cast<vtkIdType>(this->Bytes / static_cast<std::size_t>(array->GetDataTypeSize()));
   array->SetVoidArray(this->GetData(), values, 0, vtkAbstractArray::VTK_DATA_ARRAY_USER_DEFINED);
   array->SetArrayFreeFunction(&OutputBuffer::GiveBack);
+}
+
+std::uint64_t OutputBuffers::Begin()
+{
+  this->Opened = false;
+  for (const auto& buffer : this->Buffers)
+  {
+    if (buffer && buffer->IsFree())
+    {
+      this->Current = buffer.get();
+      return this->Since = buffer->GetNumber();
+    }
+  }
+  // Readers have all that there is, so there will be a new one, which begins as a copy of the last.
+  this->Current = nullptr;
+  return this->Since = this->Buffers[1] ? this->Buffers[1]->GetNumber() : 0;
+}
+
+bool OutputBuffers::Open(std::size_t bytes)
+{
+  if (this->Opened)
+  {
+    return false;
+  }
+  if (!this->Current)
+  {
+    this->Buffers[0] = std::make_unique<OutputBuffer>(bytes);
+    this->Current = this->Buffers[0].get();
+    this->Current->TouchAll();
+    if (this->Since != 0)
+    {
+      std::memcpy(this->Current->GetData(), this->Buffers[1]->GetData(), bytes);
+    }
+  }
+  if (this->Current == this->Buffers[0].get())
+  {
+    std::swap(this->Buffers[0], this->Buffers[1]); // the newer one comes last
+  }
+  this->Opened = true;
+  if (this->Since == 0)
+  {
+    this->Current->TouchAll();
+  }
+  return this->Since == 0;
 }
 
 void OutputBuffer::GiveBack(void* memory)

@@ -8,6 +8,7 @@
 
 #include "vtkDataArray.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -48,6 +49,29 @@ private:
   std::uint64_t Number = 0;
   std::vector<Fingerprint> Parts;
   std::vector<char> Touched; // for each part
+};
+
+/// Two buffers for an array that is written anew, or on from an older state, in every update: one is on show and stays
+/// as it is until an update has succeeded; the next update writes to the other one.
+class OutputBuffers
+{
+public:
+  /// Begins an update. Returns the number of the resampling whose result it goes on from; 0 where there is none.
+  std::uint64_t Begin();
+
+  /// Sees to it that there is a buffer of so many bytes to write to. Returns whether it holds anything, and is to be
+  /// written from the beginning. Throws std::bad_alloc.
+  bool Open(std::size_t bytes);
+  bool IsOpen() const { return this->Opened; }
+
+  /// The open buffer.
+  OutputBuffer& Get() { return *this->Current; }
+
+private:
+  std::array<std::unique_ptr<OutputBuffer>, 2> Buffers;
+  OutputBuffer* Current = nullptr; // of the update that is under way
+  std::uint64_t Since = 0;         // the resampling whose result it held when the update began
+  bool Opened = false;
 };
 
 }

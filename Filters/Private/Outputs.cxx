@@ -166,24 +166,42 @@ void Outputs::ChooseSamplers(const Scene& scene)
     }
     this->Samplers.push_back(one);
   }
+  const Grids grids{ scene.Tissue.Size, scene.Padding };
+  if (!scene.PullBack)
+  {
+    this->PullBack.reset();
+  }
+  else if (!this->PullBack || !this->PullBack->IsFor(grids, scene.Space, this->Source.GetBuilds()))
+  {
+    this->PullBack = std::make_unique<PullBackSampler>(grids, scene.Space, this->Source.GetBuilds());
+  }
 }
 
 void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
 {
   CopyGrid(scene, scene.Padding, output);
   this->ChooseSamplers(scene);
-  std::uint64_t since = std::numeric_limits<std::uint64_t>::max();
+  std::vector<ArraySampler*> samplers;
   for (const Sampled& one : this->Samplers)
   {
-    since = std::min(since, one.Sampler->Begin());
+    samplers.push_back(one.Sampler.get());
+  }
+  if (this->PullBack)
+  {
+    samplers.push_back(this->PullBack.get());
+  }
+  std::uint64_t since = std::numeric_limits<std::uint64_t>::max();
+  for (ArraySampler* one : samplers)
+  {
+    since = std::min(since, one->Begin());
   }
   const chainmail::Resampled resampled = this->Source.GetSimulation().resample(
     scene.Padding,
     [&](const std::vector<chainmail::ResampledBox>& boxes)
     {
-      for (const Sampled& one : this->Samplers)
+      for (ArraySampler* one : samplers)
       {
-        one.Sampler->Sample(boxes);
+        one->Sample(boxes);
       }
     },
     since);
@@ -200,6 +218,10 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
     output->GetPointData()->AddArray(one.Sampler->End(resampled.number, resampled.atRest));
   }
   CopyActiveAttributes(scene.Image->GetPointData(), output->GetPointData());
+  if (this->PullBack) // in place of an array of that name, which is the way through another deformation
+  {
+    output->GetPointData()->AddArray(this->PullBack->End(resampled.number, resampled.atRest));
+  }
 }
 
 void Outputs::WriteModel(const Scene& scene, vtkImageData* output)

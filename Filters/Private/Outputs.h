@@ -6,6 +6,7 @@
 
 #include "Fingerprint.h"
 #include "Progress.h"
+#include "PullBack.h"
 #include "Sampling.h"
 #include "Scene.h"
 #include "Session.h"
@@ -88,7 +89,8 @@ private:
   const Session& Source;
   Progress& Reports;
 
-  std::vector<Sampled> Samplers; // one for each point array of the image
+  std::vector<Sampled> Samplers;             // one for each point array of the image
+  std::unique_ptr<PullBackSampler> PullBack; // null where it is not wanted
 
   // Arrays that the outputs share as long as updates find nothing new.
   SharedArray<vtkFloatArray> Constraint;

@@ -72,6 +72,27 @@ void ProbeWarnings::Clear()
 {
   this->Empty.Clear();
   this->Short.Clear();
+  this->Sharing = false;
+}
+
+std::string ProbeWarnings::OfSharing(
+  const Method& method, const std::vector<std::size_t>& held, const chainmail::PropagateResult& found)
+{
+  if (found.iterations == 0)
+  {
+    return {};
+  }
+  const bool isNew = found.shared > 0 && !this->Sharing;
+  this->Sharing = found.shared > 0;
+  if (!isNew || method.Conflict == chainmail::ConflictPolicy::Share)
+  {
+    return {};
+  }
+  return std::to_string(found.shared) + " of " + std::to_string(held.size()) +
+         " probes ask for more than the others leave them, and they are too many to go one after the other: each goes "
+         "to "
+         "the mean of what the others force on it and leave it, as with ConflictPolicy Share. ProbeReached tells what "
+         "each got.";
 }
 
 std::string ProbeWarnings::OfEmptyHandles(

@@ -47,10 +47,14 @@ public:
     const Scene& scene, const std::vector<std::size_t>& held, const std::vector<chainmail::ProbeResult>& results);
   std::string OfShortProbes(const Scene& scene, const std::vector<std::size_t>& held,
     const std::vector<chainmail::ProbeResult>& results, const chainmail::Simulation& simulation);
+  /// Where probes share although that is not the policy.
+  std::string OfSharing(
+    const Method& method, const std::vector<std::size_t>& held, const chainmail::PropagateResult& found);
 
 private:
   WarnedProbes Empty;
   WarnedProbes Short;
+  bool Sharing = false; ///< whether the last probes that moved shared
 };
 
 }

@@ -46,10 +46,22 @@ Method ReadMethod(vtkChainMailDeformation* filter)
   {
     method.Propagation = chainmail::PropagationMethod::Timestamp;
   }
-  if (Choice("ConflictPolicy", filter->GetConflictPolicy(), { "Limit", "Latest" }) ==
-      vtkChainMailDeformation::CONFLICT_LATEST)
+  switch (Choice("ConflictPolicy", filter->GetConflictPolicy(), { "Limit", "Latest", "Share" }))
   {
+  case vtkChainMailDeformation::CONFLICT_LATEST:
     method.Conflict = chainmail::ConflictPolicy::Latest;
+    break;
+  case vtkChainMailDeformation::CONFLICT_SHARE:
+    method.Conflict = chainmail::ConflictPolicy::Share;
+    break;
+  default:
+    break;
+  }
+  if (method.Conflict == chainmail::ConflictPolicy::Share &&
+      method.Propagation != chainmail::PropagationMethod::Envelope)
+  {
+    throw chainmail::InputError("The ConflictPolicy Share needs the PropagationMethod Envelope. Choose that, or the "
+                                "ConflictPolicy Limit or Latest.");
   }
   method.PropagationIterations = filter->GetPropagationIterations();
   if (Choice("RelaxationMethod", filter->GetRelaxationMethod(), { "Projected", "Paper" }) ==
@@ -206,6 +218,7 @@ Scene::Scene(
   , How(ReadMethod(filter))
   , ModelArrays(filter->GetModelArraySelection())
   , PropagationTimes(filter->GetPropagationTimes())
+  , PullBack(filter->GetPullBack())
   , BackgroundValue(filter->GetBackgroundValue())
   , Nearest(Choice("Interpolation", filter->GetInterpolation(), { "Linear", "Nearest" }) ==
             vtkChainMailDeformation::INTERPOLATION_NEAREST)

@@ -139,6 +139,7 @@ struct Scene
   // What the outputs are to have.
   vtkDataArraySelection* ModelArrays;
   bool PropagationTimes;
+  bool PullBack;
   chainmail::Index3 Padding{};
   double BackgroundValue;  // of the scalars
   double LowPadding = 0.0; // up to here scalars are padding, and not tissue

@@ -472,6 +472,7 @@ void Session::Warn(const Scene& scene, const std::vector<std::size_t>& held)
     return;
   }
   this->Reports.Warn(this->AboutProbes.OfEmptyHandles(scene, held, this->Found.Probes));
+  this->Reports.Warn(this->AboutProbes.OfSharing(scene.How, held, this->Found.Propagation));
   if (this->Found.Propagation.finished) // otherwise they may still get to where they are to go
   {
     this->Reports.Warn(this->AboutProbes.OfShortProbes(scene, held, this->Found.Probes, *this->Simulation));

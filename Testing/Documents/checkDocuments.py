@@ -57,6 +57,8 @@ COMMANDS = [
      {ROLES + "tryPackage.sh": ["make_bare_system", "usePlugin.xml"]}),
     (r"plastimatch convert --input FOLDER .*", "", {"Testing/Python/TestDicom.py": ['"plastimatch", "convert", "--input"']}),
     (r"pvpython Data/carry\.py .*", "", {"Testing/Python/TestCarry.py": ["carry.py", '"--back"', "labels=", "carry_image("]}),
+    (r"plastimatch warp --input pet\.mha .*", "", {"Testing/Python/TestTransforms.py": ['"plastimatch", "warp", "--input"', '"--xf"']}),
+    (r"antsApplyTransforms -d 3 .*", "", {"Testing/Python/TestTransforms.py": ['"antsApplyTransforms", "-d", "3", "-i"', '"-t"']}),
     (r"mpirun -np 4 pvbatch", "", {"Testing/Python/TestRanks.py": ["mpiexec("]}),
     (r"mpiexec -n 4 pvserver", "", {"Testing/Python/TestClientServer.py": ["mpiexec(2, pvserver)"]}),
     (r"export PV_PLUGIN_PATH=build/\S+", "", {"Testing/CMakeLists.txt": ["PV_PLUGIN_PATH=${CHAINMAIL_PLUGIN_FOLDER}"]}),
@@ -66,7 +68,7 @@ COMMANDS = [
     (r"clang-format-14 -i FILES", "it changes files", {".clang-format": ["ColumnLimit"]}),
     (r"clang-tidy -p build FILES", "it is for the person who edits", {".clang-tidy": ["Checks"]}),
 ]
-WORDS = ("apt apt-get bash clang-format-14 clang-tidy cmake cpack ctest export git make mpiexec mpirun paraview pip plastimatch "
+WORDS = ("antsApplyTransforms apt apt-get bash clang-format-14 clang-tidy cmake cpack ctest export git make mpiexec mpirun paraview pip plastimatch "
          "podman pvbatch pvpython pvserver python3 sh sudo xvfb-run").split()
 
 # What scripts call of any proxy of ParaView, and programs of any filter of VTK.

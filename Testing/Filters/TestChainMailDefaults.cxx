@@ -83,7 +83,7 @@ int TestChainMailDefaults(int, char*[])
   const char* interpolations[] = { "INTERPOLATION_LINEAR", "INTERPOLATION_NEAREST" };
   const char* modes[] = { "MODE_FROM_REST", "MODE_INTERACTIVE" };
   const char* propagations[] = { "PROPAGATION_ENVELOPE", "PROPAGATION_TIMESTAMP" };
-  const char* conflicts[] = { "CONFLICT_LIMIT", "CONFLICT_LATEST" };
+  const char* conflicts[] = { "CONFLICT_LIMIT", "CONFLICT_LATEST", "CONFLICT_SHARE" };
   const char* relaxations[] = { "RELAXATION_PROJECTED", "RELAXATION_PAPER" };
   word("vtkGetMacro(MaterialPreset,", presets[filter->GetMaterialPreset()]);
   word("GetMaterialFunction()", filter->GetMaterialFunction() ? "a function" : "null");
@@ -99,6 +99,7 @@ int TestChainMailDefaults(int, char*[])
   number("PropagationIterations", filter->GetPropagationIterations());
   word("vtkGetMacro(ConflictPolicy,", conflicts[filter->GetConflictPolicy()]);
   word("vtkGetMacro(PropagationTimes,", filter->GetPropagationTimes() ? "on" : "off");
+  word("vtkGetMacro(PullBack,", filter->GetPullBack() ? "on" : "off");
   std::string modelArrays;
   vtkDataArraySelection* const selection = filter->GetModelArraySelection();
   for (int n = 0; n < selection->GetNumberOfArrays(); ++n)
@@ -199,6 +200,7 @@ int TestChainMailDefaults(int, char*[])
     { "BackgroundValue", [&] { filter->SetBackgroundValue(-1000.0); } },
     { "BackgroundValue NaN", [&] { filter->SetBackgroundValue(std::nan("")); } },
     { "OutputPadding", [&] { filter->SetOutputPadding(3); } },
+    { "PullBack", [&] { filter->PullBackOn(); } },
     { "Device", [&] { filter->SetDevice("some"); } },
     { "BrickSize", [&] { filter->SetBrickSize(8, 4, 2); } },
     { "ModelReduction", [&] { filter->SetModelReduction(4); } },
@@ -246,9 +248,9 @@ int TestChainMailDefaults(int, char*[])
          "BodyArray: bones", "JointSize: 4", "JointConstraint: 0.25", "TissueThreshold: nan", "AnchorRigid: On",
          "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive", "PropagationMethod: Timestamp", "PropagationIterations: 10",
          "ConflictPolicy: Latest", "PropagationTimes: On", "ModelArrays: Displacement Element no Constraint Cluster",
-         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "PoissonRatio: 0.3", "RelaxationIterations: 7", "RelaxationTolerance: 0.5",
-         "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3", "Device: some",
-         "BrickSize: 8 4 2", "ModelReduction: 4" })
+         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "PoissonRatio: 0.3", "RelaxationIterations: 7",
+         "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan",
+         "OutputPadding: 3", "PullBack: On", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

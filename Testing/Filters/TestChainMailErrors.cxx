@@ -228,8 +228,14 @@ int TestChainMailErrors(int, char*[])
       [](Scene&, vtkChainMailDeformation* f) { f->SetMode(-1); } },
     { "propagation of no name", { "PropagationMethod is 2", "0 (Envelope) or 1 (Timestamp)" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetPropagationMethod(2); } },
-    { "conflict policy of no name", { "ConflictPolicy is 9", "0 (Limit) or 1 (Latest)" },
+    { "conflict policy of no name", { "ConflictPolicy is 9", "0 (Limit), 1 (Latest) or 2 (Share)" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetConflictPolicy(9); } },
+    { "sharing without envelopes", { "ConflictPolicy Share", "PropagationMethod Envelope" },
+      [](Scene&, vtkChainMailDeformation* f)
+      {
+        f->SetConflictPolicyToShare();
+        f->SetPropagationMethodToTimestamp();
+      } },
     { "relaxation of no name", { "RelaxationMethod is 2", "0 (Projected) or 1 (Paper)" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetRelaxationMethod(2); } },
     { "relaxation preset of no name", { "RelaxationPreset is 4", "0 (Custom), 1 (Fast), 2 (Balanced) or 3 (Accurate)" },

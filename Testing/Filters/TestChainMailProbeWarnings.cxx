@@ -90,6 +90,35 @@ void TestEmptyHandsAreCounted(Checks& check)
   }
 }
 
+/// A plane of probes whose neighbours ask for more than they leave each other.
+void TestSharingIsCounted(Checks& check)
+{
+  for (const int mode : modes)
+  {
+    Bench bench(mode);
+    for (int n = 0; n < 49; ++n)
+    {
+      bench.Probes.push_back(At(5.0 + n % 7, 5.0 + n / 7, 10.0, { { 0.0, 0.0, n % 2 == 0 ? 0.9 : 0.1 } }));
+    }
+    const std::string warning = bench.Update(check, "sharing");
+    check.Equal(Count(warning, "Warning"), 1, "sharing: one warning");
+    check.Contains(warning, "49 of 49 probes ask for more than the others leave them", "sharing: counted");
+    vtkDataArray* reached = bench.Filter->GetProbeReached();
+    for (vtkIdType n = 0; n < 49; ++n)
+    {
+      // Neighbours are 0.25 voxels apart, around the mean of 0.5.
+      check.Near(reached->GetComponent(n, 2), n % 2 == 0 ? 0.625 : 0.375, 1e-5, "sharing: what each got");
+    }
+    bench.Probes[0].Displacement[2] = 0.8;
+    check.Equal(bench.Update(check, "sharing"), std::string(), "sharing: a drag does not warn again");
+    bench.Probes.resize(1);
+    check.Equal(bench.Update(check, "one"), std::string(), "one alone shares with nobody");
+    bench.Filter->SetConflictPolicyToShare();
+    bench.Probes = { At(5.0, 5.0, 10.0, { { 0.0, 0.0, 0.9 } }), At(6.0, 5.0, 10.0, { { 0.0, 0.0, 0.1 } }) };
+    check.Equal(bench.Update(check, "asked for"), std::string(), "no warning of what was asked for");
+  }
+}
+
 void TestWarningsCanBeTurnedOff(Checks& check)
 {
   for (const int mode : modes)
@@ -232,6 +261,7 @@ int TestChainMailProbeWarnings(int, char*[])
 {
   Checks check;
   TestEmptyHandsAreCounted(check);
+  TestSharingIsCounted(check);
   TestWarningsCanBeTurnedOff(check);
   TestWhatHolds(check);
   TestManyShortProbes(check);

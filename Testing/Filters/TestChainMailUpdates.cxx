@@ -96,6 +96,7 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
   to->SetInterpolation(from->GetInterpolation());
   to->SetBackgroundValue(from->GetBackgroundValue());
   to->SetOutputPadding(from->GetOutputPadding());
+  to->SetPullBack(from->GetPullBack());
   to->SetDevice(from->GetDevice());
   to->SetBrickSize(from->GetBrickSize());
   to->SetModelReduction(from->GetModelReduction());
@@ -198,6 +199,8 @@ int TestChainMailUpdates(int, char*[])
   update("BackgroundValue", resampled);
   filter->SetOutputPadding(2);
   update("OutputPadding", resampled);
+  filter->PullBackOn();
+  update("PullBack", resampled);
   filter->SetOutputPadding(0);
   update("OutputPadding back", resampled);
   vtkNew<vtkFloatArray> more;
@@ -228,6 +231,8 @@ int TestChainMailUpdates(int, char*[])
   update("PropagationIterations back", relaxed);
   filter->SetConflictPolicyToLatest();
   update("ConflictPolicy", relaxed);
+  filter->SetConflictPolicyToShare();
+  update("ConflictPolicy Share", relaxed);
   filter->SetConflictPolicyToLimit();
   update("ConflictPolicy back", relaxed);
   filter->SetElasticRecovery(0.6);

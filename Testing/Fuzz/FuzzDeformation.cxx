@@ -418,7 +418,7 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   }
   if (now())
   {
-    filter->SetConflictPolicy(choice(1));
+    filter->SetConflictPolicy(choice(2));
   }
   if (now())
   {

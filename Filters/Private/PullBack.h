@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where the material of each output voxel comes from, as an array.
+
+#ifndef PullBack_h
+#define PullBack_h
+
+#include "ArraySampler.h"
+#include "Arrays.h"
+#include "Frame.h"
+#include "Grids.h"
+#include "OutputBuffer.h"
+#include "Threads.h"
+
+#include "vtkFloatArray.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace vtkChainMail
+{
+
+/// Writes the array PullBack: the way [mm, world axes] from a voxel to where its material was at rest, 0 where nothing
+/// moved, NaN where there is background.
+class PullBackSampler : public ArraySampler
+{
+public:
+  static constexpr const char* Name = "PullBack";
+
+  /// `builds`: the number of the simulation whose resamplings come.
+  PullBackSampler(const Grids& grids, const Frame& frame, int builds)
+    : G(grids)
+    , Space(frame)
+    , Builds(builds)
+  {
+  }
+
+  bool IsFor(const Grids& grids, const Frame& frame, int builds) const
+  {
+    return this->G.Size == grids.Size && this->G.Padding == grids.Padding && this->Space == frame &&
+           this->Builds == builds;
+  }
+
+  std::uint64_t Begin() override { return this->Since = this->Buffers.Begin(); }
+
+  void Sample(const std::vector<chainmail::ResampledBox>& boxes) override
+  {
+    this->Open();
+    const bool isOld = this->Since != 0; // what is at rest now may not have been, in what was there
+    for (const chainmail::ResampledBox& box : boxes)
+    {
+      for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
+      {
+        const vtkIdType first = this->G.OutputId(box.first[0], box.first[1], k);
+        const vtkIdType last = this->G.OutputId(box.first[0] + box.size[0], box.first[1] + box.size[1] - 1, k);
+        this->Buffers.Get().Touch(Bytes(first), Bytes(last - first));
+      }
+    }
+    chainmail::inParallel(boxes.size(),
+      [&](std::size_t n)
+      {
+        boxes[n].forVoxels(
+          [&](const std::array<int, 3>& voxel, const float* offset)
+          {
+            float* out = this->Out + 3 * this->G.OutputId(voxel[0], voxel[1], voxel[2]);
+            if (!isAtRest(offset))
+            {
+              this->Write(voxel, offset, out);
+            }
+            else if (isOld)
+            {
+              std::fill_n(out, 3, this->G.IsInput(voxel) ? 0.0f : Nowhere);
+            }
+          });
+      });
+  }
+
+  vtkSmartPointer<vtkAbstractArray> End(std::uint64_t number, bool) override
+  {
+    this->Open();
+    this->Buffers.Get().Finish(number);
+    const auto output = MakeArray<vtkFloatArray>(Name, 3, 0);
+    this->Buffers.Get().Lend(output);
+    return output;
+  }
+
+private:
+  static constexpr float Nowhere = std::numeric_limits<float>::quiet_NaN();
+
+  static std::size_t Bytes(vtkIdType voxels) { return 3 * sizeof(float) * static_cast<std::size_t>(voxels); }
+
+  /// Material beside the border of the image shows the border, as it does in all arrays.
+  void Write(const std::array<int, 3>& voxel, const float* offset, float* out) const
+  {
+    if (std::isnan(offset[0]))
+    {
+      std::fill_n(out, 3, Nowhere);
+      return;
+    }
+    float way[3];
+    for (int a = 0; a < 3; ++a)
+    {
+      const double last = this->G.Size[a] - 1.0;
+      const double inside = std::min(std::max(voxel[a] + static_cast<double>(offset[a]), 0.0), last) - voxel[a];
+      way[a] = static_cast<float>(inside * this->Space.GetSpacing()[a]);
+    }
+    this->Space.VectorToWorld(way, out);
+  }
+
+  void Open()
+  {
+    if (this->Buffers.IsOpen())
+    {
+      return;
+    }
+    const bool isNew = this->Buffers.Open(Bytes(this->G.OutputVoxels()));
+    this->Out = reinterpret_cast<float*>(this->Buffers.Get().GetData());
+    if (!isNew)
+    {
+      return;
+    }
+    if (this->G.IsPadded())
+    {
+      std::fill_n(this->Out, 3 * this->G.OutputVoxels(), Nowhere);
+    }
+    chainmail::inParallel(static_cast<std::size_t>(this->G.Size[2]),
+      [&](std::size_t slice)
+      {
+        for (int j = 0; j < this->G.Size[1]; ++j)
+        {
+          std::fill_n(this->Out + 3 * this->G.OutputId(0, j, static_cast<int>(slice)), 3 * this->G.Size[0], 0.0f);
+        }
+      });
+  }
+
+  Grids G;
+  Frame Space;
+  int Builds;
+  OutputBuffers Buffers;
+  std::uint64_t Since = 0; // see ArraySampler::Begin()
+  float* Out = nullptr;
+};
+
+}
+
+#endif
