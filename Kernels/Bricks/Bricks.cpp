@@ -449,6 +449,19 @@ std::vector<int> Bricks::touchedSlots() const
   return slots;
 }
 
+std::vector<int> Bricks::bricksWhere(const std::vector<int>& slots, const std::vector<cl_int>& found) const
+{
+  std::vector<int> bricks;
+  for (std::size_t n = 0; n < slots.size(); ++n)
+  {
+    if (found[n] != 0)
+    {
+      bricks.push_back(this->brick(slots[n]));
+    }
+  }
+  return bricks;
+}
+
 std::vector<int> Bricks::slotsAround(const std::vector<int>& slots) const
 {
   std::vector<char> isAround(this->slots(), 0);

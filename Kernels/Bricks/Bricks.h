@@ -115,6 +115,8 @@ public:
   {
     return rows.rows() == this->slots() && followed == this->exchanged_.size();
   }
+  /// The bricks of those slots for which a kernel has found something: where `found` is not 0.
+  std::vector<int> bricksWhere(const std::vector<int>& slots, const std::vector<cl_int>& found) const;
   /// Calls f(slot) for all slots, in the order in which their bricks became known.
   template <typename F> void forKnown(const F& f) const
   {

@@ -43,16 +43,7 @@ std::vector<int> Feasibility::bricksThatAre(
     this->list_.holding(context, slots), this->bricks_.layout(), this->bricks_.state(), this->bricks_.turned(),
     foundBuffer);
   context.read(foundBuffer, found);
-
-  std::vector<int> bricks;
-  for (std::size_t n = 0; n < slots.size(); ++n)
-  {
-    if (found[n] != 0)
-    {
-      bricks.push_back(this->bricks_.brick(slots[n]));
-    }
-  }
-  return bricks;
+  return this->bricks_.bricksWhere(slots, found);
 }
 
 bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)

@@ -53,15 +53,7 @@ std::vector<int> Sharing::holdBounds()
     slots.size(), this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
     this->bricks_.tissuePitch(), this->bricks_.constraint, this->lower_.buffer, this->upper_.buffer, foundBuffer);
   context.read(foundBuffer, found);
-  std::vector<int> bricks;
-  for (std::size_t n = 0; n < slots.size(); ++n)
-  {
-    if (found[n] != 0)
-    {
-      bricks.push_back(this->bricks_.brick(slots[n]));
-    }
-  }
-  return bricks;
+  return this->bricks_.bricksWhere(slots, found);
 }
 
 std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks,
