@@ -93,7 +93,7 @@ void vtkChainMailTransformWriter::WriteData()
   if (!file)
   {
     this->SetErrorCode(vtkErrorCode::CannotOpenFileError);
-    vtkErrorMacro("Cannot write to \"" << this->FileName << "\".");
+    vtkErrorMacro("Cannot write to \"" << this->FileName << "\". Is there such a folder, and may you write there?");
     return;
   }
 

@@ -51,15 +51,7 @@ public:
   void Sample(const std::vector<chainmail::ResampledBox>& boxes) override
   {
     this->MakeOutput();
-    for (const chainmail::ResampledBox& box : boxes)
-    {
-      for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
-      {
-        const vtkIdType first = this->G.OutputId(box.first[0], box.first[1], k);
-        const vtkIdType last = this->G.OutputId(box.first[0] + box.size[0], box.first[1] + box.size[1] - 1, k);
-        this->Buffers.Get().Touch(this->Bytes(first), this->Bytes(last - first));
-      }
-    }
+    this->Buffers.Get().Touch(boxes, this->G, this->Bytes(1));
     const bool isOld = this->Since != 0; // what is at rest now may not have been, in what was there
     // Not by vtkSMPTools: as Debian builds VTK, these have one thread until an application asks for more.
     chainmail::inParallel(boxes.size(),

@@ -84,6 +84,21 @@ void OutputBuffer::Touch(std::size_t first, std::size_t bytes)
   }
 }
 
+void OutputBuffer::Touch(
+  const std::vector<chainmail::ResampledBox>& boxes, const Grids& grids, std::size_t bytesOfVoxel)
+{
+  for (const chainmail::ResampledBox& box : boxes)
+  {
+    for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
+    {
+      const auto first = static_cast<std::size_t>(grids.OutputId(box.first[0], box.first[1], k));
+      const auto last =
+        static_cast<std::size_t>(grids.OutputId(box.first[0] + box.size[0], box.first[1] + box.size[1] - 1, k));
+      this->Touch(bytesOfVoxel * first, bytesOfVoxel * (last - first));
+    }
+  }
+}
+
 void OutputBuffer::Finish(std::uint64_t number)
 {
   chainmail::inParallel(this->Parts.size(),

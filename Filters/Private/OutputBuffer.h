@@ -5,6 +5,9 @@
 #define OutputBuffer_h
 
 #include "Fingerprint.h"
+#include "Grids.h"
+
+#include "Types.h"
 
 #include "vtkDataArray.h"
 
@@ -35,6 +38,8 @@ public:
   /// To be called before these bytes are written.
   void Touch(std::size_t first, std::size_t bytes);
   void TouchAll() { this->Touch(0, this->Bytes); }
+  /// The same of all voxels of these boxes.
+  void Touch(const std::vector<chainmail::ResampledBox>& boxes, const Grids& grids, std::size_t bytesOfVoxel);
   /// To be called when all that belongs to a resampling is written.
   void Finish(std::uint64_t number);
 

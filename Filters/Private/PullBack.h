@@ -50,15 +50,7 @@ public:
   {
     this->Open();
     const bool isOld = this->Since != 0; // what is at rest now may not have been, in what was there
-    for (const chainmail::ResampledBox& box : boxes)
-    {
-      for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
-      {
-        const vtkIdType first = this->G.OutputId(box.first[0], box.first[1], k);
-        const vtkIdType last = this->G.OutputId(box.first[0] + box.size[0], box.first[1] + box.size[1] - 1, k);
-        this->Buffers.Get().Touch(Bytes(first), Bytes(last - first));
-      }
-    }
+    this->Buffers.Get().Touch(boxes, this->G, Bytes(1));
     chainmail::inParallel(boxes.size(),
       [&](std::size_t n)
       {

@@ -61,13 +61,19 @@ std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, con
 {
   const std::vector<float> before = this->bricks_.displacements(addresses);
   std::vector<float> shift(wanted.size()), low(wanted.size()), high(wanted.size());
-  float furthest = 0.0f;
   for (std::size_t m = 0; m < shift.size(); ++m)
   {
     shift[m] = wanted[m] - before[m];
-    furthest = std::max({ furthest, std::fabs(wanted[m]), std::fabs(shift[m]) });
   }
-  const float margin = leastMargin * furthest;
+  const auto marginNow = [&]
+  {
+    float furthest = 0.0f;
+    for (std::size_t m = 0; m < shift.size(); ++m)
+    {
+      furthest = std::max({ furthest, std::fabs(before[m] + shift[m]), std::fabs(shift[m]) });
+    }
+    return leastMargin * furthest;
+  };
   // All bounds are 0 but those of the requests: lower ones that are raised, upper ones that are lowered.
   const auto begin = [&](const std::array<float, 3>& least, const std::array<float, 3>& most, float shorter)
   {
@@ -87,6 +93,9 @@ std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, con
   // What held tissue allows. The lower bounds are now how far the requests raise all tissue, and the upper ones how far
   // they lower it; beyond held tissue they come back as an upper and a lower bound would. Elsewhere they stay as they
   // are, whatever rounding does, since they went along shorter links.
+  // What comes from held tissue is as large as that allows, however far the requests go.
+  const Index3& size = this->bricks_.model().grid().size;
+  const float margin = std::min(marginNow(), leastMargin * static_cast<float>(size[0] + size[1] + size[2]));
   begin({}, {}, 2.0f * margin);
   const std::vector<int> beyond = this->holdBounds();
   if (!beyond.empty())
@@ -111,7 +120,7 @@ std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, con
       most[a] = std::max(most[a], shift[m]);
     }
   }
-  begin(least, most, margin);
+  begin(least, most, marginNow());
   const std::vector<float> lower = this->bricks_.valuesAt(this->lower_, addresses);
   const std::vector<float> upper = this->bricks_.valuesAt(this->upper_, addresses);
   std::vector<float> shared(shift.size());

@@ -169,6 +169,23 @@ TEST(Share, GoesOnFromWhereTissueIs)
   }
 }
 
+// One request that nothing can follow takes no exactness from the others.
+TEST(Share, WhatIsFarOutOfReachDoesNotBlurTheRest)
+{
+  Scene scene = randomScene({ 21, 14, 17 }, 1, 9750);
+  scene.anchors.faces[0] = scene.anchors.faces[3] = true;
+  std::vector<Probe> probes = contradictingProbes(scene, 12, 4.0, 9761);
+  const oracle::Block block = scene.block();
+  for (const double far : { 1e3, 1e6, 5e8 })
+  {
+    probes[4].displacement = { far, 0.7 * far, -far };
+    Simulation simulation = sharing(scene);
+    simulation.pull(probes);
+    expectNear(state(simulation),
+      oracle::share(block, std::vector<oracle::Vector3>(block.count()), handles(block, probes)).state, 20.0);
+  }
+}
+
 // Thousands of probes on a surface that ask for more than neighbours leave them: a few waves, whatever the policy.
 TEST(Share, ManyThatDoNotFitTakeFewWaves)
 {
