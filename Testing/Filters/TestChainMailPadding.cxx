@@ -176,6 +176,12 @@ int TestChainMailPadding(int, char*[])
   }
   // The arrays of the model at rest.
   {
+    // PoCL's compiler does not survive where it finds no memory, so all kernels are compiled before.
+    auto small = MakeScan(size, VTK_UNSIGNED_CHAR);
+    vtkNew<vtkChainMailDeformation> first;
+    Prepare(first, small);
+    first->SetPropagationTimes(true);
+    first->Update();
     auto image = MakeScan(320, VTK_UNSIGNED_CHAR);
     vtkNew<vtkChainMailDeformation> poor;
     EventLog poorLog(poor);
