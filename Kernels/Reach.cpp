@@ -15,9 +15,47 @@ namespace
 struct Lacking
 {
   Handles::Change handles;
-  std::vector<Vector3> reached; ///< by each of them
+  std::vector<Pose> reached; ///< by each of them
   double lack = 0.0;
+  int furtherWaves = 0; ///< that those which go in steps need for the rest of their way
 };
+
+/// The way of a handle from one pose to another [mm]: that of the corner of the box around its elements which goes
+/// furthest along one axis.
+Vector3 longestWay(const Handle& handle, const Pose& from, const Pose& to)
+{
+  if (!handle.probe.turns)
+  {
+    return { to.shift[0] - from.shift[0], to.shift[1] - from.shift[1], to.shift[2] - from.shift[2] };
+  }
+  const std::vector<double>& places = handle.placesGrabbed;
+  Vector3 low{ places[0], places[1], places[2] };
+  Vector3 high = low;
+  for (std::size_t n = 0; n < places.size(); ++n)
+  {
+    low[n % 3] = std::min(low[n % 3], places[n]);
+    high[n % 3] = std::max(high[n % 3], places[n]);
+  }
+  Vector3 longest{};
+  double most = -1.0;
+  for (int corner = 0; corner < 8; ++corner)
+  {
+    const Vector3 place{ corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2] };
+    const Vector3 begin = from.of(place, handle.probe.centre);
+    const Vector3 end = to.of(place, handle.probe.centre);
+    const Vector3 way{ end[0] - begin[0], end[1] - begin[1], end[2] - begin[2] };
+    const double length = std::max({ std::fabs(way[0]), std::fabs(way[1]), std::fabs(way[2]) });
+    longest = length > most ? way : longest;
+    most = std::max(most, length);
+  }
+  return longest;
+}
+
+/// Its length along the axis along which it is longest.
+double lengthOf(const Vector3& way)
+{
+  return std::max({ std::fabs(way[0]), std::fabs(way[1]), std::fabs(way[2]) });
+}
 
 Lacking lackingOf(Handles& handles)
 {
@@ -27,18 +65,18 @@ Lacking lackingOf(Handles& handles)
   for (std::size_t n = 0; n < results.size(); ++n)
   {
     const Handles::Pointer& handle = handles.all()[n];
-    double ofProbe = 0.0;
-    double asked = 0.0;
-    for (int a = 0; a < 3; ++a)
+    if (handle->probe.anchor || handle->voxels.empty())
     {
-      ofProbe = std::max(ofProbe, std::fabs(handle->probe.displacement[a] - results[n].reached[a]));
-      asked = std::max(asked, std::fabs(handle->probe.displacement[a]));
+      continue;
     }
-    if (!handle->probe.anchor && !handle->voxels.empty() && ofProbe > rounding * asked)
+    const Pose reached{ results[n].reached, results[n].turned };
+    const double ofProbe = lengthOf(longestWay(*handle, reached, handle->asked()));
+    if (ofProbe > rounding * lengthOf(longestWay(*handle, Pose(), handle->asked())))
     {
       all.lack += ofProbe;
       all.handles.moved.push_back(handle);
-      all.reached.push_back(results[n].reached);
+      all.reached.push_back(reached);
+      all.furtherWaves = std::max(all.furtherWaves, Waves::wavesFor(*handle));
     }
   }
   return all;
@@ -48,21 +86,23 @@ Lacking lackingOf(Handles& handles)
 double tryShare(
   double share, Waves& waves, Handles& handles, const Lacking& lacking, const Checkpoint& checkpoint, int& iterations)
 {
-  std::vector<Vector3> asked;
+  const auto ask = [](Handle& handle, const Pose& pose)
+  {
+    handle.probe.displacement = pose.shift;
+    handle.probe.rotation = pose.rotation;
+  };
+  std::vector<Pose> asked;
   for (std::size_t n = 0; n < lacking.reached.size(); ++n)
   {
-    Vector3& displacement = lacking.handles.moved[n]->probe.displacement;
-    asked.push_back(displacement);
-    for (int a = 0; a < 3; ++a)
-    {
-      displacement[a] = lacking.reached[n][a] + share * (displacement[a] - lacking.reached[n][a]);
-    }
+    Handle& handle = *lacking.handles.moved[n];
+    asked.push_back(handle.asked());
+    ask(handle, between(lacking.reached[n], asked.back(), share));
   }
   const auto askAgain = [&]
   {
     for (std::size_t n = 0; n < asked.size(); ++n)
     {
-      lacking.handles.moved[n]->probe.displacement = asked[n];
+      ask(*lacking.handles.moved[n], asked[n]);
     }
   };
   try
@@ -81,23 +121,35 @@ double tryShare(
 
 }
 
-Further reachFurther(Waves& waves, Handles& handles, const std::function<void()>& settle, const Checkpoint& checkpoint)
+Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const Checkpoint& checkpoint)
 {
   constexpr int mostWaves = 40;
   constexpr double leastGain = 0.02; // of what is lacking
   Further further;
   double before = std::numeric_limits<double>::infinity();
-  for (int wave = 0; wave < mostWaves; ++wave)
+  int most = mostWaves;
+  int mayStop = 2; // times that a wave of probes that turn may gain little, as tissue may follow after it
+  for (int wave = 0; wave < most; ++wave)
   {
     const Lacking lacking = lackingOf(handles);
-    if (lacking.handles.moved.empty() || lacking.lack > (1.0 - leastGain) * before)
+    const auto any = [&lacking](const auto& is)
+    {
+      return std::any_of(lacking.handles.moved.begin(), lacking.handles.moved.end(),
+        [&is](const Handles::Pointer& handle) { return is(*handle); });
+    };
+    const bool isOnItsWay = any([](const Handle& handle) { return handle.isOnItsWay; });
+    const bool anyTurns = any([](const Handle& handle) { return handle.probe.turns; });
+    const bool gains = isOnItsWay || lacking.lack <= (1.0 - leastGain) * before;
+    if (lacking.handles.moved.empty() || (!gains && !(anyTurns && mayStop > 0)))
     {
       break;
     }
+    mayStop -= gains ? 0 : 1;
+    most = wave == 0 ? most + lacking.furtherWaves : most;
     before = lacking.lack;
-    settle();
+    settle(anyTurns);
     // Where turning helps nothing, a wave that asks for all would only be taken back.
-    if (wave == 0 && tryShare(leastGain, waves, handles, lacking, checkpoint, further.iterations) < 0.1)
+    if (wave == 0 && !anyTurns && tryShare(leastGain, waves, handles, lacking, checkpoint, further.iterations) < 0.1)
     {
       break;
     }
@@ -118,16 +170,12 @@ HeldBy findHolder(
   {
     return heldBy;
   }
-  const Vector3 reached = handles.reached()[probe].reached;
-  Vector3 lack;
-  for (int a = 0; a < 3; ++a)
-  {
-    lack[a] = handle.probe.displacement[a] - reached[a];
-  }
+  const ProbeResult result = handles.reached()[probe];
+  const Vector3 lack = longestWay(handle, { result.reached, result.turned }, handle.asked());
   const auto most =
     std::max_element(lack.begin(), lack.end(), [](double a, double b) { return std::fabs(a) < std::fabs(b); });
   const int axis = static_cast<int>(most - lack.begin());
-  if (std::fabs(*most) <= 1e-5 * (std::fabs(handle.probe.displacement[axis]) + model.grid().spacing[axis]))
+  if (std::fabs(*most) <= 1e-5 * (lengthOf(longestWay(handle, Pose(), handle.asked())) + model.grid().spacing[axis]))
   {
     return heldBy; // no more than rounding
   }

@@ -19,8 +19,10 @@ namespace
 class OutgoingLinks
 {
 public:
-  OutgoingLinks(Bricks& bricks, int component, const Elasticity& elasticity, double linksPerLink)
+  OutgoingLinks(
+    Bricks& bricks, const Handles& handles, int component, const Elasticity& elasticity, double linksPerLink)
     : bricks_(bricks)
+    , probes_(handles)
     , component_(component)
     , elasticity_(elasticity)
     , linksPerLink_(linksPerLink)
@@ -50,6 +52,7 @@ public:
             this->outer_.push_back(this->bricks_.address(next[0], next[1], next[2]));
             this->limits_.push_back(limit);
             this->directions_.push_back(direction);
+            this->places_.push_back(at);
             if (this->swells())
             {
               this->addShares(at, next);
@@ -73,6 +76,7 @@ public:
     const std::vector<float> tj = this->swells() ? this->bricks_.tensionsAt(this->outer_) : std::vector<float>();
     for (std::size_t m = 0; m < this->limits_.size(); ++m)
     {
+      const Vector3 before = results[this->handles_[m]].force;
       for (int a = 0; a < 3; ++a)
       {
         if (this->bricks_.model().axes() == 1 || a == this->component_)
@@ -104,8 +108,13 @@ public:
           }
         }
       }
+      if (this->probes_.all()[this->handles_[m]]->probe.turns)
+      {
+        this->addTorque(m, before, &ui[3 * m], &uj[3 * m], &si[3 * m], results[this->handles_[m]]);
+      }
     }
     this->handles_.clear();
+    this->places_.clear();
     this->inner_.clear();
     this->outer_.clear();
     this->limits_.clear();
@@ -115,6 +124,38 @@ public:
 
 private:
   bool swells() const { return this->bricks_.spins() && this->bricks_.spins()->swell(); }
+
+  /// Adds the moment of a link about the centre of its handle: that of its force, by which `result` has just grown
+  /// since `before`, at the element, and what its energy changes by as the element rotates with the handle.
+  void addTorque(std::size_t link, const Vector3& before, const float* ui, const float* uj, const float* si,
+    ProbeResult& result) const
+  {
+    const Grid& grid = this->bricks_.model().grid();
+    const Handle& handle = *this->probes_.all()[this->handles_[link]];
+    const Spins& spins = *this->bricks_.spins();
+    const int direction = this->directions_[link];
+    Vector3 arm;
+    Vector3 force;
+    Vector3 way;    // the link as the rotation of its inner end has it [mm]
+    Vector3 strain; // what the link is away from that, times the derivative of the energy [energy / mm]
+    for (int a = 0; a < 3; ++a)
+    {
+      arm[a] = this->probes_.origin()[a] + (this->places_[link][a] + static_cast<double>(ui[a])) * grid.spacing[a] -
+               (handle.probe.centre[a] + handle.pose.shift[a]);
+      force[a] = result.force[a] - before[a];
+      const double rest = (direction % 2 == 0 ? -1.0 : 1.0) * (a == direction / 2 ? 1.0 : 0.0);
+      const double wanted = spins.wantedApart(si, si, direction, a);
+      way[a] = (rest + wanted) * grid.spacing[a];
+      strain[a] = -this->linksPerLink_ * Elasticity::weight(this->limits_[link]) * spins.weight(direction / 2) *
+                  spins.proportions.s[a] * (static_cast<double>(uj[a]) - ui[a] - wanted);
+    }
+    for (int a = 0; a < 3; ++a)
+    {
+      const int b = (a + 1) % 3;
+      const int c = (a + 2) % 3;
+      result.torque[a] += arm[b] * force[c] - arm[c] * force[b] + way[b] * strain[c] - way[c] * strain[b];
+    }
+  }
 
   /// Notes which shares of a link's strain lie in the halves of its two ends.
   void addShares(const Index3& at, const Index3& next)
@@ -159,6 +200,7 @@ private:
   }
 
   Bricks& bricks_;
+  const Handles& probes_;
   int component_;
   const Elasticity& elasticity_;
   double linksPerLink_;
@@ -167,6 +209,7 @@ private:
   std::vector<std::uint32_t> outer_;
   std::vector<float> limits_;
   std::vector<int> directions_;              ///< from inner_ to outer_
+  std::vector<Index3> places_;               ///< of the inner ones at rest
   std::vector<std::array<float, 2>> shares_; ///< where tissue resists swelling
 };
 
@@ -369,7 +412,7 @@ void Readout::addForces(std::vector<ProbeResult>& results, const Handles& handle
   for (int component = 0; component < axes; ++component)
   {
     OutgoingLinks links(
-      this->bricks_, component, elasticity, this->reduction_ ? this->reduction_->linksPerLink() : 1.0);
+      this->bricks_, handles, component, elasticity, this->reduction_ ? this->reduction_->linksPerLink() : 1.0);
     std::unordered_map<int, std::size_t> onlyThisBone; // the first handle that holds no other tissue
     std::vector<std::pair<std::size_t, std::size_t>> alike;
     for (std::size_t handle = 0; handle < results.size(); ++handle)

@@ -47,7 +47,8 @@ public:
                    : new ModelReduction(this->voxels_, settings.modelReduction, turningOf(settings)))
     , bricks_(this->reduction_ ? this->reduction_->bricks() : this->voxels_)
     , readout_(this->voxels_, this->bricks_, this->reduction_.get())
-    , handles_(this->bricks_, [this](const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
+    , handles_(this->bricks_, this->reduction_ ? this->reduction_->origin() : Vector3(),
+        [this](const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
         { return this->grab(probes, numbers); })
     , waves_(this->bricks_, this->handles_)
     , relaxation_(this->bricks_, this->handles_)
@@ -69,6 +70,7 @@ public:
   HeldBy heldBy(std::size_t probe);
   RigidClusters& rigidClusters();
   Statistics measure();
+  double energy();
   Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since);
   Bricks& voxels();
 
@@ -162,9 +164,11 @@ std::vector<std::vector<std::size_t>> Simulation::Impl::grab(
   const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
 {
   std::vector<std::vector<std::size_t>> grabbed = elementsAround(this->voxels(), probes, numbers);
-  for (std::vector<std::size_t>& voxels : grabbed)
+  for (std::size_t n = 0; n < grabbed.size(); ++n)
   {
-    voxels = this->reduction_ ? this->reduction_->elementsOf(voxels) : voxels;
+    std::vector<std::size_t>& held = grabbed[n];
+    held = this->reduction_ ? this->reduction_->elementsOf(held) : held;
+    held = probes[n].turns ? this->rigidClusters().withClusters(held, 0) : held;
   }
   return grabbed;
 }
@@ -298,18 +302,38 @@ PropagateResult Simulation::Impl::propagate(int iterations)
       PropagateResult result = this->waves_.run(iterations, checkpoint);
       if (iterations == 0 && this->bricks_.spins())
       {
-        // Sweeps that turn bones about as far as a wave moves them: fewer where coarser grids have turned them before.
-        constexpr int sweeps = 4;
         bool coarse = true; // once coarser grids gain nothing they go on to, as bones only turn further
-        const auto settle = [&]
+        const auto sweep = [&](int sweeps)
         {
-          this->relaxer().restart(coarse);
           const RelaxationTask task{ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
             nullptr, sweeps, 0.0, [&](int) { checkpoint(); } };
-          coarse = this->relaxer().run(task).coarseStep > 0.0;
+          return this->relaxer().run(task);
+        };
+        const auto settle = [&](bool anyTurns)
+        {
+          // Sweeps that turn bones about as far as a wave moves them: fewer where coarser grids have turned them
+          // before.
+          constexpr int few = 4;
+          this->relaxer().restart(coarse);
+          coarse = sweep(few).coarseStep > 0.0;
           if (!coarse)
           {
-            this->relaxer().run(task);
+            sweep(few);
+          }
+          // Tissue around a probe that turns has rotated with it once further sweeps lower the energy little.
+          constexpr int more = 16;
+          constexpr int mostRounds = 8;
+          constexpr double little = 0.1;
+          double energy = anyTurns ? this->energy() : 0.0;
+          for (int round = 0; anyTurns && round < mostRounds; ++round)
+          {
+            const double before = energy;
+            sweep(more);
+            energy = this->energy();
+            if (energy >= (1.0 - little) * before)
+            {
+              break;
+            }
           }
         };
         const Further further = reachFurther(this->waves_, this->handles_, settle, checkpoint);
@@ -410,6 +434,11 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
       return relaxer.run({ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_, waves,
         iterations, tolerance, [&](int done) { this->checkpoint(static_cast<double>(done) / iterations); } });
     });
+}
+
+double Simulation::Impl::energy()
+{
+  return energyOf(this->bricks_, measureBricks(this->bricks_, this->elasticity_));
 }
 
 Statistics Simulation::Impl::measure()

@@ -119,6 +119,11 @@ public:
   /// same probe, moved where its displacement changed. Any other probe grabs the tissue that is at its place now.
   /// Probes that are no longer in the list are released where they are. Moves nothing yet: propagate() does. Throws
   /// ProbeError for a probe without tissue at its place, or with an invalid position, displacement or radius.
+  ///
+  /// A probe that `turns` takes what it grabs from x to c + displacement + R (x - c), with c its centre and R its
+  /// rotation, and elements with it rotate by R. With each rigid element it grabs all of the rigid cluster, which then
+  /// is where R has it exactly; the rotations of other elements settle with the tissue. It needs Settings::rotations
+  /// and constraints that are the same for all axes.
   void hold(const std::vector<Probe>& probes);
 
   /// Lets the waves of moved probes travel, in the order in which the probes were moved, for at most `iterations` (0:
@@ -129,6 +134,10 @@ public:
   /// the tissue that is held; if not, one half of them goes before the other, and so on. With Timestamp each probe has
   /// a wave of its own. A wave starts when those before it have finished; with Timestamp and Latest it starts at once,
   /// and where waves overlap the later one prevails.
+  ///
+  /// Probes that turn go at most 7.5 degrees in a wave and, where that is too far, less, all that move together by the
+  /// same share of their ways. With `iterations` 0 tissue then settles a little and they go on, until they have come to
+  /// the end or what holds them gives way no more. Otherwise they stay there until they are moved again.
   PropagateResult propagate(int iterations = 0);
 
   /// Calls hold() and propagate() to the end, and returns what each probe reached. Forces come from probes() alone.

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,6 +35,16 @@ struct Probe
   Vector3 displacement{}; ///< [mm], counted from where the tissue was when it was grabbed; an anchor ignores it
   double radius = 0.0;    ///< [mm], 0 = the nearest element
   bool anchor = false;    ///< hold the tissue where it is instead of moving it
+
+  /// Whether it prescribes a rotation as well (Simulation::hold()). An anchor ignores this and what follows.
+  bool turns = false;
+  Vector3 rotation{}; ///< [rad] rotation vector along the grid's axes, counted from when it grabbed; of any length
+  Vector3 centre{};   ///< [mm] what it rotates about, in the place where the tissue was when it was grabbed
+
+  /// What it grabs in place of the tissue around its position: these voxels (Grid::at), where they are tissue; null for
+  /// that around its position. `body` is a number by which probes with different voxels are told apart.
+  std::shared_ptr<const std::vector<std::size_t>> voxels;
+  std::uint64_t body = 0;
 };
 
 /// How a wave of displacement travels through tissue.
@@ -76,6 +87,11 @@ struct ProbeResult
   Vector3 force{}; ///< gradient of the energy at the tissue it holds, with the bone that it is part of: what the probe
                    ///< must pull with
   std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
+  /// Where it turns: the rotation it got since it grabbed [rad], as a rotation vector, and what it must turn with: the
+  /// moment about its centre as moved, the gradient of the energy by that rotation. `reached` is then the displacement
+  /// of its centre.
+  Vector3 turned{};
+  Vector3 torque{};
 };
 
 /// What keeps a probe from reaching its displacement.

@@ -334,7 +334,7 @@ void CoarseToFine::cycle(
       this->putOthersBack(checkpoint);
       Elasticity unlimited = elasticity;
       unlimited.limited = false;
-      clusters.begin(this->handles_.voxels());
+      clusters.begin(this->handles_.voxels(), this->handles_.turningVoxels());
       if (this->bricks_.spins())
       {
         clusters.straighten();

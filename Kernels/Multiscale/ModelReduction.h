@@ -36,6 +36,17 @@ public:
   /// The larger elements.
   Bricks& bricks() { return this->bricks_; }
 
+  /// The place of the first of them, the middle of its voxels [mm], see Grid.
+  Vector3 origin() const
+  {
+    Vector3 origin;
+    for (int a = 0; a < 3; ++a)
+    {
+      origin[a] = 0.5 * (this->factor_[a] - 1) * this->whole_.model().grid().spacing[a];
+    }
+    return origin;
+  }
+
   /// To be called when the displacements of the larger elements have changed.
   void moved() { this->current_ = false; }
 

@@ -25,7 +25,7 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
   const auto sweep = [&](int most)
   {
     const RelaxResult before = result;
-    clusters.begin(this->handles_.voxels());
+    clusters.begin(this->handles_.voxels(), this->handles_.turningVoxels());
     result = this->relaxation_.run(clusters, task.elasticity, task.waves, this->reach_, this->sweep_, most,
       task.tolerance, [&](int done) { task.checkpoint(before.iterations + done); });
     this->sweep_ += result.iterations;

@@ -26,6 +26,7 @@ EnvelopePropagation::Conflict EnvelopePropagation::conflict() const
 
 void EnvelopePropagation::start(const std::vector<int>& bricks)
 {
+  this->poses_ = false;
   this->fixedPoint_.start(bricks);
   if (!this->bricks_.turned() || bricks.empty())
   {
@@ -42,6 +43,17 @@ void EnvelopePropagation::start(const std::vector<int>& bricks)
   context.launch(context.kernel("envelope.cl", this->bricks_.definesOfRows(), "beginShifts"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
     this->bricks_.displacement, this->bricks_.before(), this->shift_.buffer);
+}
+
+void EnvelopePropagation::startPoses(
+  const std::vector<int>& bricks, const std::vector<std::uint32_t>& addresses, const std::vector<float>& shifts)
+{
+  constexpr float next = 1e-30f; // to nothing, so that an element that has only rotated counts as moved
+  this->start(bricks);
+  this->poses_ = true;
+  std::vector<float> values = shifts;
+  std::replace(values.begin(), values.end(), 0.0f, next);
+  this->bricks_.set(this->shift_, addresses, values);
 }
 
 void EnvelopePropagation::saveRest()
@@ -84,7 +96,7 @@ int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& che
         own.add(this->bricks_.displacement, this->bricks_.before(), this->bricks_.tissue(), this->bricks_.turned());
         if (this->bricks_.turned())
         {
-          own.add(this->shift_.buffer);
+          own.add(this->shift_.buffer, static_cast<cl_int>(this->poses_ ? -1 : 0));
         }
       });
     touch();

@@ -30,6 +30,11 @@ public:
   /// Begins a wave in the bricks of the moved handles.
   void start(const std::vector<int>& bricks);
 
+  /// The same where handles have been rotated, too. `addresses` and `shifts`: the elements of all moved handles, and
+  /// what they were moved by, 3 interleaved values each.
+  void startPoses(
+    const std::vector<int>& bricks, const std::vector<std::uint32_t>& addresses, const std::vector<float>& shifts);
+
   /// To be called where other tissue is held than before while the wave is under way.
   void heldChanged();
 
@@ -54,6 +59,7 @@ private:
   Bricks& bricks_;
   FixedPoint fixedPoint_;
   Field shift_{ 3, sizeof(float), "what a wave moves tissue by" }; ///< where elements turn, see envelope.cl
+  bool poses_ = false; ///< whether the wave is of handles that have been rotated
   Scratch list_{ "the list of bricks" };
 };
 

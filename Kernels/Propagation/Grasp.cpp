@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <unordered_set>
 
@@ -183,6 +184,17 @@ void offerAtRest(const Bricks& bricks, const std::unordered_set<int>& displaced,
     });
 }
 
+/// Those of these voxels that are tissue, ascending.
+std::vector<std::size_t> tissueOf(const Bricks& bricks, const std::vector<std::size_t>& voxels)
+{
+  std::vector<std::size_t> tissue;
+  std::copy_if(voxels.begin(), voxels.end(), std::back_inserter(tissue),
+    [&](std::size_t voxel) { return bricks.isElement(bricks.model().grid().indexOf(voxel)); });
+  std::sort(tissue.begin(), tissue.end());
+  tissue.erase(std::unique(tissue.begin(), tissue.end()), tissue.end());
+  return tissue;
+}
+
 }
 
 std::string nameOf(const Probe& probe, std::size_t number)
@@ -206,14 +218,24 @@ std::vector<std::vector<std::size_t>> elementsAround(
   std::vector<std::vector<std::size_t>> grabbed;
   for (Grasp& grasp : grasps)
   {
-    offerAtRest(bricks, displaced, grasp);
+    const Probe& probe = grasp.probe();
     const std::size_t number = numbers[grabbed.size()];
-    grabbed.push_back(grasp.grabbed());
+    if (probe.voxels)
+    {
+      grabbed.push_back(tissueOf(bricks, *probe.voxels));
+    }
+    else
+    {
+      offerAtRest(bricks, displaced, grasp);
+      grabbed.push_back(grasp.grabbed());
+    }
     if (grabbed.back().empty())
     {
-      throw ProbeError(number, nameOf(grasp.probe(), number),
-        "holds no tissue: there is none within its radius of " + written(grasp.probe().radius) +
-          " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
+      throw ProbeError(number, nameOf(probe, number),
+        probe.voxels ? "holds no tissue: none of the voxels that it is to hold is tissue. Lower the tissue threshold, "
+                       "or give it other ones."
+                     : "holds no tissue: there is none within its radius of " + written(probe.radius) +
+                         " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
     }
   }
   return grabbed;

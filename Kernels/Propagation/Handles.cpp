@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <tuple>
 #include <unordered_set>
 
 namespace chainmail
@@ -19,30 +20,83 @@ namespace
 // [voxels] A float32 displacement much larger than this would be infinite, and its wave would never end.
 constexpr double farthest = 1e9;
 
-void check(const Probe& probe, std::size_t number, const Vector3& spacing)
+// A wave goes some degrees at a time, so this bounds the waves of an update.
+constexpr double mostTurns = 100.0;
+constexpr double pi = 3.14159265358979323846;
+
+bool isFinite(const Vector3& v)
 {
-  for (int a = 0; a < 3; ++a)
+  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+
+double length(const Vector3& v)
+{
+  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/// Whether a probe asks for something else than before.
+bool isMoved(const Probe& before, const Probe& now)
+{
+  return before.displacement != now.displacement ||
+         (now.turns && (before.rotation != now.rotation || before.centre != now.centre));
+}
+
+}
+
+void Handles::check(const Probe& probe, std::size_t number) const
+{
+  const auto refuse = [&](const char* problem) { throw ProbeError(number, nameOf(probe, number), problem); };
+  const Vector3& spacing = this->bricks_.model().grid().spacing;
+  if (!isFinite(probe.position))
   {
-    if (!std::isfinite(probe.position[a]))
-    {
-      throw ProbeError(number, nameOf(probe, number), "has a position that is not finite.");
-    }
-    if (!probe.anchor && !std::isfinite(probe.displacement[a]))
-    {
-      throw ProbeError(number, nameOf(probe, number), "has a displacement that is not finite.");
-    }
-    if (!probe.anchor && !(std::fabs(probe.displacement[a] / spacing[a]) < farthest))
-    {
-      throw ProbeError(
-        number, nameOf(probe, number), "has a displacement of a billion voxels or more: move its target nearer.");
-    }
+    refuse("has a position that is not finite.");
   }
   if (!(probe.radius >= 0.0) || !std::isfinite(probe.radius))
   {
-    throw ProbeError(number, nameOf(probe, number), "has a radius that is negative or not finite.");
+    refuse("has a radius that is negative or not finite.");
   }
-}
-
+  if (probe.anchor)
+  {
+    return;
+  }
+  if (!isFinite(probe.displacement))
+  {
+    refuse("has a displacement that is not finite.");
+  }
+  for (int a = 0; a < 3; ++a)
+  {
+    if (!(std::fabs(probe.displacement[a] / spacing[a]) < farthest))
+    {
+      refuse("has a displacement of a billion voxels or more: move its target nearer.");
+    }
+  }
+  if (!probe.turns)
+  {
+    return;
+  }
+  if (!this->bricks_.spins())
+  {
+    refuse("prescribes a rotation, for which elements have to be able to rotate (Rotations).");
+  }
+  if (this->bricks_.model().axes() != 1)
+  {
+    refuse("prescribes a rotation, for which the constraint has to be the same along all axes.");
+  }
+  if (!isFinite(probe.rotation) || !isFinite(probe.centre))
+  {
+    refuse("has a rotation or a centre that is not finite.");
+  }
+  if (!(length(probe.rotation) <= mostTurns * 2.0 * pi))
+  {
+    refuse("has a rotation of more than 100 turns.");
+  }
+  for (int a = 0; a < 3; ++a)
+  {
+    if (!(std::fabs(probe.centre[a] / spacing[a]) < farthest))
+    {
+      refuse("has a centre that is a billion voxels away or more.");
+    }
+  }
 }
 
 std::vector<float> Handle::displacedBy(const std::array<float, 3>& to) const
@@ -51,6 +105,38 @@ std::vector<float> Handle::displacedBy(const std::array<float, 3>& to) const
   for (std::size_t n = 0; n < values.size(); ++n)
   {
     values[n] += to[n % 3];
+  }
+  return values;
+}
+
+std::vector<float> Handle::displacedBy(const Pose& to, const Vector3& spacing) const
+{
+  const Quaternion rotation = rotationBy(to.rotation);
+  std::vector<float> values(this->grabbed.size());
+  for (std::size_t n = 0; n < values.size(); n += 3)
+  {
+    const double* place = &this->placesGrabbed[n];
+    const Vector3 arm{ place[0] - this->probe.centre[0], place[1] - this->probe.centre[1],
+      place[2] - this->probe.centre[2] };
+    const Vector3 turned = rotated(rotation, arm);
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      values[n + a] = static_cast<float>(this->grabbed[n + a] + (turned[a] - arm[a] + to.shift[a]) / spacing[a]);
+    }
+  }
+  return values;
+}
+
+std::vector<float> Handle::spinsIn(const Pose& to) const
+{
+  const Quaternion rotation = rotationBy(to.rotation);
+  std::vector<float> values(this->spinsGrabbed.size());
+  for (std::size_t n = 0; n < values.size(); n += 3)
+  {
+    const float* before = &this->spinsGrabbed[n];
+    const Vector3 spin = spinOf(product(rotation, rotationOfSpin({ before[0], before[1], before[2] })));
+    std::transform(spin.begin(), spin.end(), values.begin() + static_cast<std::ptrdiff_t>(n),
+      [](double part) { return static_cast<float>(part); });
   }
   return values;
 }
@@ -106,6 +192,19 @@ void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::s
     handle->grabbed.assign(from, end);
     std::copy_n(end, 3, handle->placeGrabbed.begin());
     from = end + 3;
+    if (handle->probe.turns)
+    {
+      handle->spinsGrabbed = this->bricks_.spinsAt(handle->addresses);
+      for (std::size_t n = 0; n < handle->voxels.size(); ++n)
+      {
+        const Index3 at = grid.indexOf(handle->voxels[n]);
+        for (std::size_t a = 0; a < 3; ++a)
+        {
+          handle->placesGrabbed.push_back(
+            this->origin_[a] + (at[a] + static_cast<double>(handle->grabbed[3 * n + a])) * grid.spacing[a]);
+        }
+      }
+    }
   }
 }
 
@@ -178,19 +277,20 @@ std::vector<Handles::Pointer> Handles::make(const std::vector<Probe>& probes,
 Handles::Change Handles::take(const std::vector<Probe>& probes)
 {
   // Everything that the caller's data can make fail comes first.
-  using Place = std::pair<Vector3, double>;
-  std::multimap<Place, Pointer> left;
+  const auto placeOf = [](const Probe& probe)
+  { return std::make_tuple(probe.position, probe.radius, probe.turns, probe.body); };
+  std::multimap<decltype(placeOf(Probe())), Pointer> left;
   for (const Pointer& handle : this->handles_)
   {
-    left.emplace(Place(handle->probe.position, handle->probe.radius), handle);
+    left.emplace(placeOf(handle->probe), handle);
   }
   std::vector<Pointer> next(probes.size());
   std::vector<Probe> newProbes;
   std::vector<std::size_t> newNumbers;
   for (std::size_t n = 0; n < probes.size(); ++n)
   {
-    check(probes[n], n, this->bricks_.model().grid().spacing);
-    const Place place(probes[n].position, probes[n].radius);
+    this->check(probes[n], n);
+    const auto place = placeOf(probes[n]);
     const auto same = left.lower_bound(place); // the first of several alike
     if (same != left.end() && same->first == place)
     {
@@ -220,9 +320,18 @@ Handles::Change Handles::take(const std::vector<Probe>& probes)
     const Probe before = next[n]->probe;
     const bool grabs = isNew != newNumbers.end() && *isNew == n;
     isNew += grabs ? 1 : 0;
-    if (!probes[n].anchor && (grabs || before.anchor || before.displacement != probes[n].displacement))
+    if (!probes[n].anchor && (grabs || before.anchor || isMoved(before, probes[n])))
     {
       change.moved.push_back(next[n]);
+    }
+    if (probes[n].turns && before.centre != probes[n].centre)
+    {
+      // The same pose, by where it takes the new centre.
+      const Vector3 now = next[n]->pose.of(probes[n].centre, before.centre);
+      for (int a = 0; a < 3; ++a)
+      {
+        next[n]->pose.shift[a] = now[a] - probes[n].centre[a];
+      }
     }
     next[n]->probe = probes[n];
   }
@@ -256,7 +365,7 @@ void Handles::clear()
 void Handles::forget(const std::vector<std::size_t>& voxels)
 {
   const Grid& grid = this->bricks_.model().grid();
-  const std::ptrdiff_t axes = this->bricks_.model().axes();
+  const std::size_t axes = static_cast<std::size_t>(this->bricks_.model().axes());
   std::unordered_set<std::uint32_t> carved;
   for (const std::size_t voxel : voxels)
   {
@@ -265,22 +374,33 @@ void Handles::forget(const std::vector<std::size_t>& voxels)
   }
   for (const Pointer& handle : this->handles_)
   {
-    Handle kept = *handle;
-    kept.voxels.clear();
-    kept.addresses.clear();
-    kept.constraints.clear();
-    kept.grabbed.clear();
-    for (std::size_t n = 0; n < handle->voxels.size(); ++n)
+    std::vector<std::size_t> stay;
+    for (std::size_t n = 0; n < handle->addresses.size(); ++n)
     {
       if (carved.count(handle->addresses[n]) == 0)
       {
-        kept.voxels.push_back(handle->voxels[n]);
-        kept.addresses.push_back(handle->addresses[n]);
-        const auto c = handle->constraints.begin() + axes * static_cast<std::ptrdiff_t>(n);
-        kept.constraints.insert(kept.constraints.end(), c, c + axes);
-        kept.grabbed.insert(kept.grabbed.end(), handle->grabbed.begin() + 3 * n, handle->grabbed.begin() + 3 * n + 3);
+        stay.push_back(n);
       }
     }
+    const auto keep = [&stay](auto& values, std::size_t each)
+    {
+      std::size_t to = 0;
+      for (const std::size_t n : stay)
+      {
+        for (std::size_t a = 0; !values.empty() && a < each; ++a)
+        {
+          values[to++] = values[each * n + a];
+        }
+      }
+      values.resize(to);
+    };
+    Handle kept = *handle;
+    keep(kept.voxels, 1);
+    keep(kept.addresses, 1);
+    keep(kept.constraints, axes);
+    keep(kept.grabbed, 3);
+    keep(kept.placesGrabbed, 3);
+    keep(kept.spinsGrabbed, 3);
     const bool placeCarved = carved.count(handle->place) > 0;
     if (placeCarved && kept.voxels.empty())
     {
@@ -305,6 +425,57 @@ std::vector<std::size_t> Handles::voxels() const
   return voxels;
 }
 
+std::vector<std::size_t> Handles::turningVoxels() const
+{
+  std::vector<std::size_t> voxels;
+  for (const Pointer& handle : this->handles_)
+  {
+    if (handle->probe.turns)
+    {
+      voxels.insert(voxels.end(), handle->voxels.begin(), handle->voxels.end());
+    }
+  }
+  return voxels;
+}
+
+/// Finds the pose of a handle that turns again if a later probe has dragged its tissue along (ConflictPolicy::Latest).
+/// `displacement` is that of its place now.
+void Handles::follow(Handle& handle, const float* displacement)
+{
+  const Vector3& spacing = this->bricks_.model().grid().spacing;
+  const std::vector<float> expected = handle.displacedBy(handle.pose, spacing);
+  const auto own = std::find(handle.addresses.begin(), handle.addresses.end(), handle.place);
+  if (own == handle.addresses.end() ||
+      std::equal(displacement, displacement + 3, expected.begin() + 3 * (own - handle.addresses.begin())))
+  {
+    return;
+  }
+  const std::vector<float> u = this->bricks_.displacements(handle.addresses);
+  const double count = static_cast<double>(handle.addresses.size());
+  std::vector<double> rest = handle.placesGrabbed;
+  std::vector<double> now = handle.placesGrabbed;
+  Vector3 restMean{};
+  Vector3 nowMean{};
+  for (std::size_t n = 0; n < u.size(); ++n)
+  {
+    now[n] += (static_cast<double>(u[n]) - handle.grabbed[n]) * spacing[n % 3];
+    restMean[n % 3] += rest[n] / count;
+    nowMean[n % 3] += now[n] / count;
+  }
+  for (std::size_t n = 0; n < u.size(); ++n)
+  {
+    rest[n] -= restMean[n % 3];
+    now[n] -= nowMean[n % 3];
+  }
+  handle.pose.rotation = rotationVectorOf(nearestRotation(rest, now, rotationBy(handle.pose.rotation)));
+  handle.pose.shift = {};
+  const Vector3 turnedMean = handle.pose.of(restMean, handle.probe.centre);
+  for (int a = 0; a < 3; ++a)
+  {
+    handle.pose.shift[a] = nowMean[a] - turnedMean[a];
+  }
+}
+
 std::vector<ProbeResult> Handles::reached()
 {
   const Vector3& spacing = this->bricks_.model().grid().spacing;
@@ -317,11 +488,18 @@ std::vector<ProbeResult> Handles::reached()
   std::vector<ProbeResult> results(this->handles_.size());
   for (std::size_t n = 0; n < results.size(); ++n)
   {
-    results[n].elements = this->handles_[n]->voxels.size();
+    Handle& handle = *this->handles_[n];
+    results[n].elements = handle.voxels.size();
+    if (handle.probe.turns && !handle.probe.anchor)
+    {
+      this->follow(handle, &displacements[3 * n]);
+      results[n].reached = handle.pose.shift;
+      results[n].turned = handle.pose.rotation;
+      continue;
+    }
     for (int a = 0; a < 3; ++a)
     {
-      results[n].reached[a] =
-        (static_cast<double>(displacements[3 * n + a]) - this->handles_[n]->placeGrabbed[a]) * spacing[a];
+      results[n].reached[a] = (static_cast<double>(displacements[3 * n + a]) - handle.placeGrabbed[a]) * spacing[a];
     }
   }
   return results;

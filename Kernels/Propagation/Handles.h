@@ -1,6 +1,7 @@
 #pragma once
 
 #include "Bricks.h"
+#include "Pose.h"
 #include "Types.h"
 
 #include <functional>
@@ -28,8 +29,20 @@ struct Handle
   std::uint32_t place = 0;
   std::array<float, 3> placeGrabbed{};
 
+  /// Of a probe that turns: the places [mm] and rotations of its elements when they were grabbed, 3 values each, the
+  /// pose that they have now, and whether a wave stopped there because it may go no further at once.
+  std::vector<double> placesGrabbed;
+  std::vector<float> spinsGrabbed;
+  Pose pose;
+  bool isOnItsWay = false;
+
+  Pose asked() const { return { this->probe.displacement, this->probe.rotation }; }
+
   /// The displacements of its elements when the probe has gone `to` since it grabbed them (fractions of the spacing).
   std::vector<float> displacedBy(const std::array<float, 3>& to) const;
+  /// The same of a probe that turns, in a pose, and the rotations of the elements.
+  std::vector<float> displacedBy(const Pose& to, const Vector3& spacing) const;
+  std::vector<float> spinsIn(const Pose& to) const;
 };
 
 /// The handles of all probes, in the order of the probes.
@@ -40,14 +53,18 @@ public:
   using Grab = std::function<std::vector<std::vector<std::size_t>>(
     const std::vector<Probe>&, const std::vector<std::size_t>& numbers)>;
 
-  Handles(Bricks& bricks, Grab grab)
+  /// `origin`: the place of the first element of `bricks` [mm], see Grid; probes have their places in the grid of
+  /// voxels.
+  Handles(Bricks& bricks, const Vector3& origin, Grab grab)
     : bricks_(bricks)
+    , origin_(origin)
     , grab_(std::move(grab))
   {
   }
 
   using Pointer = std::shared_ptr<Handle>;
   const std::vector<Pointer>& all() const { return this->handles_; }
+  const Vector3& origin() const { return this->origin_; }
 
   /// The handles that a new list of probes changes.
   struct Change
@@ -87,6 +104,8 @@ public:
 
   /// The voxels of all handles.
   std::vector<std::size_t> voxels() const;
+  /// The voxels of those that turn.
+  std::vector<std::size_t> turningVoxels() const;
 
   /// How far each probe has come since it grabbed [mm], and how many elements it holds.
   std::vector<ProbeResult> reached();
@@ -96,8 +115,11 @@ private:
     const std::vector<Pointer>& goingOn);
   void fill(const std::vector<Pointer>& handles, const std::vector<std::size_t>& places);
   void mark(const std::vector<Pointer>& handles);
+  void check(const Probe& probe, std::size_t number) const;
+  void follow(Handle& handle, const float* displacement);
 
   Bricks& bricks_;
+  Vector3 origin_;
   Grab grab_;
   std::vector<Pointer> handles_;
 };

@@ -22,13 +22,19 @@ constexpr int mostAttempts = 50;
 
 /// After so many changes of direction a probe has no place between those that hold against it, or none but for
 /// rounding.
-constexpr int mostTurns = 3;
+constexpr int mostSignChanges = 3;
 
 /// So many probes that do not fit together go in halves, unless they are to share; more would take a wave each.
 constexpr std::size_t mostInHalves = 32;
 
 /// Probes that share do so again where rounding leaves them a conflict.
 constexpr int mostShares = 3;
+
+/// How far a probe turns in one wave [rad], as tissue around it does not turn before it has settled; and how often a
+/// wave of such probes is shortened.
+constexpr double longestTurn = 0.131;
+constexpr int mostShortenings = 12;
+constexpr float farTooFar = 0.25f; // a conflict that ends such a wave where it is, as a part of its way
 }
 
 Waves::Waves(Bricks& bricks, Handles& handles)
@@ -229,6 +235,20 @@ void Waves::begin(Group handles)
   }
   this->bricks_.saveBefore(slots);
   wave.before = this->bricks_.displacements(wave.addresses);
+  for (const Handles::Pointer& handle : wave.handles)
+  {
+    if (handle->probe.turns)
+    {
+      wave.turns = true;
+      wave.longest = std::min(wave.longest, 1.0 / wavesFor(*handle));
+      wave.turning.insert(wave.turning.end(), handle->addresses.begin(), handle->addresses.end());
+    }
+  }
+  wave.share = wave.longest;
+  if (wave.turns)
+  {
+    wave.spinsBefore = this->bricks_.spinsAt(wave.turning);
+  }
   for (int a = 0; a < 3; ++a)
   {
     const Probe& probe = wave.handles.front()->probe;
@@ -262,11 +282,14 @@ std::vector<float> Waves::target() const
   std::array<float, 3> to = wave.to;
   for (const Handles::Pointer& handle : wave.handles)
   {
+    const Vector3& spacing = this->bricks_.model().grid().spacing;
     for (int a = 0; wave.handles.size() > 1 && a < 3; ++a)
     {
-      to[a] = static_cast<float>(handle->probe.displacement[a] / this->bricks_.model().grid().spacing[a]);
+      to[a] = static_cast<float>(handle->probe.displacement[a] / spacing[a]);
     }
-    const std::vector<float> displaced = handle->displacedBy(to);
+    const std::vector<float> displaced =
+      handle->probe.turns ? handle->displacedBy(between(handle->pose, handle->asked(), wave.share), spacing)
+                          : handle->displacedBy(to);
     values.insert(values.end(), displaced.begin(), displaced.end());
   }
   for (std::size_t m = 0; m < values.size(); ++m)
@@ -292,7 +315,27 @@ void Waves::attempt()
     wave.tolerance[a] = rounding(furthest[a]);
     wave.enough = std::max(wave.enough, wave.tolerance[a]);
   }
-  if (wave.handles.size() == 1)
+  if (wave.turns)
+  {
+    std::vector<float> spins;
+    for (const Handles::Pointer& handle : wave.handles)
+    {
+      if (handle->probe.turns)
+      {
+        const std::vector<float> more = handle->spinsIn(between(handle->pose, handle->asked(), wave.share));
+        spins.insert(spins.end(), more.begin(), more.end());
+      }
+    }
+    this->bricks_.setSpins(wave.turning, spins);
+    this->bricks_.setTurned(true);
+    wave.way = 0.0f;
+    for (std::size_t m = 0; m < values.size(); ++m)
+    {
+      wave.way = std::max(wave.way, std::fabs(values[m] - wave.before[m]));
+    }
+    wave.enough = std::max(wave.enough, farTooFar * wave.way);
+  }
+  else if (wave.handles.size() == 1)
   {
     // A wave that is much too long would run through all tissue, so a large conflict ends it where it is.
     for (int a = 0; a < 3; ++a)
@@ -301,7 +344,17 @@ void Waves::attempt()
     }
   }
   ++wave.attempts;
-  this->propagation_.start(wave.bricks);
+  if (!wave.turns)
+  {
+    this->propagation_.start(wave.bricks);
+    return;
+  }
+  std::vector<float> shifts = values;
+  for (std::size_t m = 0; m < shifts.size(); ++m)
+  {
+    shifts[m] -= wave.before[m];
+  }
+  this->propagation_.startPoses(wave.bricks, wave.addresses, shifts);
 }
 
 /// Whether the wave is done: everything is compatible, or its probe cannot move. Otherwise another attempt has begun,
@@ -320,10 +373,22 @@ bool Waves::settled(const Checkpoint& checkpoint)
   }
   if (compatible)
   {
+    if (wave.turns)
+    {
+      this->place(wave.addresses, wave.bricks, this->target()); // without what rounding has made of them as shifts
+    }
+    for (const Handles::Pointer& handle : wave.handles)
+    {
+      if (handle->probe.turns)
+      {
+        handle->isOnItsWay = wave.share == wave.longest && wave.share < 1.0;
+        handle->pose = between(handle->pose, handle->asked(), wave.share);
+      }
+    }
     return true;
   }
-  this->propagation_.takeBack();
-  if (this->share(checkpoint))
+  this->takeBack();
+  if (wave.turns ? this->shorten(conflict) : this->share(checkpoint))
   {
     return false;
   }
@@ -336,14 +401,19 @@ bool Waves::settled(const Checkpoint& checkpoint)
     this->wait(Group(handles.begin(), half), true);
     return false;
   }
+  if (wave.turns)
+  {
+    wave.handles.front()->isOnItsWay = false;
+    return true; // it stays where it is
+  }
   for (int a = 0; a < 3; ++a)
   {
     const bool tooHigh = conflict.tooHigh[a] > wave.tolerance[a];
     const bool tooLow = conflict.tooLow[a] > wave.tolerance[a];
     const int way = tooHigh ? -1 : tooLow ? 1 : 0;
-    wave.turns[a] += way * wave.lastWay[a] < 0 ? 1 : 0;
+    wave.signChanges[a] += way * wave.lastWay[a] < 0 ? 1 : 0;
     wave.lastWay[a] = way == 0 ? wave.lastWay[a] : way;
-    if ((tooHigh && tooLow) || wave.turns[a] == mostTurns)
+    if ((tooHigh && tooLow) || wave.signChanges[a] == mostSignChanges)
     {
       wave.stays[a] = true;
     }
@@ -363,6 +433,47 @@ bool Waves::settled(const Checkpoint& checkpoint)
   }
   this->attempt();
   return false;
+}
+
+int Waves::wavesFor(const Handle& handle)
+{
+  return handle.probe.turns
+           ? std::max(1, static_cast<int>(std::ceil(angleBetween(handle.pose, handle.asked()) / longestTurn)))
+           : 1;
+}
+
+/// Takes tissue to where it was before the wave.
+void Waves::takeBack()
+{
+  this->propagation_.takeBack();
+  if (this->wave_->turns)
+  {
+    this->bricks_.setSpins(this->wave_->turning, this->wave_->spinsBefore);
+  }
+}
+
+/// Begins another attempt in which those probes of the wave that turn go less far, unless that was tried often enough.
+/// The conflict of a wave that came to its end is by how much it went too far, to first order.
+bool Waves::shorten(const EnvelopePropagation::Conflict& conflict)
+{
+  Wave& wave = *this->wave_;
+  if (wave.attempts > mostShortenings)
+  {
+    return false;
+  }
+  const double excess = conflict.largest() / wave.way;
+  constexpr double margin = 1.02;
+  const double least = wave.attempts > 2 ? 0.9 : 1.0;
+  const double share = wave.share * (excess > farTooFar ? 0.5 : std::min(least, 1.0 - margin * excess));
+  // In few different steps, so that rounding, which depends on bricks, makes no difference.
+  constexpr double stepsOfLongest = 64.0;
+  wave.share = std::floor(share / wave.longest * stepsOfLongest) / stepsOfLongest * wave.longest;
+  if (wave.share <= 0.0)
+  {
+    return false;
+  }
+  this->attempt();
+  return true;
 }
 
 /// Begins another attempt in which the wave's probes share, if they are to and that changes anything.
@@ -477,7 +588,7 @@ void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& ch
     this->propagation_.run(0, this->wave_->enough, checkpoint);
   } while (!this->settled(checkpoint));
   const std::vector<float> values = this->bricks_.displacements(handle->addresses);
-  this->propagation_.takeBack();
+  this->takeBack();
   this->end();
   this->place(handle->addresses, handle->bricks, values);
   this->latest_ = handle;

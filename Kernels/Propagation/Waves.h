@@ -44,13 +44,17 @@ public:
   /// Ends all waves and forgets all arrival times.
   void clear();
 
+  /// How many waves a probe needs at least for what is left of its way, as it turns some degrees at a time.
+  static int wavesFor(const Handle& handle);
+
   const ArrivalTimes& arrivals() const { return this->arrivals_; }
 
 private:
   using Group = std::deque<Handles::Pointer>;
 
   /// An envelope wave. That of a single probe may be tried several times, shorter each time. One of several probes is
-  /// tried once, and then they share, or go in two halves.
+  /// tried once, and then they share, or go in two halves. Where some of its probes turn, all of these go the same
+  /// share of their ways, less in each attempt, before they go in halves.
   struct Wave
   {
     Group handles;
@@ -61,10 +65,17 @@ private:
     std::array<float, 3> to{};            ///< where a single probe is to go, counted from where it grabbed
     std::array<bool, 3> stays{};          ///< axes along which a single probe cannot move
     std::array<int, 3> lastWay{};         ///< signs of the last corrections
-    std::array<int, 3> turns{};           ///< how often these signs changed
+    std::array<int, 3> signChanges{};     ///< how often these signs changed
     std::array<float, 3> tolerance{};     ///< a conflict, per axis, that is no more than rounding
     float enough = 0.0f;                  ///< a conflict that ends an attempt early
     int attempts = 0;
+
+    bool turns = false;                 ///< whether any of the probes does
+    double share = 1.0;                 ///< of the way of those that turn
+    double longest = 1.0;               ///< share that they may go at once
+    float way = 0.0f;                   ///< the longest way of an element in this attempt [fractions of the spacing]
+    std::vector<std::uint32_t> turning; ///< addresses of their elements
+    std::vector<float> spinsBefore;     ///< the rotations of these before the wave
   };
 
   int runEnvelopes(int iterations, const Checkpoint& checkpoint);
@@ -74,6 +85,8 @@ private:
   void end();
   void attempt();
   bool settled(const Checkpoint& checkpoint);
+  bool shorten(const EnvelopePropagation::Conflict& conflict);
+  void takeBack();
   bool share(const Checkpoint& checkpoint);
   void countShared();
   template <typename F> void makeFeasible(const F& isHeld, const Checkpoint& checkpoint);

@@ -14,6 +14,10 @@
 // held tissue too far by does not grow from wave to wave. A link of limit 0 has lengths of 0: it passes shifts on as
 // they are, to the bit.
 //
+// With `poses` the wave's probes have rotated what they hold, which may leave the links around it beyond their limits.
+// There lengths count as they are, so that the wave restores these links. That makes no loop: every path has such a link
+// only where it begins, as held elements pass nothing on.
+//
 // A brick saves its state in `before` in its first turn. Where it has had none (VISIT_SEEN) its displacement is still
 // that before the wave.
 //
@@ -31,8 +35,8 @@
 #include "turning.clh"
 
 #ifdef TURNING
-#define SHIFT_ARGUMENTS , global float* shift
-#define SHIFT_PASSED_ON , shift
+#define SHIFT_ARGUMENTS , global float *shift, int poses
+#define SHIFT_PASSED_ON , shift, poses
 #else
 #define SHIFT_ARGUMENTS
 #define SHIFT_PASSED_ON
@@ -89,9 +93,10 @@ RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, u
       const real strain = apart - wanted[d][axis], none = (real)(0.0f);
       const real below = limit[d] - strain, above = limit[d] + strain;
       const mask rigid = limit[d] == 0.0f;
+      const real least = select(none, (real)(-INFINITY), held[d] & (mask)(poses));
       other[d] = neighbour(shift + axis * pitch, s, d, odd);
-      envelopeAddMoved(&e, other[d], none, held[d], select(select(max(below, none), none, rigid), below, own),
-        select(select(max(above, none), none, rigid), above, own));
+      envelopeAddMoved(&e, other[d], none, held[d], select(select(max(below, least), none, rigid), below, own),
+        select(select(max(above, least), none, rigid), above, own));
       envelopeAddStill(&e, other[d], none, held[d], below, above);
 #else
       other[d] = neighbour(displacement + axis * pitch, s, d, odd);

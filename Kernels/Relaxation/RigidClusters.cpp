@@ -200,7 +200,7 @@ int RigidClusters::clusterOf(std::size_t voxel, int axis) const
   return -1;
 }
 
-void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels)
+void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels, const std::vector<std::size_t>& turned)
 {
   for (Cluster& cluster : this->clusters_)
   {
@@ -221,6 +221,14 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels)
         this->clusters_[id].held = this->clusters_[id].held || !this->turns();
         this->clusters_[id].heldVoxels.push_back(voxel);
       }
+    }
+  }
+  for (const std::size_t voxel : turned)
+  {
+    const int id = this->clusterOf(voxel, 0);
+    if (id >= 0)
+    {
+      this->clusters_[id].held = true;
     }
   }
   for (Cluster& cluster : this->clusters_)

@@ -45,8 +45,9 @@ public:
   }
 
   /// Starts a relaxation with no cluster taking part. Those that hold an anchor or one of these voxels (Grid::at) never
-  /// will; where elements turn, a cluster may still turn about what it is held by (TurningClusters).
-  void begin(const std::vector<std::size_t>& heldVoxels);
+  /// will; where elements turn, a cluster may still turn about what it is held by (TurningClusters), but not one with
+  /// elements of `turned`, whose rotation is prescribed.
+  void begin(const std::vector<std::size_t>& heldVoxels, const std::vector<std::size_t>& turned = {});
 
   /// Where elements turn: makes every cluster rigid again whose elements were moved one by one, with the pose nearest
   /// to where they are now or, unless they `turn`, the nearest one with the spins they have. Elements of probes stay

@@ -1,6 +1,7 @@
 #include "TurningClusters.h"
 
 #include "ElementRule.h"
+#include "Pose.h"
 
 #include <algorithm>
 #include <cmath>
@@ -141,85 +142,6 @@ TurningClusters::Body TurningClusters::bodyOf(const Bricks& bricks, const std::u
   return body;
 }
 
-namespace
-{
-
-/// The spin of the rotation about the origin that takes `rest` nearest to `now`, by steps of Gauss and Newton from a
-/// first guess. Both hold 3 values a point.
-void nearestSpin(const std::vector<double>& rest, const std::vector<double>& now, double* spin)
-{
-  for (int round = 0; round < 20; ++round)
-  {
-    double inertia = 0.0;
-    double second[3][3] = {};
-    double torque[3] = {};
-    for (std::size_t n = 0; n < rest.size(); n += 3)
-    {
-      double arm[3];
-      rule::wide::turned(spin, &rest[n], arm);
-      for (int a = 0; a < 3; ++a)
-      {
-        arm[a] += rest[n + a];
-      }
-      for (int a = 0; a < 3; ++a)
-      {
-        const int b = (a + 1) % 3;
-        const int c = (a + 2) % 3;
-        torque[a] += arm[b] * now[n + c] - arm[c] * now[n + b];
-        inertia += arm[a] * now[n + a];
-        for (int e = 0; e < 3; ++e)
-        {
-          second[a][e] += 0.5 * (arm[a] * now[n + e] + arm[e] * now[n + a]);
-        }
-      }
-    }
-    // (inertia - second) step = torque, by Cramer's rule; points in a line leave the turn about it at 0.
-    double m[3][3];
-    for (int a = 0; a < 3; ++a)
-    {
-      for (int e = 0; e < 3; ++e)
-      {
-        m[a][e] = (a == e ? inertia * (1.0 + 1e-9) : 0.0) - second[a][e];
-      }
-    }
-    double cofactor[3][3];
-    for (int a = 0; a < 3; ++a)
-    {
-      for (int e = 0; e < 3; ++e)
-      {
-        cofactor[a][e] = m[(a + 1) % 3][(e + 1) % 3] * m[(a + 2) % 3][(e + 2) % 3] -
-                         m[(a + 1) % 3][(e + 2) % 3] * m[(a + 2) % 3][(e + 1) % 3];
-      }
-    }
-    const double determinant = m[0][0] * cofactor[0][0] + m[0][1] * cofactor[0][1] + m[0][2] * cofactor[0][2];
-    if (!(determinant > 0.0))
-    {
-      return;
-    }
-    double step[3];
-    double largest = 0.0;
-    for (int a = 0; a < 3; ++a)
-    {
-      step[a] = (cofactor[0][a] * torque[0] + cofactor[1][a] * torque[1] + cofactor[2][a] * torque[2]) / determinant;
-      largest = std::max(largest, std::fabs(step[a]));
-    }
-    for (double& part : step)
-    {
-      part *= std::min(1.0, 1.0 / std::max(largest, 1e-300)); // not further than a radian or so at once
-    }
-    double next[3];
-    rule::wide::steppedSpin(spin, step, 1.0f, next);
-    rule::wide::shortestSpin(next);
-    std::copy_n(next, 3, spin);
-    if (largest < 1e-12)
-    {
-      return;
-    }
-  }
-}
-
-}
-
 void TurningClusters::straighten(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
   const Body& body, bool anchored, const std::vector<std::size_t>& held, bool turns, float* places, float* spins)
 {
@@ -257,15 +179,15 @@ void TurningClusters::straighten(const Bricks& bricks, const std::uint32_t* memb
     rest[n] -= centre[n % 3];
     now[n] = rest[n] + (places[n] - place[n % 3]) * proportions.s[n % 3];
   }
-  double spin[3] = { spins[3 * own], spins[3 * own + 1], spins[3 * own + 2] };
+  Vector3 spin{ spins[3 * own], spins[3 * own + 1], spins[3 * own + 2] };
   if (turns && (body.freedom == Freedom::All || body.freedom == Freedom::Ball))
   {
-    nearestSpin(rest, now, spin);
+    spin = spinOf(nearestRotation(rest, now, rotationOfSpin(spin)));
   }
   for (std::size_t n = 0; n < count; ++n)
   {
     double more[3];
-    rule::wide::turned(spin, &rest[3 * n], more);
+    rule::wide::turned(spin.data(), &rest[3 * n], more);
     const bool stays = std::binary_search(held.begin(), held.end(), static_cast<std::size_t>(members[n]));
     for (int a = 0; a < 3; ++a)
     {
