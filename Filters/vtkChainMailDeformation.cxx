@@ -138,6 +138,7 @@ public:
   vtkChainMail::Shown Shows;
   vtkChainMail::InputWatch Watch;
   vtkChainMail::Report Words;
+  vtkChainMail::LabelVoxels Labels;
 
   /// The outcome of the last update, and whether it was computed together with other processes.
   Outcome Last;
@@ -160,7 +161,7 @@ private:
     scalars.Name = choice->Has(vtkDataObject::FIELD_NAME()) ? choice->Get(vtkDataObject::FIELD_NAME()) : nullptr;
     scalars.Array = this->Self->GetInputAbstractArrayToProcess(0, inputs.Image, scalars.Association);
 
-    const vtkChainMail::Scene scene(this->Self, inputs, scalars, this->Engine.GetTissue());
+    const vtkChainMail::Scene scene(this->Self, inputs, scalars, this->Engine.GetTissue(), this->Labels);
     this->Engine.Update(scene);
     this->Shows.Set(this->Writer.Write(scene), inputs.Image);
     this->Words.Set(scene, this->Engine, this->Shows.Get(0)->GetFieldData());

@@ -68,8 +68,14 @@
  * orthonormal; flipped axes are fine. Cell data alone are an error: vtkCellDataToPointData makes points.
  * - 1, `Probes` (optional, repeatable): vtkPointSet; every point is a probe that grabs tissue. Point arrays:
  *   `Displacement` (3 components, [mm]; needed unless every point is an anchor), `Radius` (optional, [mm], default 0:
- *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is). An element has one
- *   holder. A probe whose tissue other probes hold, or whose tissue was carved away, moves nothing and is warned about
+ *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is). With the point array
+ *   `Rotation` (3 components: a rotation vector along the axis, as long as the angle [degrees], of any length) a probe
+ *   also rotates what it grabs, about `Centre` (3 components, optional, [mm], default the point itself): it goes from x
+ *   to Centre + Displacement + R (x - Centre). With each rigid element it then grips the whole rigid cluster, which goes
+ *   exactly there; the rotations of other elements settle. `Body` (optional) is the label of BodyArray whose voxels it
+ *   grips in place of what is at the point, with the rigid clusters that these are part of; -1: what is at the point. A
+ *   rotation needs Rotations, a constraint that is the same along all axes and PropagationIterations 0. An element has
+ *   one holder. A probe whose tissue other probes hold, or whose tissue was carved away, moves nothing and is warned about
  *   once. Warnings count the probes that they are about and name the first few.
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
@@ -104,7 +110,10 @@
  *
  * Both have the input's field data, except arrays of the names below, and these field arrays: `ProbeReached` (3 per
  * probe: its displacement since it grabbed, world axes, [mm]), `ProbeForce` (3 per probe: the gradient of the energy at
- * the elements it holds, which is the force it pulls them with, world axes, no unit), `Energy` [mm] (with
+ * the elements it holds, which is the force it pulls them with, world axes, no unit), `ProbeTurned` (3 per probe: its
+ * rotation vector since it grabbed [degrees], world axes; 0 without `Rotation`; `ProbeReached` is then the displacement
+ * of `Centre`), `ProbeTorque` (3 per probe: the gradient of the energy by its rotation about `Centre` as moved, per
+ * radian, likewise), `Energy` [mm] (with
  * ElasticRecovery r below 1 only strain of more than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C),
  * fraction of the spacing), `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `CoarseToFineStep` (the share of
  * the correction by coarser grids that was taken: 1 all, 0 none; -1 where the last relaxation did not start on any),

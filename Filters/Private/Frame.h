@@ -72,6 +72,24 @@ public:
       d[2] * world[0] + d[5] * world[1] + d[8] * world[2] };
   }
 
+  /// Vectors along axes of rotation and moments: where the image's axes are left-handed they point the other way.
+  Vector3 AxialToEngine(const double world[3]) const
+  {
+    Vector3 engine = this->VectorToEngine(world);
+    for (double& part : engine)
+    {
+      part *= this->GetHandedness();
+    }
+    return engine;
+  }
+
+  void AxialToWorld(const double engine[3], double world[3]) const
+  {
+    const double handed[3] = { this->GetHandedness() * engine[0], this->GetHandedness() * engine[1],
+      this->GetHandedness() * engine[2] };
+    this->VectorToWorld(handed, world);
+  }
+
   template <typename T> void VectorToWorld(const T engine[3], T world[3]) const
   {
     const double v[3] = { engine[0], engine[1], engine[2] };
@@ -93,6 +111,15 @@ public:
   const Vector3& GetSpacing() const { return this->Spacing; }
 
 private:
+  /// 1 or, where the image's axes are left-handed, -1.
+  double GetHandedness() const
+  {
+    const double* d = this->Direction.data();
+    const double determinant =
+      d[0] * (d[4] * d[8] - d[5] * d[7]) - d[1] * (d[3] * d[8] - d[5] * d[6]) + d[2] * (d[3] * d[7] - d[4] * d[6]);
+    return determinant < 0.0 ? -1.0 : 1.0;
+  }
+
   Vector3 Origin;
   Vector3 Spacing;
   Vector3 First;

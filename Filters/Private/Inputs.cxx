@@ -98,7 +98,7 @@ Fingerprint Leaf::GetFingerprint() const
   if (this->Port == PROBES || this->Port == REGIONS)
   {
     vtkPointData* arrays = this->Data->GetPointData();
-    for (const char* name : { "Displacement", "Radius", "Anchor", "Constraint" })
+    for (const char* name : { "Displacement", "Radius", "Anchor", "Rotation", "Centre", "Body", "Constraint" })
     {
       const Fingerprint parts[] = { h, FingerprintOf(arrays->GetArray(name)) };
       h = FingerprintOf(parts, sizeof(parts));

@@ -81,9 +81,10 @@ const std::array<const char*, 4> Outputs::ModelArrays = { "Displacement", "Eleme
 
 void Outputs::RemoveFigures(vtkFieldData* fields)
 {
-  for (const char* name : { "ProbeReached", "ProbeForce", "Energy", "MaxLinkExcess", "PropagationIterationsUsed",
-         "RelaxationIterationsUsed", "CoarseToFineStep", "DisplacedElements", "ActiveElements", "Milliseconds",
-         "PeakDeviceMemory", "DeviceName", "BodyVoxels", "BodyHeldBy", "BodyLabel", "Error" })
+  for (const char* name : { "ProbeReached", "ProbeForce", "ProbeTurned", "ProbeTorque", "Energy", "MaxLinkExcess",
+         "PropagationIterationsUsed", "RelaxationIterationsUsed", "CoarseToFineStep", "DisplacedElements",
+         "ActiveElements", "Milliseconds", "PeakDeviceMemory", "DeviceName", "BodyVoxels", "BodyHeldBy", "BodyLabel",
+         "Error" })
   {
     fields->RemoveArray(name);
   }
@@ -283,7 +284,9 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   RemoveFigures(fields);
 
   const vtkIdType numberOfProbes = static_cast<vtkIdType>(found.Probes.size());
-  const auto addVectors = [&](const char* name, Vector3 chainmail::ProbeResult::*member)
+  using Convert = void (Frame::*)(const double*, double*) const;
+  const auto addVectors =
+    [&](const char* name, Vector3 chainmail::ProbeResult::*member, Convert convert, double unit = 1.0)
   {
     vtkNew<vtkDoubleArray> array;
     array->SetName(name);
@@ -292,8 +295,8 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
     for (vtkIdType p = 0; p < numberOfProbes; ++p)
     {
       double world[3];
-      scene.Space.VectorToWorld((found.Probes[p].*member).data(), world);
-      array->SetTuple(p, world);
+      (scene.Space.*convert)((found.Probes[p].*member).data(), world);
+      array->SetTuple3(p, unit * world[0], unit * world[1], unit * world[2]);
     }
     fields->AddArray(array);
   };
@@ -333,8 +336,11 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   fields->AddArray(device);
 
   // These come last: field data has as many rows as its first array, and with none ParaView shows and sends nothing.
-  addVectors("ProbeReached", &chainmail::ProbeResult::reached);
-  addVectors("ProbeForce", &chainmail::ProbeResult::force);
+  constexpr double degrees = 180.0 / 3.14159265358979323846;
+  addVectors("ProbeReached", &chainmail::ProbeResult::reached, &Frame::VectorToWorld<double>);
+  addVectors("ProbeForce", &chainmail::ProbeResult::force, &Frame::VectorToWorld<double>);
+  addVectors("ProbeTurned", &chainmail::ProbeResult::turned, &Frame::AxialToWorld, degrees);
+  addVectors("ProbeTorque", &chainmail::ProbeResult::torque, &Frame::AxialToWorld);
 }
 
 /// Adds a row for each body of bone, in the order of their numbers in the array Cluster.

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ProbeWarnings.h"
 
+#include "HowFar.h"
 #include "Words.h"
-
-#include "vtkMath.h"
 
 #include <algorithm>
 #include <iterator>
@@ -57,7 +56,7 @@ std::vector<std::size_t> WarnedProbes::Renew(
   std::set<Place> now;
   for (const std::size_t p : present)
   {
-    const Place place(probes[p].position, probes[p].radius);
+    const Place place(probes[p].position, probes[p].radius, probes[p].body);
     now.insert(place);
     if (this->Probes.count(place) == 0)
     {
@@ -126,9 +125,7 @@ std::string ProbeWarnings::OfShortProbes(const Scene& scene, const std::vector<s
   std::vector<std::size_t> shortened;
   for (const std::size_t p : held)
   {
-    const double asked = vtkMath::Norm(scene.Probes[p].displacement.data());
-    if (!scene.Probes[p].anchor && results[p].elements > 0 && asked > least &&
-        vtkMath::Norm(results[p].reached.data()) < 0.5 * asked)
+    if (!scene.Probes[p].anchor && results[p].elements > 0 && HowFar(scene.Probes[p], results[p]).GetShare(least) < 0.5)
     {
       shortened.push_back(p);
     }
@@ -136,8 +133,7 @@ std::string ProbeWarnings::OfShortProbes(const Scene& scene, const std::vector<s
   const std::vector<std::size_t> added = this->Short.Renew(scene.Probes, shortened);
   const auto describe = [&](std::size_t p)
   {
-    return "reached " + chainmail::written(vtkMath::Norm(results[p].reached.data()), 3) + " of " +
-           chainmail::written(vtkMath::Norm(scene.Probes[p].displacement.data()), 3) + " mm" +
+    return HowFar(scene.Probes[p], results[p]).ToString([](double number) { return chainmail::written(number, 3); }) +
            WhatHolds(scene, held, p, simulation);
   };
   if (added.size() == 1)

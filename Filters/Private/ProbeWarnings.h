@@ -9,9 +9,10 @@
 #include "Simulation.h"
 
 #include <atomic>
+#include <cstdint>
 #include <set>
 #include <string>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 namespace vtkChainMail
@@ -28,7 +29,7 @@ public:
   std::vector<std::size_t> Renew(const std::vector<chainmail::Probe>& probes, const std::vector<std::size_t>& present);
 
 private:
-  using Place = std::pair<chainmail::Vector3, double>;
+  using Place = std::tuple<chainmail::Vector3, double, std::uint64_t>;
   std::set<Place> Probes;
 };
 

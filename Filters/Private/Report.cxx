@@ -91,8 +91,7 @@ void Report::Set(const Scene& scene, const Session& session, vtkFieldData* field
     probe.Held = n;
     probe.Present = true;
     probe.Anchor = scene.Probes[p].anchor;
-    probe.Asked = vtkMath::Norm(scene.Probes[p].displacement.data());
-    probe.Reached = vtkMath::Norm(found.Probes[p].reached.data());
+    probe.Way = HowFar(scene.Probes[p], found.Probes[p]);
     probe.Empty = found.Probes[p].elements == 0;
   }
   this->Misses.clear();
@@ -139,8 +138,8 @@ const std::string& Report::Get(const Session& session)
     }
     else
     {
-      this->Text += " reached " + Short(probe.Reached) + " of " + Short(probe.Asked) + " mm";
-      const bool isShort = this->Arrived && probe.Reached < 0.9 * probe.Asked;
+      this->Text += " " + probe.Way.ToString(Short);
+      const bool isShort = this->Arrived && probe.Way.GetShare() < 0.9;
       this->Text += (isShort ? this->WhatHolds(probe, session) : std::string()) + ".\n";
     }
   }

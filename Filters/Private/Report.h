@@ -4,6 +4,7 @@
 #ifndef Report_h
 #define Report_h
 
+#include "HowFar.h"
 #include "Scene.h"
 #include "Session.h"
 
@@ -31,8 +32,7 @@ private:
   struct Probe
   {
     std::size_t Held = 0; ///< the number by which the simulation knows it
-    double Asked = 0.0;   ///< [mm]
-    double Reached = 0.0;
+    HowFar Way;
     bool Anchor = false;
     bool Empty = false;
     bool Present = false; ///< whether the simulation holds it

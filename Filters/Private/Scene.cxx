@@ -13,14 +13,19 @@
 #include "vtkNew.h"
 #include "vtkPointData.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <utility>
 
 namespace vtkChainMail
 {
 
 namespace
 {
+
+constexpr double anyBody = -1.0; // the label by which a probe grips what is at its point
 
 /// Checks the value of an enumerated property. `names` are the names of all its values, from 0 on.
 int Choice(const char* property, int value, const std::vector<const char*>& names)
@@ -208,8 +213,8 @@ chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, vtkImageData* ima
 
 }
 
-Scene::Scene(
-  vtkChainMailDeformation* filter, const Inputs& inputs, const ChosenArray& scalars, const TissueSource& tissueBefore)
+Scene::Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const ChosenArray& scalars,
+  const TissueSource& tissueBefore, LabelVoxels& labels)
   : Given(inputs)
   , Image(inputs.Image)
   , Space(inputs.Image)
@@ -233,6 +238,7 @@ Scene::Scene(
   this->Padding = ReadPadding(filter, inputs.Image);
   this->ReadRegions();
   this->ReadProbes();
+  this->ReadPoses(filter, labels);
   this->Cuts = ReadCuts(inputs, this->Space);
   this->Carves = ReadCarves(inputs, this->Space);
   this->ReadMaterial(filter); // last, since it may read all scalars for their range
@@ -482,6 +488,103 @@ void Scene::ReadProbes()
       }
       this->Probes.push_back(probe);
     }
+  }
+}
+
+/// Reads what the probes of leaves with further arrays prescribe beside their displacements.
+void Scene::ReadPoses(vtkChainMailDeformation* filter, LabelVoxels& labels)
+{
+  constexpr double radians = 3.14159265358979323846 / 180.0;
+  std::vector<std::pair<std::size_t, vtkTypeInt64>> bodies; // probe, label
+  for (std::size_t n = 0; n < this->Probes.size(); ++n)
+  {
+    chainmail::Probe& probe = this->Probes[n];
+    const ProbeOrigin& origin = this->ProbeOrigins[n];
+    const Leaf& leaf = this->Given.Leaves[origin.Leaf];
+    const auto read = [&](const char* name, int components, double* values)
+    {
+      vtkDataArray* numbers = FindNumbers(leaf, name, components);
+      if (!numbers)
+      {
+        return false;
+      }
+      numbers->GetTuple(origin.Point, values);
+      for (int a = 0; a < components; ++a)
+      {
+        if (!std::isfinite(values[a]))
+        {
+          throw chainmail::InputError(this->NameOf(n) + ": the point array \"" + name + "\" has to be finite.");
+        }
+      }
+      return true;
+    };
+    double rotation[3] = { 0.0, 0.0, 0.0 };
+    double centre[3] = { origin.Position[0], origin.Position[1], origin.Position[2] };
+    double body = anyBody;
+    const bool hasRotation = read("Rotation", 3, rotation);
+    read("Centre", 3, centre);
+    const bool hasBody = read("Body", 1, &body);
+    if (probe.anchor || !(hasRotation || hasBody))
+    {
+      continue;
+    }
+    const bool rotates = rotation[0] != 0.0 || rotation[1] != 0.0 || rotation[2] != 0.0;
+    if (rotates && !this->Tissue.Rotations)
+    {
+      throw chainmail::InputError(this->NameOf(n) + ": the probe prescribes a rotation, for which elements have to be "
+                                                    "able to rotate. Turn Rotations on, or remove the point array "
+                                                    "\"Rotation\".");
+    }
+    if (rotates && this->How.PropagationIterations != 0)
+    {
+      throw chainmail::InputError(this->NameOf(n) +
+                                  ": the probe prescribes a rotation, which takes as many waves as it "
+                                  "needs. Set PropagationIterations to 0.");
+    }
+    probe.turns = this->Tissue.Rotations;
+    probe.rotation = this->Space.AxialToEngine(rotation);
+    for (double& part : probe.rotation)
+    {
+      part *= radians;
+    }
+    probe.centre = this->Space.PointToEngine(centre);
+    if (body != anyBody)
+    {
+      if (!(body >= 1.0 && body <= 9e18) || std::nearbyint(body) != body)
+      {
+        throw chainmail::InputError(this->NameOf(n) + ": \"Body\" is " + ToString(body) +
+                                    "; it has to be a label of BodyArray, a whole number from 1 on, or -1 for what is "
+                                    "at the point.");
+      }
+      bodies.emplace_back(n, static_cast<vtkTypeInt64>(body));
+    }
+  }
+  if (bodies.empty())
+  {
+    return;
+  }
+  vtkDataArray* array = ReadNamed(this->Image->GetPointData(), "BodyArray", filter->GetBodyArray());
+  if (!array)
+  {
+    throw chainmail::InputError(this->NameOf(bodies.front().first) +
+                                ": the probe is to grip the body with a label (\"Body\"), but BodyArray names no "
+                                "array of labels. " +
+                                ListArrays(this->Image->GetPointData()) + " Choose one of these.");
+  }
+  std::vector<vtkTypeInt64> wanted;
+  std::transform(
+    bodies.begin(), bodies.end(), std::back_inserter(wanted), [](const auto& body) { return body.second; });
+  labels.Read(array, this->Image->GetMTime(), wanted);
+  for (const auto& [n, label] : bodies)
+  {
+    const LabelVoxels::Body& body = labels.Get(label);
+    if (body.Voxels->empty())
+    {
+      throw chainmail::InputError(this->NameOf(n) + ": no voxel of the array \"" + filter->GetBodyArray() +
+                                  "\" has the label " + std::to_string(label) + " that the probe is to grip.");
+    }
+    this->Probes[n].voxels = body.Voxels;
+    this->Probes[n].body = body.Number;
   }
 }
 

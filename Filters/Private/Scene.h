@@ -7,6 +7,7 @@
 #include "Fingerprint.h"
 #include "Frame.h"
 #include "Inputs.h"
+#include "LabelVoxels.h"
 #include "Presets.h"
 #include "Surfaces.h"
 
@@ -109,10 +110,11 @@ struct ChosenArray
 
 struct Scene
 {
-  /// `tissueBefore` is the tissue of the last update; arrays that it knows with the same times are not read again.
-  /// Throws InputError, whose message says what is wrong with which input or property.
+  /// `tissueBefore` is the tissue of the last update; arrays that it knows with the same times are not read again, and
+  /// labels that `labels` knows neither. Throws InputError, whose message says what is wrong with which input or
+  /// property.
   Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const ChosenArray& scalars,
-    const TissueSource& tissueBefore);
+    const TissueSource& tissueBefore, LabelVoxels& labels);
 
   /// The name of a probe for messages: "Probes input 0, point 3 at (1, 2, 3)".
   std::string NameOf(std::size_t probe) const;
@@ -153,6 +155,7 @@ private:
   void ReadBodies(vtkChainMailDeformation* filter, const TissueSource& before);
   void ReadMaterial(vtkChainMailDeformation* filter);
   void ReadProbes();
+  void ReadPoses(vtkChainMailDeformation* filter, LabelVoxels& labels);
   void ReadRegions();
 };
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 namespace vtkChainMail
@@ -19,7 +20,9 @@ namespace
 
 bool Same(const chainmail::Probe& a, const chainmail::Probe& b)
 {
-  return a.position == b.position && a.displacement == b.displacement && a.radius == b.radius && a.anchor == b.anchor;
+  const auto all = [](const chainmail::Probe& p)
+  { return std::tie(p.position, p.displacement, p.radius, p.anchor, p.turns, p.rotation, p.centre, p.body); };
+  return all(a) == all(b);
 }
 
 template <typename T> bool Same(const std::vector<T>& a, const std::vector<T>& b)

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The voxels of labels of an image, for probes that grip bodies by their labels.
+
+#ifndef LabelVoxels_h
+#define LabelVoxels_h
+
+#include "Fingerprint.h"
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace vtkChainMail
+{
+
+/// Keeps the voxels of labels from update to update, as long as the array holds the same.
+class LabelVoxels
+{
+public:
+  struct Body
+  {
+    std::shared_ptr<const std::vector<std::size_t>> Voxels; ///< ascending
+    Fingerprint Number = 0;                                 ///< of the label and its voxels
+  };
+
+  /// Finds the voxels of these labels, of all that are not known in one pass. `imageTime` as in ArrayContents::Take().
+  void Read(vtkDataArray* labels, vtkMTimeType imageTime, const std::vector<vtkTypeInt64>& wanted);
+
+  /// What was read.
+  const Body& Get(vtkTypeInt64 label) const { return this->Known.at(label); }
+
+private:
+  ArrayContents Labels;
+  std::map<vtkTypeInt64, Body> Known;
+};
+
+}
+
+#endif
