@@ -594,6 +594,7 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "BodyArray: " << (this->BodyArray.empty() ? "(none)" : this->BodyArray) << "\n";
   os << indent << "JointSize: " << this->JointSize << "\n";
   os << indent << "JointConstraint: " << this->JointConstraint << "\n";
+  os << indent << "JointMargin: " << this->JointMargin << "\n";
   os << indent << "TissueThreshold: " << this->TissueThreshold << "\n";
   os << indent << "AnchorRigid: " << (this->AnchorRigid ? "On" : "Off") << "\n";
   os << indent << "AnchoredFaces:";

@@ -248,11 +248,21 @@ public:
 
   ///@{
   /**
-   * Constraint of joints: of the layer of voxels of one body, the larger one, that touch another. [0, 0.999], as a
-   * fraction of the spacing; 0 leaves bodies that touch in one piece. Default: 0.5.
+   * Constraint of joints: of the layer of voxels of one body, the larger one, that touch another. [0, 1], as a fraction
+   * of the spacing; 0 leaves bodies that touch in one piece. With 1 joints are free: bodies glide and turn in them, as
+   * no links join what is within JointMargin of two bodies. The picture goes on across them. Default: 0.5.
    */
-  vtkSetClampMacro(JointConstraint, double, 0.0, 0.999);
+  vtkSetClampMacro(JointConstraint, double, 0.0, 1.0);
   vtkGetMacro(JointConstraint, double);
+  ///@}
+
+  ///@{
+  /**
+   * How many voxels around each body belong to it where joints are free (JointConstraint 1), nearest first: so far the
+   * joint goes into tissue between and around two bodies. [1, 100]. Default: 4.
+   */
+  vtkSetClampMacro(JointMargin, int, 1, 100);
+  vtkGetMacro(JointMargin, int);
   ///@}
 
   ///@{
@@ -645,6 +655,7 @@ private:
   std::string BodyArray;
   int JointSize = 0;
   double JointConstraint = 0.5;
+  int JointMargin = 4;
   double TissueThreshold;
   bool AnchorRigid = false;
   int AnchoredFaces[6] = { 1, 1, 1, 1, 1, 1 };

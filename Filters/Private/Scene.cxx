@@ -332,6 +332,7 @@ void Scene::ReadBodies(vtkChainMailDeformation* filter, const TissueSource& befo
   {
     tissue.JointSize = filter->GetJointSize();
     tissue.JointConstraint = filter->GetJointConstraint();
+    tissue.JointMargin = filter->GetJointMargin();
   }
 }
 

@@ -37,7 +37,8 @@ struct TissueSource
   ArrayContents Bodies;
   int JointSize = 0;
   double JointConstraint = 0.0; // 0 where there are no joints
-  std::vector<double> Regions;  // 5 for each: place, radius, constraint
+  int JointMargin = 4;
+  std::vector<double> Regions; // 5 for each: place, radius, constraint
   chainmail::Index3 Size{};
   Vector3 Spacing{};
   double Threshold = 0.0;
@@ -63,9 +64,9 @@ struct TissueSource
   {
     const auto all = [](const TissueSource& t)
     {
-      return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.Regions, t.Size, t.Spacing,
-        t.Threshold, t.HighPadding, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device, t.BrickSize, t.ModelReduction,
-        t.Rotations, t.PoissonRatio);
+      return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.JointMargin, t.Regions,
+        t.Size, t.Spacing, t.Threshold, t.HighPadding, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device,
+        t.BrickSize, t.ModelReduction, t.Rotations, t.PoissonRatio);
     };
     return all(*this) == all(other);
   }

@@ -204,6 +204,7 @@ void Session::Build(const Scene& scene)
   material.joints.labels = View(bodies); // which is read by the model's constructor alone
   material.joints.size = tissue.JointSize;
   material.joints.constraint = tissue.JointConstraint;
+  material.joints.margin = tissue.JointMargin;
   chainmail::Anchors anchors;
   anchors.rigid = tissue.AnchorRigid;
   anchors.faces = tissue.AnchoredFaces;

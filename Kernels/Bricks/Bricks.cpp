@@ -69,6 +69,7 @@ Bricks::Bricks(
     this->spins_->spin.runs = this->spins_->swell() ? 10 : 3;
     this->keep(this->spins_->spin);
   }
+  this->separateJoints();
 }
 
 int Bricks::width(bool vectors) const
@@ -213,6 +214,10 @@ void Bricks::growTissue(int slots)
   {
     this->enlarge(this->cut, 1, 1, oldPitch, this->tissuePitch(), "the cuts");
   }
+  if (this->links_.anyAtJoint())
+  {
+    this->enlarge(this->shownCut_, 1, 1, oldPitch, this->tissuePitch(), "the cuts");
+  }
   std::vector<int> place = this->place_;
   place.resize(this->tissueCapacity_, 0);
   this->placeBuffer_ = this->context_->upload(place, "the brick list");
@@ -262,7 +267,7 @@ void Bricks::readTissue(const std::vector<int>& bricks)
       const auto bits = this->links_.all().find(brick);
       if (bits != this->links_.all().end() && this->cut())
       {
-        this->context_->write(this->cut, this->table_[brick] * count, bits->second);
+        this->writeCuts(brick, bits->second);
       }
     }
     found.clear();
@@ -388,6 +393,10 @@ void Bricks::giveStates(const std::vector<int>& bricks)
   if (this->cut())
   {
     this->exchange(this->cut, 1, perBrick / sizeof(cl_uint), list, pairs.size() / 2);
+  }
+  if (this->shownCut_())
+  {
+    this->exchange(this->shownCut_, 1, perBrick / sizeof(cl_uint), list, pairs.size() / 2);
   }
   this->uploadTables();
 }
@@ -556,6 +565,7 @@ bool Bricks::isElement(const Index3& at) const
 void Bricks::mend()
 {
   this->cut = cl::Buffer();
+  this->shownCut_ = cl::Buffer();
   const std::set<int> carved = this->links_.carvedBricks();
   this->links_.clear();
   const std::size_t axes = this->model_->axes();
@@ -574,6 +584,7 @@ void Bricks::mend()
       }
     }
   }
+  this->separateJoints();
 }
 
 void Bricks::uploadCuts()
@@ -586,13 +597,39 @@ void Bricks::uploadCuts()
   {
     this->cut = this->context_->allocate(this->tissuePitch(), "the cuts");
   }
+  if (this->links_.anyAtJoint() && !this->shownCut_())
+  {
+    this->shownCut_ = this->context_->allocate(this->tissuePitch(), "the cuts");
+  }
   for (const auto& [brick, bits] : this->links_.all())
   {
     if (this->slot(brick) > 0)
     {
-      this->context_->write(this->cut, static_cast<std::size_t>(this->slot(brick)) * this->elements_, bits);
+      this->writeCuts(brick, bits);
     }
   }
+}
+
+/// Copies the removed links of a brick, which has a slot, to the device.
+void Bricks::writeCuts(int brick, const std::vector<std::uint8_t>& bits)
+{
+  const std::size_t first = static_cast<std::size_t>(this->slot(brick)) * this->elements_;
+  this->context_->write(this->cut, first, bits);
+  if (this->shownCut_())
+  {
+    this->context_->write(this->shownCut_, first, this->links_.shown(brick));
+  }
+}
+
+/// Removes the links that free joints are without.
+void Bricks::separateJoints()
+{
+  for (const auto& [voxel, axis] : this->model_->linksOfJoints())
+  {
+    const Index3 at = this->model_->grid().indexOf(voxel);
+    this->links_.removeAtJoint(at[0], at[1], at[2], 2 * axis + 1);
+  }
+  this->uploadCuts();
 }
 
 std::size_t Bricks::deviceBytes() const
@@ -602,7 +639,8 @@ std::size_t Bricks::deviceBytes() const
   {
     state += field->runs * field->bytes;
   }
-  const std::size_t tissue = sizeof(float) * static_cast<std::size_t>(this->model_->axes()) + (this->cut() ? 1 : 0);
+  const std::size_t tissue = sizeof(float) * static_cast<std::size_t>(this->model_->axes()) + (this->cut() ? 1 : 0) +
+                             (this->shownCut_() ? 1 : 0);
   return state * this->pitch() + tissue * this->tissuePitch() +
          sizeof(int) * (this->table_.size() + this->tissueCapacity_) + this->addresses_.bytes() + this->values_.bytes();
 }

@@ -298,6 +298,12 @@ public:
   {
     return std::tuple<const cl::Buffer&, const cl::Buffer&>(this->constraint, this->cutsOrNothing());
   }
+  /// `displacement, constraint, cut`, with the cuts that pictures show (Links).
+  auto shown() const
+  {
+    return std::tuple<const cl::Buffer&, const cl::Buffer&, const cl::Buffer&>(
+      this->displacement, this->constraint, this->shownCut_() ? this->shownCut_ : this->cutsOrNothing());
+  }
   /// `displacement, constraint, cut`.
   auto state() const { return std::tuple_cat(std::tuple<const cl::Buffer&>(this->displacement), this->tissue()); }
 
@@ -324,6 +330,8 @@ private:
   void copyBricks(const std::vector<int>& slots, const cl::Buffer& from, const cl::Buffer& to);
   void uploadTables();
   bool fill(int brick, std::vector<float>& out) const;
+  void writeCuts(int brick, const std::vector<std::uint8_t>& bits);
+  void separateJoints();
   /// Addresses and values of single elements.
   template <typename T>
   void set(const cl::Buffer& field, cl_uint pitch, std::size_t components, const std::vector<std::uint32_t>& addresses,
@@ -354,6 +362,7 @@ private:
   std::vector<std::pair<int, int>> exchanged_; ///< pairs of slots whose bricks took each other's
   std::vector<char> touched_;                  ///< for each slot with a state
   Links links_;
+  cl::Buffer shownCut_; ///< as `cut`, but without what is missing at joints alone; only where that is any
   Field before_{ 3, sizeof(float), "the displacement before a wave" };
   Turning turning_;
   std::unique_ptr<Spins> spins_;

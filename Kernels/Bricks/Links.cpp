@@ -16,21 +16,59 @@ std::uint8_t Links::cutBits(int i, int j, int k) const
   return bits == this->cuts_.end() ? 0 : bits->second[this->table_.local(i, j, k)];
 }
 
+/// Sets the bit of a link at one of its ends. Returns whether it was not set.
+bool Links::set(CutBits& to, const Index3& at, int direction)
+{
+  std::vector<std::uint8_t>& bits = to[this->table_.brickAt(at[0], at[1], at[2])];
+  bits.resize(this->table_.elementsPerBrick(), 0);
+  std::uint8_t& byte = bits[this->table_.local(at[0], at[1], at[2])];
+  const bool added = (byte & (1 << direction)) == 0;
+  byte = static_cast<std::uint8_t>(byte | (1 << direction));
+  return added;
+}
+
 bool Links::remove(int i, int j, int k, int direction)
 {
-  const auto mark = [this](int x, int y, int z, int d)
-  {
-    std::vector<std::uint8_t>& bits = this->cuts_[this->table_.brickAt(x, y, z)];
-    bits.resize(this->table_.elementsPerBrick(), 0);
-    std::uint8_t& byte = bits[this->table_.local(x, y, z)];
-    const bool added = (byte & (1 << d)) == 0;
-    byte = static_cast<std::uint8_t>(byte | (1 << d));
-    return added;
-  };
   Index3 other{ i, j, k };
   other[direction / 2] += direction % 2 == 0 ? -1 : 1;
-  mark(other[0], other[1], other[2], BrickTable::opposite(direction));
-  return mark(i, j, k, direction);
+  const bool added = this->set(this->cuts_, { i, j, k }, direction);
+  this->set(this->cuts_, other, BrickTable::opposite(direction));
+  bool wasOfJoint = false;
+  const auto cut = [&](const Index3& at, int d)
+  {
+    const auto bits = this->joints_.find(this->table_.brickAt(at[0], at[1], at[2]));
+    if (bits != this->joints_.end())
+    {
+      std::uint8_t& byte = bits->second[this->table_.local(at[0], at[1], at[2])];
+      wasOfJoint = wasOfJoint || (byte & (1 << d)) != 0;
+      byte = static_cast<std::uint8_t>(byte & ~(1 << d));
+    }
+  };
+  cut({ i, j, k }, direction);
+  cut(other, BrickTable::opposite(direction));
+  return added || wasOfJoint;
+}
+
+void Links::removeAtJoint(int i, int j, int k, int direction)
+{
+  Index3 other{ i, j, k };
+  other[direction / 2] += direction % 2 == 0 ? -1 : 1;
+  for (CutBits* bits : { &this->cuts_, &this->joints_ })
+  {
+    this->set(*bits, { i, j, k }, direction);
+    this->set(*bits, other, BrickTable::opposite(direction));
+  }
+}
+
+std::vector<std::uint8_t> Links::shown(int brick) const
+{
+  std::vector<std::uint8_t> bits = this->cuts_.at(brick);
+  const auto joints = this->joints_.find(brick);
+  for (std::size_t n = 0; joints != this->joints_.end() && n < bits.size(); ++n)
+  {
+    bits[n] = static_cast<std::uint8_t>(bits[n] & ~joints->second[n]);
+  }
+  return bits;
 }
 
 void Links::removeElement(int i, int j, int k)
@@ -45,6 +83,7 @@ void Links::removeElement(int i, int j, int k)
 void Links::clear()
 {
   this->cuts_.clear();
+  this->joints_.clear();
   this->carvedBricks_.clear();
 }
 

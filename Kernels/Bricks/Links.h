@@ -33,8 +33,13 @@ public:
   const std::set<int>& carvedBricks() const { return this->carvedBricks_; }
 
   /// Removes the link from (i, j, k) in one direction, at both of its ends. Both must lie in the grid. Returns whether
-  /// the link was there.
+  /// the link was there, or part of a joint.
   bool remove(int i, int j, int k, int direction);
+  /// The same for a link of a free joint (Joints), which pictures take for one that is there.
+  void removeAtJoint(int i, int j, int k, int direction);
+  bool anyAtJoint() const { return !this->joints_.empty(); }
+  /// The bits of a brick of all(), as pictures take them.
+  std::vector<std::uint8_t> shown(int brick) const;
   void removeElement(int i, int j, int k);
   /// Restores all links and elements.
   void clear();
@@ -43,8 +48,11 @@ public:
   void takeOut(int i, int j, int k, int count, int axes, float* constraints) const;
 
 private:
+  bool set(CutBits& to, const Index3& at, int direction);
+
   const BrickTable& table_;
   CutBits cuts_;
+  CutBits joints_; ///< those of cuts_ that are missing at joints alone
   std::set<int> carvedBricks_;
 };
 

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <set>
 #include <string>
 #include <type_traits>
@@ -31,6 +32,9 @@ constexpr Body around = Body(1) << 31; // flag: not rigid, but next to this body
 /// How far bodies reach into stiff tissue around them. Between bones of a scan that is mostly cartilage mixed with bone
 /// in the same voxel, and stiffer than any joint.
 constexpr int reach = 3;
+
+/// How many times larger than a crumb of unlabelled bone the bodies that it touches are.
+constexpr std::size_t timesCrumb = 10;
 
 using Mask = std::vector<char>;
 
@@ -361,8 +365,74 @@ void divideByThickness(const Grid& grid, int size, Body next, std::vector<Body>&
   }
 }
 
-/// Gives stiff tissue around bodies to the nearest one. Tissue with the label of a body is never another one's.
-void reachOut(const Grid& grid, const BodyOf& bodyOf, std::vector<Body>& bodies)
+/// Gives crumbs of unlabelled tissue to the labelled body that they touch most.
+void joinCrumbs(const Grid& grid, std::vector<Body>& bodies)
+{
+  std::vector<std::size_t> sizes(1 + *std::max_element(bodies.begin(), bodies.end()), 0);
+  for (const Body body : bodies)
+  {
+    ++sizes[body];
+  }
+  std::vector<std::size_t> front;
+  std::vector<std::size_t> crumb;
+  Mask seen(bodies.size(), 0);
+  for (std::size_t n = 0; n < bodies.size(); ++n)
+  {
+    if (bodies[n] != unlabelled || seen[n] != 0)
+    {
+      continue;
+    }
+    crumb.clear();
+    std::map<Body, std::size_t> faces;
+    seen[n] = 1;
+    visitComponent(n, front,
+      [&](std::size_t here, const auto& add)
+      {
+        crumb.push_back(here);
+        forFaces(grid, here,
+          [&](std::size_t beside)
+          {
+            if (bodies[beside] >= firstBody)
+            {
+              ++faces[bodies[beside]];
+            }
+            else if (bodies[beside] == unlabelled && seen[beside] == 0)
+            {
+              seen[beside] = 1;
+              add(beside);
+            }
+          });
+      });
+    std::size_t around = 0;
+    Body most = unlabelled;
+    for (const auto& [body, count] : faces)
+    {
+      around += sizes[body];
+      most = most == unlabelled || count > faces[most] ? body : most;
+    }
+    if (most != unlabelled && around >= timesCrumb * crumb.size())
+    {
+      for (const std::size_t voxel : crumb)
+      {
+        bodies[voxel] = most;
+      }
+    }
+  }
+}
+
+/// Gives tissue with the label of a body to it, though it is not rigid: marrow, and bone that is thinner than a voxel.
+void takeSoftTissue(const BodyOf& bodyOf, std::vector<Body>& bodies)
+{
+  for (std::size_t n = 0; n < bodies.size(); ++n)
+  {
+    const Body own = bodies[n] == stiff ? bodyOf(n) : 0;
+    bodies[n] = own != 0 ? own | around : bodies[n];
+  }
+}
+
+/// Gives stiff tissue around bodies to the nearest one, up to so many voxels away. Tissue with the label of a body is
+/// never another one's.
+void reachOut(const Grid& grid, const BodyOf& bodyOf, int reach, std::vector<Body>& bodies)
 {
   std::vector<std::size_t> front;
   for (std::size_t n = 0; n < bodies.size(); ++n)
@@ -387,7 +457,7 @@ void reachOut(const Grid& grid, const BodyOf& bodyOf, std::vector<Body>& bodies)
     });
 }
 
-/// Calls visit(voxel, next) for voxels of, or around, different bodies that touch.
+/// Calls visit(voxel, next, axis) for voxels of, or around, different bodies that touch along an axis.
 template <typename Visit> void forContacts(const Grid& grid, const std::vector<Body>& bodies, const Visit& visit)
 {
   for (int a = 0; a < 3; ++a)
@@ -402,7 +472,7 @@ template <typename Visit> void forContacts(const Grid& grid, const std::vector<B
           const Body other = bodies[voxel + stride] & ~around;
           if (one != other && one >= unlabelled && other >= unlabelled)
           {
-            visit(voxel, voxel + stride);
+            visit(voxel, voxel + stride, a);
           }
         }
       });
@@ -411,22 +481,29 @@ template <typename Visit> void forContacts(const Grid& grid, const std::vector<B
 
 }
 
-std::vector<std::size_t> findJoints(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints)
+FoundJoints findJoints(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints)
 {
+  // At free joints all tissue is stiff.
   std::vector<Body> bodies = findTissue(grid, axes, read, static_cast<float>(joints.constraint));
   Body next = firstBody;
   const BodyOf bodyOf = joints.labels ? readLabels(joints.labels, bodies, next) : BodyOf();
+  if (joints.labels && joints.areFree())
+  {
+    joinCrumbs(grid, bodies);
+    takeSoftTissue(bodyOf, bodies);
+  }
   if (joints.size > 0)
   {
     divideByThickness(grid, joints.size, next, bodies);
   }
 
-  std::vector<std::size_t> sizes(1 + *std::max_element(bodies.begin(), bodies.end()), 0);
+  std::vector<std::size_t> sizes(next, 0);
   for (const Body body : bodies)
   {
-    ++sizes[body];
+    sizes.resize(std::max<std::size_t>(sizes.size(), 1 + (body & ~around)), 0);
+    ++sizes[body & ~around];
   }
-  reachOut(grid, bodyOf, bodies);
+  reachOut(grid, bodyOf, joints.areFree() ? joints.margin : reach, bodies);
   const auto givesWay = [&](Body one, Body other)
   {
     if ((one & around) != (other & around))
@@ -438,12 +515,22 @@ std::vector<std::size_t> findJoints(const Grid& grid, int axes, const Model::Row
     return other != unlabelled &&
            (one == unlabelled || std::make_pair(sizes[one], one) > std::make_pair(sizes[other], other));
   };
-  std::vector<std::size_t> found;
+  FoundJoints found;
   forContacts(grid, bodies,
-    [&](std::size_t voxel, std::size_t beside)
-    { found.push_back(givesWay(bodies[voxel], bodies[beside]) ? voxel : beside); });
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
+    [&](std::size_t voxel, std::size_t beside, int axis)
+    {
+      if (joints.areFree())
+      {
+        found.links.emplace_back(voxel, axis);
+      }
+      else
+      {
+        found.voxels.push_back(givesWay(bodies[voxel], bodies[beside]) ? voxel : beside);
+      }
+    });
+  std::sort(found.links.begin(), found.links.end());
+  std::sort(found.voxels.begin(), found.voxels.end());
+  found.voxels.erase(std::unique(found.voxels.begin(), found.voxels.end()), found.voxels.end());
   return found;
 }
 

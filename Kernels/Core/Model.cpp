@@ -272,22 +272,31 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
 /// Makes joints of the rigid tissue where bodies meet.
 void Model::divide(const Joints& joints)
 {
-  this->jointConstraint_ = checkedConstraint(joints.constraint, [] { return std::string("of the joints"); });
+  this->jointConstraint_ =
+    joints.areFree() ? 0.0f : checkedConstraint(joints.constraint, [] { return std::string("of the joints"); });
   if (joints.size < 0)
   {
     throw InputError("The size of the joints is " + std::to_string(joints.size) + "; it has to be 0 (none) or more.");
   }
+  if (joints.margin < 1 || joints.margin > 100)
+  {
+    throw InputError(
+      "The margin of the joints is " + std::to_string(joints.margin) + "; it has to be 1 to 100 voxels.");
+  }
   this->divided_ = joints.wanted();
   if (this->divided_)
   {
-    this->joints_ = findJoints(this->grid_, this->axes_, this->read_, joints);
+    FoundJoints found = findJoints(this->grid_, this->axes_, this->read_, joints);
+    this->joints_ = std::move(found.voxels);
+    this->linksOfJoints_ = std::move(found.links);
   }
 }
 
-Model::Model(const Grid& grid, int axes, RowReader rows, std::vector<std::size_t> joints)
+Model::Model(const Grid& grid, int axes, RowReader rows, std::vector<std::size_t> joints, std::vector<Link> links)
   : grid_(grid)
   , axes_(axes)
   , joints_(std::move(joints))
+  , linksOfJoints_(std::move(links))
   , read_(std::move(rows))
 {
   this->anchors_.faces.fill(false);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace chainmail
@@ -92,6 +93,10 @@ struct Region
 /// voxels of one of them at the other (those of the larger body, so that small bones keep their shape) form a soft
 /// joint. Links between the bodies' rigid voxels do not remain, so a body is what rigid voxels are connected. Stiff
 /// tissue between bodies gets such a layer, too, within some voxels of both.
+///
+/// With a constraint of 1 joints are free: bodies glide and turn in them. Each body then has the tissue within `margin`
+/// voxels of it, nearest first, and no links join what two bodies have. What lies around holds them together. Pictures
+/// go on across such a joint, as if the links were there.
 struct Joints
 {
   /// Whole numbers, 1 component: rigid voxels of different labels belong to different bodies. 0 (NaN): no label; what
@@ -101,8 +106,10 @@ struct Joints
   /// twice as thick. Tissue enclosed in rigid tissue (marrow) counts as part of it. Thinner unlabelled tissue belongs
   /// to the body that is nearest within it. 0: none.
   int size = 0;
-  double constraint = 0.5; ///< of the voxels of joints, a fraction of the spacing, [0, 1); 0: no joints
+  double constraint = 0.5; ///< of the voxels of joints, a fraction of the spacing, [0, 1]; 0: no joints, 1: free ones
+  int margin = 4;          ///< of free joints, [1, 100] voxels
 
+  bool areFree() const { return this->constraint == 1.0; }
   bool wanted() const { return (this->labels || this->size > 0) && this->constraint > 0.0; }
 };
 
@@ -142,9 +149,12 @@ public:
   /// Reads the signed constraints (see row()) of `count` voxels along x, from voxel number `first` on.
   using RowReader = std::function<void(std::size_t first, int count, float* out)>;
 
+  /// The link from a voxel (Grid::at) to the next one along an axis.
+  using Link = std::pair<std::size_t, int>;
+
   /// Tissue that `rows` gives as row() would. `grid` must be one that the other constructor accepts. `joints` are the
-  /// voxels of joints, ascending. Checks nothing.
-  Model(const Grid& grid, int axes, RowReader rows, std::vector<std::size_t> joints = {});
+  /// voxels of joints, ascending, and `links` those that free joints are without. Checks nothing.
+  Model(const Grid& grid, int axes, RowReader rows, std::vector<std::size_t> joints = {}, std::vector<Link> links = {});
 
   const Grid& grid() const { return this->grid_; }
 
@@ -167,6 +177,8 @@ public:
   /// The voxels of joints (Grid::at), ascending.
   const std::vector<std::size_t>& joints() const { return this->joints_; }
   bool isJoint(std::size_t voxel) const;
+  /// The links that free joints are without.
+  const std::vector<Link>& linksOfJoints() const { return this->linksOfJoints_; }
 
   /// The face of the grid (a number as in Anchors::faces) that anchors a voxel, the first of several; -1 where none
   /// does.
@@ -184,6 +196,7 @@ private:
   bool divided_ = false;
   float jointConstraint_ = 0.0f;
   std::vector<std::size_t> joints_;
+  std::vector<Link> linksOfJoints_;
   RowReader read_; ///< what the arrays say, before anchors_ are applied
 };
 

@@ -38,8 +38,13 @@ Grid halved(const Grid& finer)
 class Children
 {
 public:
-  /// A joint in it keeps it from being rigid, or bodies would be one on coarser grids.
-  void addJoint() { this->joint_ = true; }
+  /// A joint in it keeps it from being rigid, or bodies would be one on coarser grids. Bone on both sides of a free one
+  /// counts as so soft at least.
+  void addJoint(float softness)
+  {
+    this->joint_ = true;
+    this->softness_ = softness;
+  }
 
   /// Adds one of the eight. Bit a of `place` is its place along axis a.
   void add(int place, float c)
@@ -61,7 +66,8 @@ public:
     {
       return -std::numeric_limits<float>::infinity();
     }
-    const float c = 2 * this->rigid_ >= this->count_ && !this->joint_ ? 0.0f : this->ofRows();
+    const float c =
+      2 * this->rigid_ >= this->count_ && !this->joint_ ? 0.0f : std::max(this->softness_, this->ofRows());
     return rule::asHeld(c, this->held_);
   }
 
@@ -104,22 +110,50 @@ private:
   float sum_ = 0.0f;
   bool held_ = false;
   bool joint_ = false;
+  float softness_ = 0.0f;
   std::array<float, 8> constraint_{ none, none, none, none, none, none, none, none };
 };
 
-/// The voxels of a coarser grid that hold joints of a finer one.
-std::vector<std::size_t> coarserJoints(const Model& finer, const Grid& grid)
+/// The softness of elements of coarser grids that a free joint runs through.
+constexpr float softnessOfFreeJoints = 0.5f;
+
+/// What a coarser grid has of the joints of a finer one: the elements that they run through, and the links that they
+/// leave out.
+struct CoarserJoints
 {
-  std::vector<std::size_t> joints;
-  for (const std::size_t voxel : finer.joints())
+  std::vector<std::size_t> elements;
+  std::vector<Model::Link> links;
+
+  CoarserJoints(const Model& finer, const Grid& grid)
   {
-    const Index3 at = finer.grid().indexOf(voxel);
-    joints.push_back(grid.at(at[0] / 2, at[1] / 2, at[2] / 2));
+    const auto elementOf = [&grid](const Index3& at) { return grid.at(at[0] / 2, at[1] / 2, at[2] / 2); };
+    for (const auto& [voxel, axis] : finer.linksOfJoints())
+    {
+      Index3 at = finer.grid().indexOf(voxel);
+      const std::size_t element = elementOf(at);
+      ++at[axis];
+      if (elementOf(at) == element)
+      {
+        this->elements.push_back(element);
+      }
+      else
+      {
+        this->links.emplace_back(element, axis);
+      }
+    }
+    for (const std::size_t voxel : finer.joints())
+    {
+      this->elements.push_back(elementOf(finer.grid().indexOf(voxel)));
+    }
+    const auto order = [](auto& list)
+    {
+      std::sort(list.begin(), list.end());
+      list.erase(std::unique(list.begin(), list.end()), list.end());
+    };
+    order(this->elements);
+    order(this->links);
   }
-  std::sort(joints.begin(), joints.end());
-  joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
-  return joints;
-}
+};
 
 }
 
@@ -128,10 +162,12 @@ std::shared_ptr<const Model> coarserModel(const Bricks& finer)
   const Grid fine = finer.model().grid();
   const Grid grid = halved(fine);
   const int axes = finer.model().axes();
-  const std::vector<std::size_t> joints = coarserJoints(finer.model(), grid);
+  const CoarserJoints found(finer.model(), grid);
+  const std::vector<std::size_t>& joints = found.elements;
+  const float softness = finer.model().linksOfJoints().empty() ? 0.0f : softnessOfFreeJoints;
   return std::make_shared<const Model>(
     grid, axes,
-    [&finer, fine, grid, axes, joints](std::size_t first, int count, float* out)
+    [&finer, fine, grid, axes, joints, softness](std::size_t first, int count, float* out)
     {
       const Index3 at = grid.indexOf(first);
       const int begin = 2 * at[0];
@@ -155,12 +191,12 @@ std::shared_ptr<const Model> coarserModel(const Bricks& finer)
       {
         for (int a = 0; a < axes; ++a)
         {
-          children[(*joint - first) * axes + a].addJoint();
+          children[(*joint - first) * axes + a].addJoint(softness);
         }
       }
       std::transform(children.begin(), children.end(), out, [](const Children& c) { return c.signedConstraint(); });
     },
-    joints);
+    joints, found.links);
 }
 
 void coarsenCuts(const Bricks& finer, Bricks& coarser)

@@ -142,11 +142,16 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
 }
 
 /// While a wave travels, only the handles that it must not move are held: anchors, its own probes and, unless the
-/// latest prevails, all other probes except those that wait for their turn.
+/// latest prevails, all other probes except those that wait for their turn. Those that turn are held then, too, since a
+/// wave would move their tissue without turning it.
 void Waves::markHeld()
 {
-  this->handles_.setHeld([this](const Handle& handle)
-    { return handle.probe.anchor || handle.moves || (this->policy_ != ConflictPolicy::Latest && !handle.waits); });
+  this->handles_.setHeld(
+    [this](const Handle& handle)
+    {
+      return handle.probe.anchor || handle.moves ||
+             (this->policy_ != ConflictPolicy::Latest && (!handle.waits || handle.probe.turns));
+    });
 }
 
 void Waves::place(

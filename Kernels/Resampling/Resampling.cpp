@@ -104,7 +104,7 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
   const cl::Buffer& disputed = this->disputed_.sized(context, voxels);
   const cl::Buffer& found = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
   const auto tissue = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
-    this->bricks_.state(), std::make_tuple(int4(grid.size), int4(flat)));
+    this->bricks_.shown(), std::make_tuple(int4(grid.size), int4(flat)));
   const auto boxes =
     std::make_tuple(int4(batch.firstVoxel), int4(batch.bricks.size), int4(batch.firstCell), int4(batch.cells.size));
   const cl::Buffer& list = this->list_.holding(context, batch.sources);

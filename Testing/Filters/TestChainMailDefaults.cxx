@@ -91,6 +91,7 @@ int TestChainMailDefaults(int, char*[])
   word("vtkGetCharFromStdStringMacro(BodyArray)", "\"" + std::string(filter->GetBodyArray()) + "\"");
   number("JointSize", filter->GetJointSize());
   number("JointConstraint", filter->GetJointConstraint());
+  number("JointMargin", filter->GetJointMargin());
   number("TissueThreshold", filter->GetTissueThreshold());
   word("vtkGetMacro(AnchorRigid,", filter->GetAnchorRigid() ? "on" : "off");
   word("vtkGetVector6Macro(AnchoredFaces,", vector(filter->GetAnchoredFaces(), 6));
@@ -148,8 +149,10 @@ int TestChainMailDefaults(int, char*[])
   check.Equal(filter->GetJointSize(), 256, "JointSize to 256");
   filter->SetJointConstraint(-0.5);
   check.Equal(filter->GetJointConstraint(), 0.0, "JointConstraint from 0");
-  filter->SetJointConstraint(1.0);
-  check.Equal(filter->GetJointConstraint(), 0.999, "JointConstraint to 0.999");
+  filter->SetJointConstraint(1.5);
+  check.Equal(filter->GetJointConstraint(), 1.0, "JointConstraint to 1");
+  filter->SetJointMargin(0);
+  check.Equal(filter->GetJointMargin(), 1, "JointMargin from 1");
   filter->SetOutputPadding(-1);
   check.Equal(filter->GetOutputPadding(), 0, "OutputPadding from 0");
   filter->SetOutputPadding(1000000);
@@ -178,6 +181,7 @@ int TestChainMailDefaults(int, char*[])
     { "BodyArray", [&] { filter->SetBodyArray("bones"); } },
     { "JointSize", [&] { filter->SetJointSize(4); } },
     { "JointConstraint", [&] { filter->SetJointConstraint(0.25); } },
+    { "JointMargin", [&] { filter->SetJointMargin(7); } },
     { "TissueThreshold", [&] { filter->SetTissueThreshold(5.0); } },
     { "TissueThreshold NaN", [&] { filter->SetTissueThreshold(std::nan("")); } },
     { "AnchorRigid", [&] { filter->AnchorRigidOn(); } },
@@ -244,13 +248,14 @@ int TestChainMailDefaults(int, char*[])
 
   std::ostringstream text;
   filter->PrintSelf(text, vtkIndent());
-  for (const char* line : { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions",
-         "BodyArray: bones", "JointSize: 4", "JointConstraint: 0.25", "TissueThreshold: nan", "AnchorRigid: On",
-         "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive", "PropagationMethod: Timestamp", "PropagationIterations: 10",
-         "ConflictPolicy: Latest", "PropagationTimes: On", "ModelArrays: Displacement Element no Constraint Cluster",
-         "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "PoissonRatio: 0.3", "RelaxationIterations: 7",
-         "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan",
-         "OutputPadding: 3", "PullBack: On", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
+  for (const char* line :
+    { "MaterialPreset: CT", "MaterialFunction: \n", "ConstraintArray: fractions", "BodyArray: bones", "JointSize: 4",
+      "JointConstraint: 0.25", "JointMargin: 7", "TissueThreshold: nan", "AnchorRigid: On",
+      "AnchoredFaces: 0 1 0 1 1 0", "Mode: Interactive", "PropagationMethod: Timestamp", "PropagationIterations: 10",
+      "ConflictPolicy: Latest", "PropagationTimes: On", "ModelArrays: Displacement Element no Constraint Cluster",
+      "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "PoissonRatio: 0.3", "RelaxationIterations: 7",
+      "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3",
+      "PullBack: On", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

@@ -76,6 +76,7 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
   to->SetBodyArray(from->GetBodyArray());
   to->SetJointSize(from->GetJointSize());
   to->SetJointConstraint(from->GetJointConstraint());
+  to->SetJointMargin(from->GetJointMargin());
   to->SetTissueThreshold(from->GetTissueThreshold());
   to->SetAnchorRigid(from->GetAnchorRigid());
   to->SetAnchoredFaces(from->GetAnchoredFaces());

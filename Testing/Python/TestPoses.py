@@ -51,7 +51,9 @@ label = points_of(image, "Labels").reshape(size[::-1])
 # Spongy bone counts as bone here, since voxels of 3 mm leave little of the compact one.
 material = CreatePiecewiseFunction(Points=[-300, 0.35, 0.5, 0, 249, 0.1, 0.5, 0, 250, 0, 0.5, 0])
 deformation = ChainMailDeformation(Input=produce(image), TissueThreshold=-300.0, MaterialFunction=material,
-                                   BodyArray="Labels", Rotations=1, ModelArrays=["Displacement", "Cluster", "Element"])
+                                   BodyArray="Labels", JointConstraint=1.0, Rotations=1,
+                                   AnchoredFaces=[1, 1, 1, 1, 1, 0],  # the scan ends within the uppermost one
+                                   ModelArrays=["Displacement", "Cluster", "Element"])
 reports = Reports(deformation)
 
 

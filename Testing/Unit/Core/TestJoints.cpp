@@ -3,6 +3,8 @@
 #include "Scene.h"
 
 #include <array>
+#include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <set>
@@ -400,7 +402,7 @@ TEST(Joints, WhatCannotBeUsedIsRefused)
   tissue.joints.size = -1;
   EXPECT_TRUE(contains(messageOf<InputError>([&] { tissue.model(); }), "-1"));
   tissue.joints.size = 0;
-  for (const double constraint : { -0.1, 1.0, std::numeric_limits<double>::quiet_NaN() })
+  for (const double constraint : { -0.1, 1.1, std::numeric_limits<double>::quiet_NaN() })
   {
     tissue.joints.constraint = constraint;
     EXPECT_TRUE(contains(messageOf<InputError>([&] { tissue.model(); }), "of the joints"));
@@ -486,6 +488,173 @@ TEST(Joints, CoarserGridsTellBodiesApart)
   EXPECT_LT(energy(true, 5), 0.35 * energy(false, 5));
   const double optimum = energy(false, 1000);
   EXPECT_NEAR(energy(true, 1000), optimum, 1e-5 * optimum);
+}
+
+// --- Free joints
+
+/// Two bones 9 voxels wide, a voxel apart, in a sleeve of 5 voxels. The first one is held at the face x-.
+Labelled knuckle()
+{
+  Labelled knuckle({ 36, 19, 19 }, 0.38f);
+  knuckle.scene.anchors.faces[0] = true;
+  knuckle.bone({ 0, 5, 5 }, { 16, 13, 13 }, 1);
+  knuckle.bone({ 18, 5, 5 }, { 33, 13, 13 }, 2);
+  knuckle.useLabels();
+  return knuckle;
+}
+
+/// By how much the second bone rotates where it is asked for 30 degrees about the middle of the joint.
+double bendOf(const Labelled& tissue)
+{
+  Settings settings;
+  settings.device = testDevice();
+  settings.rotations = true;
+  Simulation simulation(tissue.model(), settings);
+  Probe probe;
+  probe.position = tissue.scene.place(26, 9, 9);
+  probe.centre = tissue.scene.place(17, 9, 9);
+  probe.turns = true;
+  probe.rotation = { 0.0, 0.0, 30.0 * 3.14159265358979323846 / 180.0 };
+  const ProbeResult result = simulation.pull({ probe })[0];
+  simulation.relax(20, 0.0);
+  EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
+  return result.turned[2] * 180.0 / 3.14159265358979323846;
+}
+
+// A free joint bends much further than a soft one, whose layer gives by its constraint alone.
+TEST(FreeJoints, BendFarther)
+{
+  Labelled tissue = knuckle();
+  tissue.joints.constraint = 0.9;
+  const double soft = bendOf(tissue);
+  tissue.joints.constraint = 1.0;
+  const double free = bendOf(tissue);
+  EXPECT_LT(soft, 15.0);
+  EXPECT_GT(free, 20.0);
+  EXPECT_LE(free, 30.0 + 1e-9);
+}
+
+// Each link between what is nearest to two different bodies, up to the margin, is missing, and no other. Nearness by a
+// search of its own, over the faces of voxels.
+TEST(FreeJoints, LinksAreMissingWhereTwoBodiesMeet)
+{
+  Labelled tissue = knuckle();
+  tissue.joints.constraint = 1.0;
+  tissue.joints.margin = 3;
+  const Grid& grid = tissue.scene.grid;
+  std::vector<int> owner(grid.voxels(), 0), distance(grid.voxels(), 1000);
+  for (std::size_t n = 0; n < grid.voxels(); ++n)
+  {
+    owner[n] = tissue.labels[n];
+    distance[n] = owner[n] != 0 ? 0 : 1000;
+  }
+  const auto forSteps = [&](std::size_t n, const auto& f)
+  {
+    const Index3 at = grid.indexOf(n);
+    for (int d = 0; d < 6; ++d)
+    {
+      Index3 next = at;
+      next[d / 2] += d % 2 == 0 ? -1 : 1;
+      if (grid.contains(next[0], next[1], next[2]))
+      {
+        f(d, grid.at(next[0], next[1], next[2]));
+      }
+    }
+  };
+  for (int step = 1; step <= 3; ++step)
+  {
+    for (const int body : { 1, 2 }) // the lower one first where both come at once
+    {
+      for (std::size_t n = 0; n < grid.voxels(); ++n)
+      {
+        if (distance[n] == step - 1 && owner[n] == body)
+        {
+          forSteps(n,
+            [&](int, std::size_t next)
+            {
+              if (owner[next] == 0)
+              {
+                owner[next] = body;
+                distance[next] = step;
+              }
+            });
+        }
+      }
+    }
+  }
+  Simulation simulation = tissue.simulate();
+  std::vector<std::uint8_t> links(grid.voxels());
+  const auto expectLinks = [&]
+  {
+    simulation.links(links.data());
+    std::size_t missing = 0;
+    for (std::size_t n = 0; n < grid.voxels(); ++n)
+    {
+      forSteps(n,
+        [&](int d, std::size_t next)
+        {
+          const bool apart = owner[n] != 0 && owner[next] != 0 && owner[n] != owner[next];
+          missing += apart ? 1 : 0;
+          ASSERT_EQ((links[n] >> d & 1) == 0, apart) << n << ' ' << d;
+        });
+    }
+    EXPECT_GT(missing, 2u * 150); // more than the bones' own faces, of 81 links
+  };
+  expectLinks();
+  // They stay so when all else is mended.
+  Surface blade;
+  blade.points = { { 8.5, -1.0, -1.0 }, { 8.5, 40.0, -1.0 }, { 8.5, -1.0, 40.0 } };
+  blade.triangles = { { { 0, 1, 2 } } };
+  EXPECT_GT(simulation.cut(blade), 0u);
+  simulation.mend();
+  expectLinks();
+  EXPECT_EQ(simulation.bodies().size(), 2u);
+}
+
+// Pictures go on across a joint that opens, until it is cut.
+TEST(FreeJoints, PicturesShowNoGap)
+{
+  Labelled tissue = knuckle();
+  tissue.joints.constraint = 1.0;
+  const auto nowhere = [&](bool cuts)
+  {
+    Simulation simulation = tissue.simulate();
+    if (cuts)
+    {
+      Surface blade;
+      blade.points = { { 17.5, -1.0, -1.0 }, { 17.5, 50.0, -1.0 }, { 17.5, -1.0, 50.0 } };
+      blade.triangles = { { { 0, 1, 2 } } };
+      EXPECT_GT(simulation.cut(blade), 0u);
+    }
+    Probe probe;
+    probe.position = tissue.scene.place(26, 9, 9);
+    probe.displacement = { 1.5, 0.0, 0.0 };
+    EXPECT_NEAR(simulation.pull({ probe })[0].reached[0], 1.5, 1e-5);
+    std::size_t count = 0;
+    simulation.resample({ 0, 0, 0 },
+      [&](const std::vector<ResampledBox>& boxes)
+      {
+        for (const ResampledBox& box : boxes)
+        {
+          box.forVoxels([&](const Index3& at, const float* offset)
+            { count += std::isnan(offset[0]) && at[0] > 14 && at[0] < 24 && std::abs(at[1] - 9) < 4 ? 1 : 0; });
+        }
+      });
+    return count;
+  };
+  EXPECT_EQ(nowhere(false), 0u);
+  EXPECT_GT(nowhere(true), 20u);
+}
+
+// A crumb of bone without a label belongs to the labelled body that it touches.
+TEST(FreeJoints, CrumbsBelongToBodies)
+{
+  Labelled tissue = knuckle();
+  tissue.bone({ 8, 14, 9 }, { 9, 14, 9 }, 0);
+  tissue.joints.constraint = 1.0;
+  EXPECT_EQ(tissue.simulate().bodies().size(), 2u);
+  tissue.bone({ 2, 14, 0 }, { 15, 16, 18 }, 0); // 798 voxels beside 2673 are none
+  EXPECT_EQ(tissue.simulate().bodies().size(), 3u);
 }
 
 }
