@@ -34,7 +34,7 @@ Lacking lackingOf(Handles& handles)
       ofProbe = std::max(ofProbe, std::fabs(handle->probe.displacement[a] - results[n].reached[a]));
       asked = std::max(asked, std::fabs(handle->probe.displacement[a]));
     }
-    if (!handle->probe.anchor && !handle->voxels.empty() && ofProbe > rounding * asked)
+    if (!handle->probe.anchor && !handle->isSoft() && !handle->voxels.empty() && ofProbe > rounding * asked)
     {
       all.lack += ofProbe;
       all.handles.moved.push_back(handle);
@@ -114,7 +114,7 @@ HeldBy findHolder(
   const std::vector<Handles::Pointer>& all = handles.all();
   HeldBy heldBy;
   const Handle& handle = *all[probe];
-  if (handle.probe.anchor || handle.voxels.empty())
+  if (handle.probe.anchor || handle.isSoft() || handle.voxels.empty())
   {
     return heldBy;
   }
@@ -139,7 +139,7 @@ HeldBy findHolder(
   heldBy.bone = grip->rigidly;
   for (std::size_t n = 0; n < all.size(); ++n)
   {
-    if (std::binary_search(all[n]->voxels.begin(), all[n]->voxels.end(), grip->voxel))
+    if (!all[n]->isSoft() && std::binary_search(all[n]->voxels.begin(), all[n]->voxels.end(), grip->voxel))
     {
       heldBy.what = HeldBy::What::Probe;
       heldBy.probe = n;

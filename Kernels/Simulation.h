@@ -117,8 +117,10 @@ public:
 
   /// Holds exactly these probes from now on. A probe with the position and radius of one that is already held is that
   /// same probe, moved where its displacement changed. Any other probe grabs the tissue that is at its place now.
-  /// Probes that are no longer in the list are released where they are. Moves nothing yet: propagate() does. Throws
-  /// ProbeError for a probe without tissue at its place, or with an invalid position, displacement or radius.
+  /// Probes that are no longer in the list are released where they are. Moves nothing yet: propagate() does, and
+  /// relax() for soft probes, of which propagate() knows nothing. A probe may become soft, or cease to be, and stays
+  /// the same. Throws ProbeError for a probe without tissue at its place, or with an invalid position, displacement,
+  /// radius or tolerance.
   void hold(const std::vector<Probe>& probes);
 
   /// Lets the waves of moved probes travel, in the order in which the probes were moved, for at most `iterations` (0:
