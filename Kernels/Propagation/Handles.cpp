@@ -218,6 +218,11 @@ Handles::Pointer Handles::changed(const Probe& probe, const Handle& before, std:
   after->probe = probe;
   after->held = !probe.isSoft();
   after->waits = after->moves = false;
+  if (!after->addresses.empty())
+  {
+    after->place = after->addresses.front();
+    std::copy_n(after->grabbed.begin(), 3, after->placeGrabbed.begin());
+  }
   this->mark({ after });
   return after;
 }
