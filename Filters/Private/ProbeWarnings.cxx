@@ -127,7 +127,7 @@ std::string ProbeWarnings::OfShortProbes(const Scene& scene, const std::vector<s
   for (const std::size_t p : held)
   {
     const double asked = vtkMath::Norm(scene.Probes[p].displacement.data());
-    if (!scene.Probes[p].anchor && results[p].elements > 0 && asked > least &&
+    if (!scene.Probes[p].anchor && !scene.Probes[p].isSoft() && results[p].elements > 0 && asked > least &&
         vtkMath::Norm(results[p].reached.data()) < 0.5 * asked)
     {
       shortened.push_back(p);

@@ -19,7 +19,8 @@ namespace
 
 bool Same(const chainmail::Probe& a, const chainmail::Probe& b)
 {
-  return a.position == b.position && a.displacement == b.displacement && a.radius == b.radius && a.anchor == b.anchor;
+  return a.position == b.position && a.displacement == b.displacement && a.radius == b.radius && a.anchor == b.anchor &&
+         a.tolerance == b.tolerance;
 }
 
 template <typename T> bool Same(const std::vector<T>& a, const std::vector<T>& b)
