@@ -20,7 +20,8 @@
  *    and d_a the length of the shortest path of links of length D_a. `ProbeReached` says how far each one came. When
  *    its wave has ended, a probe that got less than half of what it asks for is warned about, with what holds it.
  * 3. Relaxation: in at most RelaxationIterations steps lowers the energy, the sum over links and axes of
- *    (u_a(i) - u_a(j))^2 / D_a(i,j), under (C) and with probes and anchors held.
+ *    (u_a(i) - u_a(j))^2 / D_a(i,j), under (C) and with probes and anchors held. Soft probes, those with a tolerance T,
+ *    hold nothing: each element i that one grips adds (u_a(i) - t_a)^2 / T to the energy, for every axis.
  * 4. Resampling: output voxel y shows the material at X with X + u(X) = y. Voxels that did not change are copies of the
  *    input, bit for bit; voxels that tissue left show BackgroundValue.
  *
@@ -68,14 +69,17 @@
  * orthonormal; flipped axes are fine. Cell data alone are an error: vtkCellDataToPointData makes points.
  * - 1, `Probes` (optional, repeatable): vtkPointSet; every point is a probe that grabs tissue. Point arrays:
  *   `Displacement` (3 components, [mm]; needed unless every point is an anchor), `Radius` (optional, [mm], default 0:
- *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is). With the point array
- *   `Rotation` (3 components: a rotation vector along the axis, as long as the angle [degrees], of any length) a probe
- *   also rotates what it grabs, about `Centre` (3 components, optional, [mm], default the point itself): it goes from x
- *   to Centre + Displacement + R (x - Centre). With each rigid element it then grips the whole rigid cluster, which goes
- *   exactly there; the rotations of other elements settle. `Body` (optional) is the label of BodyArray whose voxels it
- *   grips in place of what is at the point, with the rigid clusters that these are part of; -1: what is at the point. A
- *   rotation needs Rotations, a constraint that is the same along all axes and PropagationIterations 0. An element has
- *   one holder. A probe whose tissue other probes hold, or whose tissue was carved away, moves nothing and is warned about
+ *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is), `Tolerance` (optional,
+ *   [mm], default 0; above 0 the probe is soft: relaxation weighs it against tissue, so that nothing moves with
+ *   RelaxationIterations 0). With the point array `Rotation` (3 components: a rotation vector along the axis, as long as
+ *   the angle [degrees], of any length) a probe also rotates what it grabs, about `Centre` (3 components, optional,
+ *   [mm], default the point itself): it goes from x to Centre + Displacement + R (x - Centre). With each rigid element
+ *   it then grips the whole rigid cluster, which goes exactly there unless the probe is soft; the rotations of other
+ *   elements settle. `Body` (optional) is the label of BodyArray whose voxels it grips in place of what is at the point,
+ *   with the rigid clusters that these are part of; -1: what is at the point. A rotation needs Rotations, a constraint
+ *   that is the same along all axes and PropagationIterations 0. An element has one holder, and any number of soft
+ *   probes besides. Of a soft probe `ProbeReached` is the mean over its elements, and `ProbeForce` what its links pull
+ *   with. A probe whose tissue other probes hold, or whose tissue was carved away, moves nothing and is warned about
  *   once. Warnings count the probes that they are about and name the first few.
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,

@@ -51,6 +51,11 @@ int vtkChainMailProbeSource::RequestData(vtkInformation* vtkNotUsed(request),
   anchor->SetName("Anchor");
   anchor->InsertNextValue(this->Anchor ? 1 : 0);
   output->GetPointData()->AddArray(anchor);
+
+  vtkNew<vtkDoubleArray> tolerance;
+  tolerance->SetName("Tolerance");
+  tolerance->InsertNextValue(this->Tolerance);
+  output->GetPointData()->AddArray(tolerance);
   return 1;
 }
 
@@ -62,4 +67,5 @@ void vtkChainMailProbeSource::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Target: " << this->Target[0] << " " << this->Target[1] << " " << this->Target[2] << "\n";
   os << indent << "Radius: " << this->Radius << "\n";
   os << indent << "Anchor: " << (this->Anchor ? "On" : "Off") << "\n";
+  os << indent << "Tolerance: " << this->Tolerance << "\n";
 }

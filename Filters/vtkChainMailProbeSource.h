@@ -5,9 +5,9 @@
  *
  * The output is one point at Position, with a vertex so that it can be seen, and with the point arrays that
  * vtkChainMailDeformation reads from its `Probes` input: `Displacement` (3 doubles, Target - Position), `Radius` (1
- * double) and `Anchor` (1 unsigned char, 0 or 1). For several probes, connect several sources to the same port. Lengths
- * are in the physical units of the image (mm for medical data), in world axes. As with any VTK algorithm, one thread at
- * a time may use a source.
+ * double), `Anchor` (1 unsigned char, 0 or 1) and `Tolerance` (1 double). For several probes, connect several sources
+ * to the same port. Lengths are in the physical units of the image (mm for medical data), in world axes. As with any
+ * VTK algorithm, one thread at a time may use a source.
  */
 
 #ifndef vtkChainMailProbeSource_h
@@ -58,6 +58,15 @@ public:
   vtkBooleanMacro(Anchor, bool);
   ///@}
 
+  ///@{
+  /**
+   * How near tissue has to come to Target [mm], [0, VTK_DOUBLE_MAX]. 0: exactly, as far as it stretches. Else the probe
+   * is soft: relaxation weighs this against tissue, see vtkChainMailDeformation. Default: 0.
+   */
+  vtkSetClampMacro(Tolerance, double, 0.0, VTK_DOUBLE_MAX);
+  vtkGetMacro(Tolerance, double);
+  ///@}
+
 protected:
   vtkChainMailProbeSource();
   ~vtkChainMailProbeSource() override = default;
@@ -72,6 +81,7 @@ private:
   double Target[3] = { 0.0, 0.0, 0.0 };
   double Radius = 0.0;
   bool Anchor = false;
+  double Tolerance = 0.0;
 };
 
 #endif

@@ -24,7 +24,7 @@ struct Lacking
 /// furthest along one axis.
 Vector3 longestWay(const Handle& handle, const Pose& from, const Pose& to)
 {
-  if (!handle.probe.turns)
+  if (!handle.turns())
   {
     return { to.shift[0] - from.shift[0], to.shift[1] - from.shift[1], to.shift[2] - from.shift[2] };
   }
@@ -65,7 +65,7 @@ Lacking lackingOf(Handles& handles)
   for (std::size_t n = 0; n < results.size(); ++n)
   {
     const Handles::Pointer& handle = handles.all()[n];
-    if (handle->probe.anchor || handle->voxels.empty())
+    if (handle->probe.anchor || handle->isSoft() || handle->voxels.empty())
     {
       continue;
     }
@@ -138,7 +138,7 @@ Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const
         [&is](const Handles::Pointer& handle) { return is(*handle); });
     };
     const bool isOnItsWay = any([](const Handle& handle) { return handle.isOnItsWay; });
-    const bool anyTurns = any([](const Handle& handle) { return handle.probe.turns; });
+    const bool anyTurns = any([](const Handle& handle) { return handle.turns(); });
     const bool gains = isOnItsWay || lacking.lack <= (1.0 - leastGain) * before;
     if (lacking.handles.moved.empty() || (!gains && !(anyTurns && mayStop > 0)))
     {
@@ -166,7 +166,7 @@ HeldBy findHolder(
   const std::vector<Handles::Pointer>& all = handles.all();
   HeldBy heldBy;
   const Handle& handle = *all[probe];
-  if (handle.probe.anchor || handle.voxels.empty())
+  if (handle.probe.anchor || handle.isSoft() || handle.voxels.empty())
   {
     return heldBy;
   }
@@ -187,7 +187,7 @@ HeldBy findHolder(
   heldBy.bone = grip->rigidly;
   for (std::size_t n = 0; n < all.size(); ++n)
   {
-    if (std::binary_search(all[n]->voxels.begin(), all[n]->voxels.end(), grip->voxel))
+    if (!all[n]->isSoft() && std::binary_search(all[n]->voxels.begin(), all[n]->voxels.end(), grip->voxel))
     {
       heldBy.what = HeldBy::What::Probe;
       heldBy.probe = n;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <unordered_map>
 #include <utility>
 
@@ -33,9 +34,14 @@ public:
   void add(std::size_t handle, const std::vector<std::size_t>& voxels)
   {
     const Grid& grid = this->bricks_.model().grid();
+    const SoftLinks* soft = this->bricks_.softLinks();
     for (const std::size_t voxel : voxels)
     {
       const Index3 at = grid.indexOf(voxel);
+      if (const SoftLink* link = soft ? soft->of(voxel) : nullptr)
+      {
+        this->soft_.push_back({ handle, this->bricks_.address(at[0], at[1], at[2]), link });
+      }
       this->bricks_.forNeighbours(at,
         [&](int direction, const Index3& next)
         {
@@ -62,7 +68,7 @@ public:
     }
   }
 
-  std::size_t count() const { return this->limits_.size(); }
+  std::size_t count() const { return this->limits_.size() + this->soft_.size(); }
 
   /// Adds to each handle's force the pull of its links, and forgets the links.
   void pull(std::vector<ProbeResult>& results)
@@ -113,6 +119,7 @@ public:
         this->addTorque(m, before, &ui[3 * m], &uj[3 * m], &si[3 * m], results[this->handles_[m]]);
       }
     }
+    this->pullSoft(results);
     this->handles_.clear();
     this->places_.clear();
     this->inner_.clear();
@@ -123,6 +130,29 @@ public:
   }
 
 private:
+  /// Adds the pull of soft links, which lead out of a handle, too.
+  void pullSoft(std::vector<ProbeResult>& results)
+  {
+    std::vector<std::uint32_t> addresses;
+    std::transform(this->soft_.begin(), this->soft_.end(), std::back_inserter(addresses),
+      [](const SoftPull& soft) { return soft.address; });
+    const std::vector<float> u = this->bricks_.displacements(addresses);
+    for (std::size_t m = 0; m < this->soft_.size(); ++m)
+    {
+      const SoftPull& soft = this->soft_[m];
+      for (int a = 0; a < 3; ++a)
+      {
+        if (this->bricks_.model().axes() == 1 || a == this->component_)
+        {
+          results[soft.handle].force[a] -= 2.0 * this->linksPerLink_ * soft.link->weight *
+                                           (soft.link->place[a] - u[3 * m + a]) *
+                                           this->bricks_.softLinks()->proportions().s[a];
+        }
+      }
+    }
+    this->soft_.clear();
+  }
+
   bool swells() const { return this->bricks_.spins() && this->bricks_.spins()->swell(); }
 
   /// Adds the moment of a link about the centre of its handle: that of its force, by which `result` has just grown
@@ -199,9 +229,17 @@ private:
     return c[this->component_];
   }
 
+  struct SoftPull
+  {
+    std::size_t handle;
+    std::uint32_t address;
+    const SoftLink* link;
+  };
+
   Bricks& bricks_;
   const Handles& probes_;
   int component_;
+  std::vector<SoftPull> soft_;
   const Elasticity& elasticity_;
   double linksPerLink_;
   std::vector<std::size_t> handles_;
@@ -388,6 +426,10 @@ std::vector<RigidBody> Readout::bodies(const Handles& handles, const RigidCluste
     });
   for (std::size_t n = 0; n < handles.all().size(); ++n)
   {
+    if (handles.all()[n]->isSoft())
+    {
+      continue;
+    }
     for (const std::size_t element : handles.all()[n]->voxels)
     {
       const int id = clusters.clusterOf(element, 0);
@@ -402,11 +444,23 @@ std::vector<RigidBody> Readout::bodies(const Handles& handles, const RigidCluste
   return bodies;
 }
 
-/// Adds the gradients of the energy where the voxels of a handle move together with the bone that they are part of.
-void Readout::addForces(std::vector<ProbeResult>& results, const Handles& handles, const RigidClusters& clusters,
+/// Adds the gradients of the energy where the voxels of a handle move together with the bone that they are part of, and
+/// what the links of soft probes pull with.
+void Readout::addForces(std::vector<ProbeResult>& results, Handles& handles, const RigidClusters& clusters,
   const Elasticity& elasticity) const
 {
   constexpr std::size_t linksPerTransfer = std::size_t(1) << 20;
+  for (std::size_t handle = 0; handle < results.size(); ++handle)
+  {
+    if (handles.all()[handle]->isSoft())
+    {
+      results[handle].force = handles.softForce(*handles.all()[handle]);
+      for (double& force : results[handle].force)
+      {
+        force *= this->reduction_ ? this->reduction_->linksPerLink() : 1.0;
+      }
+    }
+  }
   updateTensionAround(this->bricks_, this->bricks_.touchedSlots());
   const int axes = this->bricks_.model().axes();
   for (int component = 0; component < axes; ++component)
@@ -417,6 +471,10 @@ void Readout::addForces(std::vector<ProbeResult>& results, const Handles& handle
     std::vector<std::pair<std::size_t, std::size_t>> alike;
     for (std::size_t handle = 0; handle < results.size(); ++handle)
     {
+      if (handles.all()[handle]->isSoft())
+      {
+        continue;
+      }
       const std::vector<std::size_t>& held = handles.all()[handle]->voxels;
       const int bone = held.empty() ? -1 : clusters.clusterOf(held.front(), component);
       if (bone >= 0 && std::all_of(held.begin(), held.end(),

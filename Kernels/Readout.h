@@ -38,7 +38,7 @@ public:
   std::vector<RigidBody> bodies(const Handles& handles, const RigidClusters& clusters) const;
 
   /// Adds the forces to the results of all probes. `clusters` are those of the elements that deform.
-  void addForces(std::vector<ProbeResult>& results, const Handles& handles, const RigidClusters& clusters,
+  void addForces(std::vector<ProbeResult>& results, Handles& handles, const RigidClusters& clusters,
     const Elasticity& elasticity) const;
 
 private:

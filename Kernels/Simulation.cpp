@@ -98,7 +98,8 @@ private:
   void checkpoint(double share);
   void reportCompiling(bool mayStop);
   void moved();
-  std::vector<std::vector<std::size_t>> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
+  std::vector<Handles::Grabbed> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
+  void softChanged();
   Relaxer& relaxer();
   void tissueChanged();
 
@@ -160,17 +161,33 @@ void Simulation::Impl::moved()
   }
 }
 
-std::vector<std::vector<std::size_t>> Simulation::Impl::grab(
+std::vector<Handles::Grabbed> Simulation::Impl::grab(
   const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
 {
-  std::vector<std::vector<std::size_t>> grabbed = elementsAround(this->voxels(), probes, numbers);
-  for (std::size_t n = 0; n < grabbed.size(); ++n)
+  std::vector<Handles::Grabbed> grabbed;
+  for (std::vector<std::size_t>& voxels : elementsAround(this->voxels(), probes, numbers))
   {
-    std::vector<std::size_t>& held = grabbed[n];
-    held = this->reduction_ ? this->reduction_->elementsOf(held) : held;
-    held = probes[n].turns ? this->rigidClusters().withClusters(held, 0) : held;
+    Handles::Grabbed one;
+    one.elements = this->reduction_ ? this->reduction_->elementsOf(voxels) : std::move(voxels);
+    if (this->reduction_)
+    {
+      one.share = static_cast<double>(voxels.size()) /
+                  (static_cast<double>(one.elements.size()) * this->reduction_->linksPerLink());
+    }
+    if (probes[grabbed.size()].turns)
+    {
+      one.elements = this->rigidClusters().withClusters(one.elements, 0);
+    }
+    grabbed.push_back(std::move(one));
   }
   return grabbed;
+}
+
+/// To be called when soft probes pull with something else than before.
+void Simulation::Impl::softChanged()
+{
+  this->bricks_.setSoftLinks(this->handles_.softLinks());
+  this->relaxer().restart(true);
 }
 
 void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticRecovery)
@@ -205,6 +222,7 @@ void Simulation::Impl::reset()
 {
   this->waves_.clear();
   this->handles_.clear();
+  this->bricks_.setSoftLinks({});
   this->bricks_.clearDisplacements();
   this->moved();
   this->relaxer().restart(true);
@@ -253,6 +271,7 @@ std::size_t Simulation::Impl::carve(const Surface& surface, SurfaceParts* parts)
   if (!removed.empty())
   {
     this->handles_.forget(this->reduction_ ? this->reduction_->follow() : removed);
+    this->softChanged();
     this->tissueChanged();
   }
   return removed.size();
@@ -274,7 +293,12 @@ void Simulation::Impl::setPropagation(PropagationMethod method, ConflictPolicy p
 
 void Simulation::Impl::hold(const std::vector<Probe>& probes)
 {
-  this->waves_.add(this->handles_.take(probes));
+  const Handles::Change change = this->handles_.take(probes);
+  this->waves_.add(change);
+  if (change.soft)
+  {
+    this->softChanged();
+  }
 }
 
 PropagateResult Simulation::Impl::propagate(int iterations)
@@ -453,6 +477,10 @@ Statistics Simulation::Impl::measure()
   }
   statistics.allocated = static_cast<std::size_t>(this->bricks_.states() - 1) * this->bricks_.elementsPerBrick();
   statistics.deviceBytes = this->bricks_.deviceBytes();
+  if (const SoftLinks* soft = this->bricks_.softLinks())
+  {
+    statistics.energy += soft->least();
+  }
   if (this->reduction_)
   {
     statistics.energy *= this->reduction_->linksPerLink();

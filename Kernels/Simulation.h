@@ -117,13 +117,15 @@ public:
 
   /// Holds exactly these probes from now on. A probe with the position and radius of one that is already held is that
   /// same probe, moved where its displacement changed. Any other probe grabs the tissue that is at its place now.
-  /// Probes that are no longer in the list are released where they are. Moves nothing yet: propagate() does. Throws
-  /// ProbeError for a probe without tissue at its place, or with an invalid position, displacement or radius.
+  /// Probes that are no longer in the list are released where they are. Moves nothing yet: propagate() does, and
+  /// relax() for soft probes, of which propagate() knows nothing. A probe may become soft, or cease to be, and stays
+  /// the same. Throws ProbeError for a probe without tissue at its place, or with an invalid position, displacement,
+  /// radius or tolerance.
   ///
   /// A probe that `turns` takes what it grabs from x to c + displacement + R (x - c), with c its centre and R its
   /// rotation, and elements with it rotate by R. With each rigid element it grabs all of the rigid cluster, which then
-  /// is where R has it exactly; the rotations of other elements settle with the tissue. It needs Settings::rotations
-  /// and constraints that are the same for all axes.
+  /// is where R has it exactly, unless the probe is soft; the rotations of other elements settle with the tissue. It
+  /// needs Settings::rotations and constraints that are the same for all axes.
   void hold(const std::vector<Probe>& probes);
 
   /// Lets the waves of moved probes travel, in the order in which the probes were moved, for at most `iterations` (0:

@@ -125,7 +125,8 @@ std::string ProbeWarnings::OfShortProbes(const Scene& scene, const std::vector<s
   std::vector<std::size_t> shortened;
   for (const std::size_t p : held)
   {
-    if (!scene.Probes[p].anchor && results[p].elements > 0 && HowFar(scene.Probes[p], results[p]).GetShare(least) < 0.5)
+    if (!scene.Probes[p].anchor && !scene.Probes[p].isSoft() && results[p].elements > 0 &&
+        HowFar(scene.Probes[p], results[p]).GetShare(least) < 0.5)
     {
       shortened.push_back(p);
     }

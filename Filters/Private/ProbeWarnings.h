@@ -33,7 +33,7 @@ private:
   std::set<Place> Probes;
 };
 
-/// Warns about probes that hold nothing, and about those that got far less than they asked for.
+/// Warns about probes that hold nothing, and about those that got far less than they asked for; soft ones are meant to.
 class ProbeWarnings
 {
 public:

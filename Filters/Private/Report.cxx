@@ -83,6 +83,7 @@ void Report::Set(const Scene& scene, const Session& session, vtkFieldData* field
   const Findings& found = session.GetFindings();
   this->Held = found.Held;
   this->Arrived = found.Propagation.finished;
+  this->Settles = scene.How.Settles.Iterations > 0;
   this->Probes.assign(scene.Probes.size(), Probe());
   for (std::size_t n = 0; n < this->Held.size(); ++n)
   {
@@ -91,6 +92,7 @@ void Report::Set(const Scene& scene, const Session& session, vtkFieldData* field
     probe.Held = n;
     probe.Present = true;
     probe.Anchor = scene.Probes[p].anchor;
+    probe.Soft = scene.Probes[p].isSoft();
     probe.Way = HowFar(scene.Probes[p], found.Probes[p]);
     probe.Empty = found.Probes[p].elements == 0;
   }
@@ -132,14 +134,18 @@ const std::string& Report::Get(const Session& session)
     {
       this->Text += " has no tissue of its own.\n";
     }
+    else if (probe.Soft && !this->Settles)
+    {
+      this->Text += " is soft, which moves nothing without RelaxationIterations.\n";
+    }
     else if (probe.Anchor)
     {
-      this->Text += " holds its tissue still.\n";
+      this->Text += probe.Soft ? " softly holds its tissue still.\n" : " holds its tissue still.\n";
     }
     else
     {
-      this->Text += " " + probe.Way.ToString(Short);
-      const bool isShort = this->Arrived && probe.Way.GetShare() < 0.9;
+      this->Text += (probe.Soft ? " softly " : " ") + probe.Way.ToString(Short);
+      const bool isShort = this->Arrived && !probe.Soft && probe.Way.GetShare() < 0.9;
       this->Text += (isShort ? this->WhatHolds(probe, session) : std::string()) + ".\n";
     }
   }

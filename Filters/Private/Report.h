@@ -34,6 +34,7 @@ private:
     std::size_t Held = 0; ///< the number by which the simulation knows it
     HowFar Way;
     bool Anchor = false;
+    bool Soft = false;
     bool Empty = false;
     bool Present = false; ///< whether the simulation holds it
   };
@@ -50,6 +51,7 @@ private:
   std::vector<Probe> Probes;
   std::vector<std::size_t> Held; ///< for each that the simulation holds, its number among all
   bool Arrived = false;          ///< whether all waves have come to their ends
+  bool Settles = true;           ///< whether tissue settles at all
   std::string Misses;            ///< the surfaces that removed nothing, a line for each
   std::string Summary;
   std::string Text;

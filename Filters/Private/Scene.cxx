@@ -448,6 +448,7 @@ void Scene::ReadProbes()
     vtkDataArray* displacements = FindNumbers(leaf, "Displacement", 3);
     vtkDataArray* radii = FindNumbers(leaf, "Radius", 1);
     vtkDataArray* anchors = FindNumbers(leaf, "Anchor", 1);
+    vtkDataArray* tolerances = FindNumbers(leaf, "Tolerance", 1);
 
     for (vtkIdType p = 0; p < numberOfPoints; ++p)
     {
@@ -468,6 +469,12 @@ void Scene::ReadProbes()
       {
         throw chainmail::InputError(name + ": the radius is " + ToString(probe.radius) +
                                     "; it has to be 0 (the nearest element) or a positive length.");
+      }
+      probe.tolerance = tolerances ? tolerances->GetTuple1(p) : 0.0;
+      if (!(probe.tolerance >= 0.0) || !std::isfinite(probe.tolerance))
+      {
+        throw chainmail::InputError(name + ": the tolerance is " + ToString(probe.tolerance) +
+                                    "; it has to be 0 (the tissue goes exactly there) or a positive length.");
       }
       if (!probe.anchor && !displacements)
       {

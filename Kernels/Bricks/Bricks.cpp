@@ -58,12 +58,7 @@ Bricks::Bricks(
   if (turning.on)
   {
     this->spins_ = std::make_unique<Spins>();
-    const Vector3& spacing = this->model_->grid().spacing;
-    const double mean = std::cbrt(spacing[0] * spacing[1] * spacing[2]);
-    for (int a = 0; a < 3; ++a)
-    {
-      this->spins_->proportions.s[a] = static_cast<float>(spacing[a] / mean);
-    }
+    this->spins_->proportions = proportionsOf(this->model_->grid());
     this->spins_->proportions.s[3] =
       static_cast<float>(2.0 * turning.poissonRatio / (1.0 - 2.0 * turning.poissonRatio));
     this->spins_->spin.runs = this->spins_->swell() ? 10 : 3;
@@ -445,6 +440,21 @@ void Bricks::clearDisplacements()
   std::fill(this->touched_.begin(), this->touched_.end(), 0);
 }
 
+void Bricks::setSoftLinks(std::vector<SoftLink> links)
+{
+  this->soft_.reset(); // one after the other, so that there are never two
+  if (links.empty())
+  {
+    return;
+  }
+  this->soft_ = std::make_unique<SoftLinks>(*this->context_, *this, this->model_->grid(), std::move(links));
+  for (const SoftLink& link : this->soft_->all())
+  {
+    const Index3 at = this->model_->grid().indexOf(link.voxel);
+    this->touch(this->slot(this->brickAt(at[0], at[1], at[2])));
+  }
+}
+
 std::vector<int> Bricks::touchedSlots() const
 {
   std::vector<int> slots;
@@ -642,7 +652,8 @@ std::size_t Bricks::deviceBytes() const
   const std::size_t tissue = sizeof(float) * static_cast<std::size_t>(this->model_->axes()) + (this->cut() ? 1 : 0) +
                              (this->shownCut_() ? 1 : 0);
   return state * this->pitch() + tissue * this->tissuePitch() +
-         sizeof(int) * (this->table_.size() + this->tissueCapacity_) + this->addresses_.bytes() + this->values_.bytes();
+         sizeof(int) * (this->table_.size() + this->tissueCapacity_) + this->addresses_.bytes() +
+         this->values_.bytes() + (this->soft_ ? this->soft_->bytes() : 0);
 }
 
 }

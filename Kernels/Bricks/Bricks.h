@@ -5,6 +5,7 @@
 #include "Links.h"
 #include "Model.h"
 #include "SharedTable.h"
+#include "SoftLinks.h"
 #include "Threads.h"
 
 #include <cstdint>
@@ -164,6 +165,14 @@ public:
   std::vector<float> spinsAt(const std::vector<std::uint32_t>& addresses);
   /// The tension of single elements, where they have any.
   std::vector<float> tensionsAt(const std::vector<std::uint32_t>& addresses);
+
+  /// Takes exactly these soft links, in the order of voxels, one for each, of elements in bricks with a state. What
+  /// they pull has to settle again, so these bricks count as touched.
+  void setSoftLinks(std::vector<SoftLink> links);
+  /// Null where there are none.
+  const SoftLinks* softLinks() const { return this->soft_.get(); }
+  /// The -D options of kernels that include softlinks.clh.
+  std::string ofSoftLinks() const { return this->soft_ ? " -DSOFT" : ""; }
 
   /// Saves the displacements of some slots as the state before a wave. The others hold anything.
   void saveBefore(const std::vector<int>& slots) { this->saveIn(this->before_, slots); }
@@ -366,6 +375,7 @@ private:
   Field before_{ 3, sizeof(float), "the displacement before a wave" };
   Turning turning_;
   std::unique_ptr<Spins> spins_;
+  std::unique_ptr<SoftLinks> soft_;
   std::vector<Field*> fields_; ///< the fields that keep() was called for
   cl::Buffer tableBuffer_;
   cl::Buffer placeBuffer_;

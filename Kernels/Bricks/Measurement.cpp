@@ -19,9 +19,10 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
   const cl::Buffer result = context.allocate(sizeof(BrickFigures) * list.size(), "the figures of the state");
   const std::size_t items = bricks.workItems(true);
   context.launch(
-    context.kernel("measure.cl", bricks.definesOfRows() + elasticity.ofLinks() + bricks.ofSwelling(), "measure"),
+    context.kernel("measure.cl",
+      bricks.definesOfRows() + elasticity.ofLinks() + bricks.ofSwelling() + bricks.ofSoftLinks(), "measure"),
     list.size(), items, listBuffer, elasticity.slack, bricks.layout(), bricks.state(), bricks.spins(),
-    cl::Local(sizeof(BrickFigures) * items), result);
+    bricks.softLinks(), cl::Local(sizeof(BrickFigures) * items), result);
   std::vector<BrickFigures> measured(list.size());
   context.read(result, measured);
   for (std::size_t n = 0; n < list.size(); ++n)

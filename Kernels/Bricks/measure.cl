@@ -1,7 +1,7 @@
 // Measures the state, one row of figures for each brick.
 //
 // result[group * 15]: energy per axis and largest violation of a link, both of the links of all elements of one colour,
-// since every link joins two colours; number of displaced elements, smallest displacement per axis, first row (y, z)
+// since every link joins two colours, the energy with that of the soft links of all elements; number of displaced elements, smallest displacement per axis, first row (y, z)
 // with a displaced element, largest displacement per axis, last row (y, z) with one. Smallest and largest displacement
 // take 0 as one of the displacements.
 //
@@ -12,6 +12,7 @@
 #include "turning.clh"
 
 #include "halo.clh"
+#include "softlinks.clh"
 #include "swelling.clh"
 
 #define FIGURES 15
@@ -75,7 +76,8 @@ RULE void addLinks(const int odd, const Site* s, const Site* state, float slack,
 }
 
 kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, local float* partial, global float* result)
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SOFT_ARGUMENTS, local float* partial,
+  global float* result)
 {
   const int lid = get_local_id(0);
   const uint slot = list[get_group_id(0)];
@@ -112,6 +114,17 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
         addLinks(s.odd, &s, &state, slack, pitch, tissuePitch, displacement, constraint, cut, energy,
           &excess SPIN_PASSED_ON);
       }
+#ifdef SOFT
+      real softWeight, softPlaces[3];
+      if (loadSoftLinks(&s, place SOFT_PASSED_ON, &softWeight, softPlaces))
+      {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+          const real way = softPlaces[axis] - LOAD(displacement + axis * pitch + state.self);
+          energy[axis] += softProportion(softProportions, axis) * softWeight * way * way;
+        }
+      }
+#endif
 #ifdef SWELLING
       // This energy has no axis of its own.
       real bulk, middle[3];

@@ -29,12 +29,21 @@ struct Settings
 
 /// A handle in the tissue. When it first appears it grabs the elements within `radius` of `position`, or the nearest
 /// one, and from then on moves them together.
+///
+/// With a tolerance it is soft. Then it moves nothing by itself: a link without a limit pulls each of its elements to
+/// where the probe asks it to be, and Simulation::relax() weighs that against all other links. Such a link costs
+/// (u - t)^2 / tolerance on each axis [mm], with u the element's displacement and t the one asked for. A link between
+/// two elements, of constraint D, costs (u - v)^2 / (D h), h the spacing. So a tolerance compares with D h, the length
+/// by which that link may stretch, and missing t by the tolerance costs as much as stretching it to its limit at that
+/// D h. Below a millionth of the spacing a tolerance counts as that. A soft probe holds nothing: elements may have any
+/// number of them, and be held besides. A soft anchor asks its tissue to stay where it was when it was grabbed.
 struct Probe
 {
   Vector3 position{};     ///< [mm], see Grid
   Vector3 displacement{}; ///< [mm], counted from where the tissue was when it was grabbed; an anchor ignores it
   double radius = 0.0;    ///< [mm], 0 = the nearest element
   bool anchor = false;    ///< hold the tissue where it is instead of moving it
+  double tolerance = 0.0; ///< [mm], 0 = the tissue goes exactly there, as far as limits allow; else the probe is soft
 
   /// Whether it prescribes a rotation as well (Simulation::hold()). An anchor ignores this and what follows.
   bool turns = false;
@@ -45,6 +54,8 @@ struct Probe
   /// that around its position. `body` is a number by which probes with different voxels are told apart.
   std::shared_ptr<const std::vector<std::size_t>> voxels;
   std::uint64_t body = 0;
+
+  bool isSoft() const { return this->tolerance > 0.0; }
 };
 
 /// How a wave of displacement travels through tissue.
@@ -83,9 +94,9 @@ struct ProbeResult
 {
   Vector3 reached{}; ///< [mm] the displacement it got since it grabbed; shorter than asked where the tissue does not
                      ///< stretch so far (see Simulation::heldBy()), where its wave has not started yet, or where a
-                     ///< later probe dragged it back
+                     ///< later probe dragged it back. Of a soft probe: the mean of its elements
   Vector3 force{}; ///< gradient of the energy at the tissue it holds, with the bone that it is part of: what the probe
-                   ///< must pull with
+                   ///< must pull with. Of a soft probe: what its links pull with
   std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
   /// Where it turns: the rotation it got since it grabbed [rad], as a rotation vector, and what it must turn with: the
   /// moment about its centre as moved, the gradient of the energy by that rotation. `reached` is then the displacement
@@ -150,7 +161,8 @@ struct RelaxResult
 /// Figures of the whole state: that of the reduced model where the model is reduced.
 struct Statistics
 {
-  double energy = 0.0;        ///< sum over links and axes of max(0, |u(i) - u(j)| - (1 - r) D(i,j))^2 / D(i,j) [mm]
+  double energy = 0.0;        ///< sum over links and axes of max(0, |u(i) - u(j)| - (1 - r) D(i,j))^2 / D(i,j) [mm],
+                              ///< and what soft probes add (Probe)
   double maxLinkExcess = 0.0; ///< largest violation of a link's limit, as a fraction of the spacing; 0 if none
   std::size_t displaced = 0;  ///< elements away from their rest place
   std::size_t allocated = 0;  ///< element places whose displacement is held on the device

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 
 namespace chainmail
@@ -67,6 +68,42 @@ void turnBack(Bricks& bricks, const Field& before)
     before.buffer, bricks.spins()->spin.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
 }
 
+/// The soft links of a coarser grid. That of an element has the sum of the weights of all that it stands for, and the
+/// weighted mean of their places. A link between elements stands for four side by side (two in a slice), but its energy
+/// counts once. So that of soft links is divided by four, too. Weights belong to lengths in spacings, which are
+/// doubled.
+std::vector<SoftLink> coarserSoftLinks(const Bricks& finer, const Grid& grid)
+{
+  std::map<std::size_t, SoftLink> sums;
+  for (const SoftLink& link : finer.softLinks()->all())
+  {
+    const Index3 at = finer.model().grid().indexOf(link.voxel);
+    SoftLink& sum = sums[grid.at(at[0] / 2, at[1] / 2, at[2] / 2)];
+    sum.weight += link.weight;
+    for (int a = 0; a < 3; ++a)
+    {
+      sum.place[a] += link.weight * link.place[a];
+    }
+  }
+  double linksPerLink = 0.5;
+  for (const int size : finer.model().grid().size)
+  {
+    linksPerLink *= size > 1 ? 2.0 : 1.0;
+  }
+  std::vector<SoftLink> links;
+  for (auto& [voxel, sum] : sums)
+  {
+    for (double& place : sum.place)
+    {
+      place = sum.weight > 0.0 ? 0.5 * place / sum.weight : 0.0;
+    }
+    sum.voxel = voxel;
+    sum.weight *= 2.0 / linksPerLink;
+    links.push_back(sum);
+  }
+  return links;
+}
+
 }
 
 /// One coarser grid, together with the finer grid that it stands for.
@@ -110,6 +147,8 @@ public:
         this->bricks_.touch(slots.back());
       }
     }
+    this->bricks_.setSoftLinks(
+      this->finer_.softLinks() ? coarserSoftLinks(this->finer_, this->model_->grid()) : std::vector<SoftLink>());
     Context& context = this->bricks_.context();
     const auto transfer = [&](const cl::Buffer& from, float scale, bool spins, const cl::Buffer& to)
     {
@@ -367,6 +406,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
     this->list_.holding(context, touched), this->bricks_.layout(), this->before_.buffer, this->bricks_.tissue(),
     foundBuffer);
   context.read(foundBuffer, found);
+  const std::vector<std::uint32_t> soft = this->markSoft(touched, found);
 
   const std::vector<char> moves = this->mayMove(touched, found);
   std::vector<int> moving;
@@ -385,6 +425,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   context.launch(context.kernel("components.cl", defines, "mark"), others.size(), items,
     this->list_.holding(context, others), this->bricks_.layout(), this->before_.buffer, this->bricks_.tissue(),
     this->marks_.buffer);
+  this->bricks_.set(this->marks_, soft, std::vector<cl_int>(soft.size(), PIECE_HELD | PIECE_STRAINED));
   std::vector<int> bricks;
   for (const int slot : others)
   {
@@ -423,6 +464,32 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
     putBack(this->spinsBefore_.buffer, this->bricks_.spins()->spin.buffer);
   }
   this->bricks_.drop(this->marks_);
+}
+
+/// Tissue with a soft link is held by it, and strained as long as it is not where the link pulls it. So coarser grids
+/// may move it. Adds that to what components.cl found of whole bricks, and returns the addresses of such elements.
+std::vector<std::uint32_t> CoarseToFine::markSoft(const std::vector<int>& slots, std::vector<cl_int>& found) const
+{
+  std::vector<std::uint32_t> addresses;
+  if (!this->bricks_.softLinks())
+  {
+    return addresses;
+  }
+  std::set<int> soft;
+  for (const SoftLink& link : this->bricks_.softLinks()->all())
+  {
+    const Index3 at = this->bricks_.model().grid().indexOf(link.voxel);
+    addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
+    soft.insert(this->bricks_.slot(this->bricks_.brickAt(at[0], at[1], at[2])));
+  }
+  for (std::size_t n = 0; n < slots.size(); ++n)
+  {
+    if ((found[n] & PIECE_WHOLE) != 0 && soft.count(slots[n]) > 0)
+    {
+      found[n] |= PIECE_HELD | PIECE_STRAINED;
+    }
+  }
+  return addresses;
 }
 
 /// For each slot whether its brick is whole and belongs to a piece that coarser grids may move, as far as whole bricks

@@ -55,6 +55,10 @@ void Handles::check(const Probe& probe, std::size_t number) const
   {
     refuse("has a radius that is negative or not finite.");
   }
+  if (!(probe.tolerance >= 0.0) || !std::isfinite(probe.tolerance))
+  {
+    refuse("has a tolerance that is negative or not finite: 0 stands for a probe that is not soft.");
+  }
   if (probe.anchor)
   {
     return;
@@ -215,6 +219,10 @@ void Handles::mark(const std::vector<Pointer>& handles)
   std::vector<float> constraints;
   for (const Pointer& handle : handles)
   {
+    if (handle->isSoft())
+    {
+      continue; // whatever it is, others may hold its elements
+    }
     addresses.insert(addresses.end(), handle->addresses.begin(), handle->addresses.end());
     for (const float c : handle->constraints)
     {
@@ -224,28 +232,21 @@ void Handles::mark(const std::vector<Pointer>& handles)
   this->bricks_.setConstraints(addresses, constraints);
 }
 
-/// Makes the handles of new probes. `goingOn`: the handles that stay, null for new probes. An element has one holder:
-/// the handle that has it already, else an anchor, else the first probe that grabs it. Other probes take the rest, and
-/// are compatible with the holder only if the links between them allow it.
-std::vector<Handles::Pointer> Handles::make(const std::vector<Probe>& probes,
-  const std::vector<std::vector<std::size_t>>& grabbed, const std::vector<Pointer>& goingOn)
+bool Handles::isAnchored(std::size_t voxel) const
 {
-  std::unordered_set<std::size_t> taken;
-  for (const Pointer& handle : goingOn)
-  {
-    if (handle)
-    {
-      taken.insert(handle->voxels.begin(), handle->voxels.end());
-    }
-  }
-  const Grid& grid = this->bricks_.model().grid();
-  const auto isAnchored = [&](std::size_t voxel)
-  {
-    const Index3 at = grid.indexOf(voxel);
-    float c[3];
-    this->bricks_.row(at[0], at[1], at[2], 1, c);
-    return std::signbit(c[0]);
-  };
+  const Index3 at = this->bricks_.model().grid().indexOf(voxel);
+  float c[3];
+  this->bricks_.row(at[0], at[1], at[2], 1, c);
+  return std::signbit(c[0]);
+}
+
+/// Makes the handles of new probes. `taken`: the voxels that others hold, to which those are added that these hold. An
+/// element has one holder: the handle that has it already, else an anchor, else the first probe that grabs it. Other
+/// probes take the rest, and are compatible with the holder only if the links between them allow it. Soft probes hold
+/// nothing and take all that they grab.
+std::vector<Handles::Pointer> Handles::make(
+  const std::vector<Probe>& probes, const std::vector<Grabbed>& grabbed, std::unordered_set<std::size_t>& taken)
+{
   std::vector<Pointer> made(probes.size());
   std::vector<std::size_t> places(probes.size());
   for (const bool anchors : { true, false })
@@ -256,22 +257,85 @@ std::vector<Handles::Pointer> Handles::make(const std::vector<Probe>& probes,
       {
         continue;
       }
+      const bool soft = probes[m].isSoft();
       made[m] = std::make_shared<Handle>();
       made[m]->probe = probes[m];
-      for (const std::size_t voxel : grabbed[m])
+      made[m]->share = grabbed[m].share;
+      for (const std::size_t voxel : grabbed[m].elements)
       {
-        if (!isAnchored(voxel) && taken.insert(voxel).second)
+        if (soft || (!this->isAnchored(voxel) && taken.insert(voxel).second))
         {
           made[m]->voxels.push_back(voxel);
         }
       }
-      places[m] = made[m]->voxels.empty() ? grabbed[m].front() : made[m]->voxels.front();
-      made[m]->held = true;
+      places[m] = made[m]->voxels.empty() ? grabbed[m].elements.front() : made[m]->voxels.front();
+      made[m]->held = !soft;
     }
   }
   this->fill(made, places);
   this->mark(made);
   return made;
+}
+
+namespace
+{
+
+/// A handle without those of its elements that are gone, given by their numbers in it.
+template <typename F> Handle without(const Handle& handle, std::size_t axes, const F& isGone)
+{
+  std::vector<std::size_t> stay;
+  for (std::size_t n = 0; n < handle.voxels.size(); ++n)
+  {
+    if (!isGone(n))
+    {
+      stay.push_back(n);
+    }
+  }
+  const auto keep = [&stay](auto& values, std::size_t each)
+  {
+    std::size_t to = 0;
+    for (const std::size_t n : stay)
+    {
+      for (std::size_t a = 0; !values.empty() && a < each; ++a)
+      {
+        values[to++] = values[each * n + a];
+      }
+    }
+    values.resize(to);
+  };
+  Handle kept = handle;
+  keep(kept.voxels, 1);
+  keep(kept.addresses, 1);
+  keep(kept.constraints, axes);
+  keep(kept.grabbed, 3);
+  keep(kept.placesGrabbed, 3);
+  keep(kept.spinsGrabbed, 3);
+  return kept;
+}
+
+}
+
+/// The handle of a probe that has become soft, or has ceased to be. It is another one, as a wave may still need the one
+/// before, but of the same tissue, and its displacement is counted from the same place.
+Handles::Pointer Handles::changed(const Probe& probe, const Handle& before, std::unordered_set<std::size_t>& taken)
+{
+  const auto after = std::make_shared<Handle>(without(before, static_cast<std::size_t>(this->bricks_.model().axes()),
+    [&](std::size_t n)
+    { return !probe.isSoft() && (this->isAnchored(before.voxels[n]) || !taken.insert(before.voxels[n]).second); }));
+  after->probe = probe;
+  after->held = !probe.isSoft();
+  after->waits = after->moves = false;
+  if (!after->addresses.empty())
+  {
+    after->place = after->addresses.front();
+    std::copy_n(after->grabbed.begin(), 3, after->placeGrabbed.begin());
+    if (after->turns())
+    {
+      this->follow(*after, this->bricks_.displacements({ after->place }).data());
+    }
+  }
+  this->mark({ after });
+  return after;
 }
 
 Handles::Change Handles::take(const std::vector<Probe>& probes)
@@ -303,24 +367,52 @@ Handles::Change Handles::take(const std::vector<Probe>& probes)
       newNumbers.push_back(n);
     }
   }
-  const std::vector<std::vector<std::size_t>> grabbed = this->grab_(newProbes, newNumbers);
+  const std::vector<Grabbed> grabbed = this->grab_(newProbes, newNumbers);
 
-  const std::vector<Pointer> made = this->make(newProbes, grabbed, next);
+  Change change;
+  const auto release = [&change](const Pointer& handle)
+  {
+    change.soft = change.soft || handle->isSoft();
+    if (!handle->isSoft())
+    {
+      change.released.push_back(handle);
+    }
+  };
+  std::for_each(left.begin(), left.end(), [&](const auto& entry) { release(entry.second); });
+  std::unordered_set<std::size_t> taken;
+  std::vector<char> grabs(probes.size(), 0);
+  for (std::size_t n = 0; n < probes.size(); ++n)
+  {
+    grabs[n] = !next[n] || next[n]->isSoft() != probes[n].isSoft() ? 1 : 0;
+    if (!grabs[n] && !next[n]->isSoft())
+    {
+      taken.insert(next[n]->voxels.begin(), next[n]->voxels.end());
+    }
+  }
+  for (std::size_t n = 0; n < probes.size(); ++n)
+  {
+    if (next[n] && grabs[n])
+    {
+      const Pointer before = next[n];
+      next[n] = this->changed(probes[n], *before, taken);
+      release(before);
+    }
+  }
+  const std::vector<Pointer> made = this->make(newProbes, grabbed, taken);
   for (std::size_t m = 0; m < made.size(); ++m)
   {
     next[newNumbers[m]] = made[m];
   }
 
-  Change change;
-  std::transform(
-    left.begin(), left.end(), std::back_inserter(change.released), [](const auto& entry) { return entry.second; });
-  auto isNew = newNumbers.begin();
   for (std::size_t n = 0; n < probes.size(); ++n)
   {
     const Probe before = next[n]->probe;
-    const bool grabs = isNew != newNumbers.end() && *isNew == n;
-    isNew += grabs ? 1 : 0;
-    if (!probes[n].anchor && (grabs || before.anchor || isMoved(before, probes[n])))
+    const bool moves = grabs[n] || before.anchor != probes[n].anchor || isMoved(before, probes[n]);
+    if (probes[n].isSoft())
+    {
+      change.soft = change.soft || moves || before.tolerance != probes[n].tolerance;
+    }
+    else if (!probes[n].anchor && moves)
     {
       change.moved.push_back(next[n]);
     }
@@ -374,33 +466,7 @@ void Handles::forget(const std::vector<std::size_t>& voxels)
   }
   for (const Pointer& handle : this->handles_)
   {
-    std::vector<std::size_t> stay;
-    for (std::size_t n = 0; n < handle->addresses.size(); ++n)
-    {
-      if (carved.count(handle->addresses[n]) == 0)
-      {
-        stay.push_back(n);
-      }
-    }
-    const auto keep = [&stay](auto& values, std::size_t each)
-    {
-      std::size_t to = 0;
-      for (const std::size_t n : stay)
-      {
-        for (std::size_t a = 0; !values.empty() && a < each; ++a)
-        {
-          values[to++] = values[each * n + a];
-        }
-      }
-      values.resize(to);
-    };
-    Handle kept = *handle;
-    keep(kept.voxels, 1);
-    keep(kept.addresses, 1);
-    keep(kept.constraints, axes);
-    keep(kept.grabbed, 3);
-    keep(kept.placesGrabbed, 3);
-    keep(kept.spinsGrabbed, 3);
+    Handle kept = without(*handle, axes, [&](std::size_t n) { return carved.count(handle->addresses[n]) > 0; });
     const bool placeCarved = carved.count(handle->place) > 0;
     if (placeCarved && kept.voxels.empty())
     {
@@ -420,7 +486,10 @@ std::vector<std::size_t> Handles::voxels() const
   std::vector<std::size_t> voxels;
   for (const Pointer& handle : this->handles_)
   {
-    voxels.insert(voxels.end(), handle->voxels.begin(), handle->voxels.end());
+    if (!handle->isSoft())
+    {
+      voxels.insert(voxels.end(), handle->voxels.begin(), handle->voxels.end());
+    }
   }
   return voxels;
 }
@@ -430,7 +499,7 @@ std::vector<std::size_t> Handles::turningVoxels() const
   std::vector<std::size_t> voxels;
   for (const Pointer& handle : this->handles_)
   {
-    if (handle->probe.turns)
+    if (handle->turns())
     {
       voxels.insert(voxels.end(), handle->voxels.begin(), handle->voxels.end());
     }
@@ -480,29 +549,129 @@ std::vector<ProbeResult> Handles::reached()
 {
   const Vector3& spacing = this->bricks_.model().grid().spacing;
   std::vector<std::uint32_t> addresses;
+  std::vector<float> grabbed;
+  std::vector<std::size_t> ends;
   for (const Pointer& handle : this->handles_)
   {
-    addresses.push_back(handle->place);
+    if (handle->isSoft() && !handle->voxels.empty())
+    {
+      addresses.insert(addresses.end(), handle->addresses.begin(), handle->addresses.end());
+      grabbed.insert(grabbed.end(), handle->grabbed.begin(), handle->grabbed.end());
+    }
+    else
+    {
+      addresses.push_back(handle->place);
+      grabbed.insert(grabbed.end(), handle->placeGrabbed.begin(), handle->placeGrabbed.end());
+    }
+    ends.push_back(addresses.size());
   }
   const std::vector<float> displacements = this->bricks_.displacements(addresses);
   std::vector<ProbeResult> results(this->handles_.size());
+  std::size_t m = 0;
   for (std::size_t n = 0; n < results.size(); ++n)
   {
     Handle& handle = *this->handles_[n];
     results[n].elements = handle.voxels.size();
-    if (handle.probe.turns && !handle.probe.anchor)
+    if (handle.turns() && !handle.probe.anchor)
     {
-      this->follow(handle, &displacements[3 * n]);
+      this->follow(handle, &displacements[3 * m]);
       results[n].reached = handle.pose.shift;
       results[n].turned = handle.pose.rotation;
+      m = ends[n];
       continue;
     }
-    for (int a = 0; a < 3; ++a)
+    const double count = static_cast<double>(ends[n] - m);
+    for (; m < ends[n]; ++m)
     {
-      results[n].reached[a] = (static_cast<double>(displacements[3 * n + a]) - handle.placeGrabbed[a]) * spacing[a];
+      for (int a = 0; a < 3; ++a)
+      {
+        results[n].reached[a] +=
+          (static_cast<double>(displacements[3 * m + a]) - grabbed[3 * m + a]) * spacing[a] / count;
+      }
     }
   }
   return results;
+}
+
+// --- Soft probes
+
+/// Where the elements of a soft probe cost nothing, as displacements.
+std::vector<float> Handles::softPlaces(const Handle& handle) const
+{
+  if (handle.probe.turns && !handle.probe.anchor)
+  {
+    return handle.displacedBy(handle.asked(), this->bricks_.model().grid().spacing);
+  }
+  std::array<float, 3> to{};
+  for (int a = 0; a < 3 && !handle.probe.anchor; ++a)
+  {
+    to[a] = static_cast<float>(handle.probe.displacement[a] / this->bricks_.model().grid().spacing[a]);
+  }
+  return handle.displacedBy(to);
+}
+
+/// The weight of each link of a soft probe (SoftLink).
+double Handles::softWeight(const Handle& handle) const
+{
+  constexpr double least = 1e-6; // as small as WEIGHT_EPSILON, so that the weight stays finite
+  const Vector3& spacing = this->bricks_.model().grid().spacing;
+  return handle.share / std::max(handle.probe.tolerance / std::cbrt(spacing[0] * spacing[1] * spacing[2]), least);
+}
+
+std::vector<SoftLink> Handles::softLinks() const
+{
+  const cl_float4 proportions = proportionsOf(this->bricks_.model().grid());
+  std::vector<SoftLink> links;
+  for (const Pointer& handle : this->handles_)
+  {
+    const std::vector<float> places = handle->isSoft() ? this->softPlaces(*handle) : std::vector<float>();
+    for (std::size_t n = 0; n < places.size() / 3; ++n)
+    {
+      SoftLink link;
+      link.voxel = handle->voxels[n];
+      link.weight = this->softWeight(*handle);
+      std::copy_n(places.begin() + 3 * static_cast<std::ptrdiff_t>(n), 3, link.place.begin());
+      links.push_back(link);
+    }
+  }
+  std::stable_sort(
+    links.begin(), links.end(), [](const SoftLink& one, const SoftLink& other) { return one.voxel < other.voxel; });
+  std::vector<SoftLink> sums;
+  for (const SoftLink& link : links)
+  {
+    if (sums.empty() || sums.back().voxel != link.voxel)
+    {
+      sums.push_back(link);
+      continue;
+    }
+    // Two links together are one to the mean of their places, and cost w v / (w + v) times the square of the way
+    // between these besides.
+    SoftLink& sum = sums.back();
+    const double weight = sum.weight + link.weight;
+    for (int a = 0; a < 3; ++a)
+    {
+      const double way = link.place[a] - sum.place[a];
+      const double length = way * proportions.s[a];
+      sum.least += sum.weight * link.weight / weight * length * length;
+      sum.place[a] += link.weight / weight * way;
+    }
+    sum.weight = weight;
+  }
+  return sums;
+}
+
+Vector3 Handles::softForce(const Handle& handle)
+{
+  const cl_float4 proportions = proportionsOf(this->bricks_.model().grid());
+  const std::vector<float> places = this->softPlaces(handle);
+  const std::vector<float> now = this->bricks_.displacements(handle.addresses);
+  Vector3 force{};
+  for (std::size_t n = 0; n < places.size(); ++n)
+  {
+    const double way = static_cast<double>(places[n]) - now[n];
+    force[n % 3] += 2.0 * this->softWeight(handle) * way * proportions.s[n % 3];
+  }
+  return force;
 }
 
 }

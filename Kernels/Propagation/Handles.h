@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <memory>
+#include <unordered_set>
 #include <vector>
 
 namespace chainmail
@@ -23,6 +24,7 @@ struct Handle
   bool held = false;                    ///< whether the device has its elements marked as held
   bool waits = false;                   ///< whether its wave has still to begin
   bool moves = false;                   ///< whether a wave under way moves it
+  double share = 1.0; ///< how many links of a soft probe each of its elements stands for (Handles::Grabbed)
 
   /// The address of the element whose displacement counts as the probe's, and its displacement when it was grabbed.
   /// This is the first element held or, where the probe holds none, one near it that another probe holds.
@@ -38,6 +40,11 @@ struct Handle
 
   Pose asked() const { return { this->probe.displacement, this->probe.rotation }; }
 
+  /// Whether its probe is soft. Then its elements are not held, and others may have them, too.
+  bool isSoft() const { return this->probe.isSoft(); }
+  /// Whether it holds its elements in a pose.
+  bool turns() const { return this->probe.turns && !this->isSoft(); }
+
   /// The displacements of its elements when the probe has gone `to` since it grabbed them (fractions of the spacing).
   std::vector<float> displacedBy(const std::array<float, 3>& to) const;
   /// The same of a probe that turns, in a pose, and the rotations of the elements.
@@ -49,9 +56,15 @@ struct Handle
 class Handles
 {
 public:
-  /// Finds the elements that probes with these numbers grab, as elementsAround() does.
-  using Grab = std::function<std::vector<std::vector<std::size_t>>(
-    const std::vector<Probe>&, const std::vector<std::size_t>& numbers)>;
+  /// What a probe grabs: elements, ascending, and how many voxels each of them stands for on average, counted as
+  /// energies count in a reduced model (Simulation).
+  struct Grabbed
+  {
+    std::vector<std::size_t> elements;
+    double share = 1.0;
+  };
+  /// Finds what probes with these numbers grab, as elementsAround() does.
+  using Grab = std::function<std::vector<Grabbed>(const std::vector<Probe>&, const std::vector<std::size_t>& numbers)>;
 
   /// `origin`: the place of the first element of `bricks` [mm], see Grid; probes have their places in the grid of
   /// voxels.
@@ -71,6 +84,7 @@ public:
   {
     std::vector<Pointer> moved; ///< new handles and handles that are to move elsewhere, in the order of the probes
     std::vector<Pointer> released;
+    bool soft = false; ///< whether soft links change; no soft probe is among the others
   };
 
   /// Takes exactly these probes (Simulation::hold). Tissue that is grabbed is held at once; tissue that is released
@@ -93,7 +107,7 @@ public:
     std::vector<Pointer> changed;
     for (const Pointer& handle : this->handles_)
     {
-      if (handle->held != isHeld(*handle))
+      if (!handle->isSoft() && handle->held != isHeld(*handle))
       {
         handle->held = !handle->held;
         changed.push_back(handle);
@@ -102,17 +116,28 @@ public:
     this->mark(changed);
   }
 
-  /// The voxels of all handles.
+  /// The voxels of all handles that hold them.
   std::vector<std::size_t> voxels() const;
   /// The voxels of those that turn.
   std::vector<std::size_t> turningVoxels() const;
+
+  /// What soft probes pull with now, for Bricks::setSoftLinks().
+  std::vector<SoftLink> softLinks() const;
+
+  /// The force of a soft probe: the derivative of its energy by the displacement of all of its elements, as they are.
+  /// In a reduced model it counts as energies there do.
+  Vector3 softForce(const Handle& handle);
 
   /// How far each probe has come since it grabbed [mm], and how many elements it holds.
   std::vector<ProbeResult> reached();
 
 private:
-  std::vector<Pointer> make(const std::vector<Probe>& probes, const std::vector<std::vector<std::size_t>>& grabbed,
-    const std::vector<Pointer>& goingOn);
+  std::vector<Pointer> make(
+    const std::vector<Probe>& probes, const std::vector<Grabbed>& grabbed, std::unordered_set<std::size_t>& taken);
+  Pointer changed(const Probe& probe, const Handle& before, std::unordered_set<std::size_t>& taken);
+  bool isAnchored(std::size_t voxel) const;
+  std::vector<float> softPlaces(const Handle& handle) const;
+  double softWeight(const Handle& handle) const;
   void fill(const std::vector<Pointer>& handles, const std::vector<std::size_t>& places);
   void mark(const std::vector<Pointer>& handles);
   void check(const Probe& probe, std::size_t number) const;

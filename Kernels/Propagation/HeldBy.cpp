@@ -168,7 +168,7 @@ std::optional<Grip> findGrip(
   std::unordered_set<std::size_t> others;
   for (const Handles::Pointer& other : handles)
   {
-    if (other.get() != &handle)
+    if (other.get() != &handle && !other->isSoft())
     {
       others.insert(other->voxels.begin(), other->voxels.end());
     }

@@ -150,7 +150,7 @@ void Waves::markHeld()
     [this](const Handle& handle)
     {
       return handle.probe.anchor || handle.moves ||
-             (this->policy_ != ConflictPolicy::Latest && (!handle.waits || handle.probe.turns));
+             (this->policy_ != ConflictPolicy::Latest && (!handle.waits || handle.turns()));
     });
 }
 
@@ -242,7 +242,7 @@ void Waves::begin(Group handles)
   wave.before = this->bricks_.displacements(wave.addresses);
   for (const Handles::Pointer& handle : wave.handles)
   {
-    if (handle->probe.turns)
+    if (handle->turns())
     {
       wave.turns = true;
       wave.longest = std::min(wave.longest, 1.0 / wavesFor(*handle));
@@ -293,7 +293,7 @@ std::vector<float> Waves::target() const
       to[a] = static_cast<float>(handle->probe.displacement[a] / spacing[a]);
     }
     const std::vector<float> displaced =
-      handle->probe.turns ? handle->displacedBy(between(handle->pose, handle->asked(), wave.share), spacing)
+      handle->turns() ? handle->displacedBy(between(handle->pose, handle->asked(), wave.share), spacing)
                           : handle->displacedBy(to);
     values.insert(values.end(), displaced.begin(), displaced.end());
   }
@@ -325,7 +325,7 @@ void Waves::attempt()
     std::vector<float> spins;
     for (const Handles::Pointer& handle : wave.handles)
     {
-      if (handle->probe.turns)
+      if (handle->turns())
       {
         const std::vector<float> more = handle->spinsIn(between(handle->pose, handle->asked(), wave.share));
         spins.insert(spins.end(), more.begin(), more.end());
@@ -384,7 +384,7 @@ bool Waves::settled(const Checkpoint& checkpoint)
     }
     for (const Handles::Pointer& handle : wave.handles)
     {
-      if (handle->probe.turns)
+      if (handle->turns())
       {
         handle->isOnItsWay = wave.share == wave.longest && wave.share < 1.0;
         handle->pose = between(handle->pose, handle->asked(), wave.share);
@@ -442,7 +442,7 @@ bool Waves::settled(const Checkpoint& checkpoint)
 
 int Waves::wavesFor(const Handle& handle)
 {
-  return handle.probe.turns
+  return handle.turns()
            ? std::max(1, static_cast<int>(std::ceil(angleBetween(handle.pose, handle.asked()) / longestTurn)))
            : 1;
 }

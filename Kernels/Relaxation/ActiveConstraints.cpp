@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 namespace chainmail
 {
@@ -29,10 +30,20 @@ struct Patch
   std::vector<float> tension;
   std::vector<float> bulk;
   std::vector<std::array<std::array<float, 2>, 3>> swelling[3];
-  Vector3 scale{ 1.0, 1.0, 1.0 }; ///< the spacing, in mean spacings
+  Vector3 scale{ 1.0, 1.0, 1.0 };      ///< the spacing, in mean spacings
+  std::vector<const SoftLink*> soft;   ///< of each element, null where it has none; empty where nothing has
+  Vector3 softFactor{ 1.0, 1.0, 1.0 }; ///< for their weights on each axis
 
   static constexpr std::uint32_t none = ~std::uint32_t(0);
   std::size_t size() const { return this->voxels.size(); }
+};
+
+/// The sum of what the links of a unit ask for.
+struct Pull
+{
+  double weight = 0.0;
+  double force = 0.0;
+  bool held = false;
 };
 
 /// One axis of a patch.
@@ -45,6 +56,18 @@ struct PatchAxis
   int number;                 ///< of the axis
   std::vector<float> tension; ///< as far as groups have moved along this axis
 };
+
+/// The soft link of an element as it counts on an axis.
+Pull softPullAt(const PatchAxis& axis, std::size_t n)
+{
+  Pull pull;
+  if (const SoftLink* link = axis.patch.soft.empty() ? nullptr : axis.patch.soft[n])
+  {
+    pull.weight = axis.patch.softFactor[axis.number] * link->weight;
+    pull.force = pull.weight * (static_cast<float>(link->place[axis.number]) - axis.u[n]);
+  }
+  return pull;
+}
 
 /// The three axes move side by side, and the square of a sum of three is at most three times the sum of their squares.
 constexpr double axesAtOnce = 3.0;
@@ -280,6 +303,15 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
       }
     }
   }
+  if (const SoftLinks* soft = bricks.softLinks())
+  {
+    std::transform(patch.voxels.begin(), patch.voxels.end(), std::back_inserter(patch.soft),
+      [soft](std::size_t voxel) { return soft->of(voxel); });
+    for (int a = 0; a < 3; ++a)
+    {
+      patch.softFactor[a] = soft->factor(a, bricks.spins() != nullptr);
+    }
+  }
   if (bricks.spins())
   {
     readSpins(bricks, patch);
@@ -290,14 +322,6 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
   }
   return patch;
 }
-
-/// The sum of what the links of a unit ask for.
-struct Pull
-{
-  double weight = 0.0;
-  double force = 0.0;
-  bool held = false;
-};
 
 /// Divides elements into units, which move as one: rigid clusters and single elements.
 DisjointSets unitsOf(const PatchAxis& axis)
@@ -326,6 +350,9 @@ std::vector<Pull> pullsAt(const PatchAxis& axis, const Elasticity& elasticity, D
     {
       pulls[units.root(n)].held = true;
     }
+    const Pull soft = softPullAt(axis, n);
+    pulls[units.root(n)].weight += soft.weight;
+    pulls[units.root(n)].force += soft.force;
   }
   forLinks(axis,
     [&](const Link& link)
@@ -492,6 +519,12 @@ float moveGroup(const Group& group, PatchAxis& axis, const Elasticity& elasticit
     force += link.weight * elasticity.pull(u[link.inner], outer, link.limit);
     lower = std::max(lower, outer - link.limit - u[link.inner]);
     upper = std::min(upper, outer + link.limit - u[link.inner]);
+  }
+  for (const std::uint32_t n : group.members)
+  {
+    const Pull soft = softPullAt(axis, n);
+    weight += soft.weight;
+    force += soft.force;
   }
   const double scale = 0.5 / (axis.patch.scale[axis.number] * axis.patch.scale[axis.number]);
   for (const Group::Swelling& swelling : group.swelling)

@@ -19,11 +19,13 @@ constexpr int iterationsPerBatch = 16;
 void PaperRelaxation::relaxAll(const RelaxationTask& task, int iteration, bool back, float still)
 {
   Context& context = this->bricks_.context();
-  const std::string defines = this->bricks_.defines(true) + task.elasticity.defines() + (task.waves ? " -DWAVES" : "");
+  const std::string defines = this->bricks_.defines(true) + task.elasticity.defines() + this->bricks_.ofSoftLinks() +
+                              (task.waves ? " -DWAVES" : "");
   context.launch(context.kernel("paper.cl", defines, "relaxAll"), this->schedule_.groups(),
     this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(iteration % 2), still, task.elasticity.slack,
     this->bricks_.layout(), back ? this->next_.buffer : this->bricks_.displacement,
-    back ? this->bricks_.displacement : this->next_.buffer, this->bricks_.tissue(), task.waves);
+    back ? this->bricks_.displacement : this->next_.buffer, this->bricks_.tissue(), task.waves,
+    this->bricks_.softLinks());
 }
 
 RelaxResult PaperRelaxation::run(const RelaxationTask& task)

@@ -161,10 +161,11 @@ void Relaxation::relaxBatch(const RigidClusters& clusters, float still, const El
 {
   Context& context = this->bricks_.context();
   this->batch_.toDevice(context);
-  context.launch(context.kernel("relax.cl", this->bricks_.definesOfRows() + elasticity.ofLinks(), "relaxBatch"), 1, 1,
-    this->schedule_.activity(), this->schedule_.log(), this->batch_.buffer(), static_cast<cl_int>(this->batch_.rows()),
+  const std::string defines = this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks();
+  context.launch(context.kernel("relax.cl", defines, "relaxBatch"), 1, 1, this->schedule_.activity(),
+    this->schedule_.log(), this->batch_.buffer(), static_cast<cl_int>(this->batch_.rows()),
     static_cast<cl_int>(this->schedule_.groups()), still, elasticity.slack, static_cast<cl_int>(elasticity.limited),
-    this->bricks_.layout(), this->bricks_.state(), clusters.lists());
+    this->bricks_.layout(), this->bricks_.state(), clusters.lists(), clusters.softList(), this->bricks_.softLinks());
 }
 
 void Relaxation::relaxColour(
@@ -174,16 +175,19 @@ void Relaxation::relaxColour(
   if (this->bricks_.spins())
   {
     const cl_int turning = turns ? mostSweepsPerRotation : 0;
-    const std::string defines = this->bricks_.definesOfRows() + elasticity.defines() + this->bricks_.ofSwelling();
+    const std::string defines =
+      this->bricks_.definesOfRows() + elasticity.defines() + this->bricks_.ofSwelling() + this->bricks_.ofSoftLinks();
     context.launch(context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
       this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), turning, omega, still,
-      this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins());
+      this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins(), this->bricks_.softLinks());
     return;
   }
-  const std::string defines = this->bricks_.definesOfRows() + elasticity.ofLinks() + (waves ? " -DWAVES" : "");
+  const std::string defines =
+    this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks() + (waves ? " -DWAVES" : "");
   context.launch(context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(), this->bricks_.workItems(true),
     this->schedule_, static_cast<cl_int>(colour), omega, still, elasticity.slack,
-    static_cast<cl_int>(elasticity.limited), this->bricks_.layout(), this->bricks_.state(), waves);
+    static_cast<cl_int>(elasticity.limited), this->bricks_.layout(), this->bricks_.state(), waves,
+    this->bricks_.softLinks());
 }
 
 /// Gives blocked groups their turn. Returns the largest move of any.

@@ -105,6 +105,7 @@ std::vector<Run> RigidClusters::runs(const Bricks& bricks, int axis)
 
 RigidClusters::RigidClusters(Bricks& bricks)
   : bricks_(bricks)
+  , soft_(bricks)
   , turning_(bricks)
 {
   const Grid& grid = bricks.model().grid();
@@ -210,6 +211,18 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels, const std:
   }
   this->active_.clear();
   this->bodyList_.clear();
+  this->soft_.begin(
+    [this](std::size_t voxel, const auto& add)
+    {
+      for (int axis = 0; axis < this->bricks_.model().axes(); ++axis)
+      {
+        const int id = this->clusterOf(voxel, axis);
+        if (id >= 0)
+        {
+          add(id);
+        }
+      }
+    });
 
   for (const std::size_t voxel : heldVoxels)
   {
@@ -378,6 +391,7 @@ void RigidClusters::activate(const std::vector<int>& bricks)
   {
     this->refresh();
   }
+  this->soft_.upload(this->active_, this->bodyList_);
 }
 
 /// Lists the active clusters on the device. Most often they are those of the relaxation before, in the same order.
@@ -523,19 +537,22 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
   {
     this->turning_.relax({ this->chunks_, this->chunkList_.size(), this->links_, this->linkList_.size(), this->ways_,
                            this->heads_, this->members_, this->memberList_.size() },
-      omega, still, elasticity.limited, turn);
+      this->softList(), omega, still, elasticity.limited, turn);
     return;
   }
-  const std::string defines = this->bricks_.defines(false) + elasticity.ofLinks();
+  const std::string defines = this->bricks_.defines(false) + elasticity.ofLinks() + this->bricks_.ofSoftLinks();
 
-  context.launchOver(context.kernel("clusters.cl", defines, "clusterGather"), this->chunkList_.size(), turn.log,
-    turn.turn, this->chunks_, this->links_, this->ways_, this->places_, elasticity.slack, this->bricks_.pitch(),
-    this->bricks_.tissuePitch(), this->bricks_.displacement, this->bricks_.constraint, this->bricks_.spins(),
-    this->partial_);
+  if (!this->chunkList_.empty())
+  {
+    context.launchOver(context.kernel("clusters.cl", defines, "clusterGather"), this->chunkList_.size(), turn.log,
+      turn.turn, this->chunks_, this->links_, this->ways_, this->places_, elasticity.slack, this->bricks_.pitch(),
+      this->bricks_.tissuePitch(), this->bricks_.displacement, this->bricks_.constraint, this->bricks_.spins(),
+      this->partial_);
+  }
 
   context.launch(context.kernel("clusters.cl", defines, "clusterMove"), this->active_.size(),
     context.info().gpu ? 16 : 1, turn.log, turn.turn, this->heads_, static_cast<cl_int>(elasticity.limited), omega,
-    still, this->partial_, this->places_, this->moves_);
+    still, this->partial_, this->places_, this->moves_, this->softList(), this->bricks_.softLinks());
 
   context.launchOver(context.kernel("clusters.cl", defines, "clusterScatter"), this->memberList_.size(), turn.activity,
     turn.turn, this->members_, this->heads_, this->places_, this->moves_, this->bricks_.pitch(),

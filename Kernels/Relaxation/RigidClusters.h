@@ -2,6 +2,7 @@
 
 #include "Bricks.h"
 #include "Elasticity.h"
+#include "SoftClusters.h"
 #include "TurningClusters.h"
 
 #include <unordered_map>
@@ -56,7 +57,7 @@ public:
 
   /// Makes the clusters of these bricks take part from now on. Gives memory to all bricks of these clusters.
   void activate(const std::vector<int>& bricks);
-  bool anyActive() const { return !this->active_.empty() && !this->chunkList_.empty(); }
+  bool anyActive() const { return !this->active_.empty() && (!this->chunkList_.empty() || this->soft_.any()); }
   /// Bricks of the clusters that could move but do not take part yet.
   std::vector<int> inactiveBricks() const;
 
@@ -75,6 +76,9 @@ public:
       std::tie(orNone(this->chunks_), orNone(this->links_), orNone(this->ways_), orNone(this->heads_),
         orNone(this->members_), orNone(this->partial_), orNone(this->places_), orNone(this->moves_)));
   }
+
+  /// What soft links pull the active clusters with (cluster.clh); null where there are none.
+  const cl::Buffer* softList() const { return this->soft_.list(); }
 
   using Turn = TurningClusters::Turn;
 
@@ -110,6 +114,7 @@ private:
   std::vector<int> active_; ///< cluster numbers, in the order of the device's lists
   std::vector<int> listed_; ///< what these lists hold, also when nothing is active
 
+  SoftClusters soft_;
   TurningClusters turning_; ///< where elements turn
   std::vector<TurningClusters::Body> bodyList_;
   std::vector<cl_uchar> wayList_;

@@ -71,8 +71,8 @@ public:
     const cl::Buffer& log;
     cl_int4 turn;
   };
-  /// Launches one update of every cluster.
-  void relax(const Lists& lists, float omega, float still, bool limited, const Turn& turn);
+  /// Launches one update of every cluster. `soft`: what soft links pull them with (SoftClusters), or null.
+  void relax(const Lists& lists, const cl::Buffer* soft, float omega, float still, bool limited, const Turn& turn);
 
 private:
   Bricks& bricks_;

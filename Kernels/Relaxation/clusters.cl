@@ -7,6 +7,7 @@
 
 #include "brick.clh"
 #include "element.clh"
+#include "softlinks.clh"
 #include "sweep.clh"
 #include "turning.clh"
 
@@ -30,7 +31,7 @@ kernel void clusterGather(global const int* log, int4 turn, global const int4* c
 
 // Moves the clusters, one work-group each. limited: whether links keep their limits.
 kernel void clusterMove(global int* log, int4 turn, global const int4* clusters, int limited, float omega, float still,
-  global const float* partial, global float* places, global float* moves)
+  global const float* partial, global float* places, global float* moves SOFT_CLUSTERS SOFT_ARGUMENTS)
 {
   local Neighbours lanes[3 * LANES];
   const uint id = get_group_id(0);
@@ -66,6 +67,9 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
     {
       neighboursJoin(&n, lanes[3 * lane + axis]);
     }
+#ifdef SOFT
+    addSoftOfCluster(&n, id, axis, places, softClusters, softProportions);
+#endif
     move = max(move, moveAlong(n, limited, omega, still, places + id * 3 + axis));
   }
   moves[id] = move;

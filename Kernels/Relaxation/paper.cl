@@ -10,12 +10,13 @@
 
 #include "brick.clh"
 #include "element.clh"
+#include "softlinks.clh"
 #include "sweep.clh"
 #include "wavefronts.clh"
 
 kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT_ARGUMENTS,
   global const float* displacement, global float* after, global const float* constraint,
-  global const uchar* cut WAVES_ARGUMENTS)
+  global const uchar* cut WAVES_ARGUMENTS SOFT_ARGUMENTS)
 {
   local Turn mine;
   const uint slot = get_group_id(0) + 1;
@@ -28,6 +29,10 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT
     {
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       real limit[6], weight[6], us[6];
+#ifdef SOFT
+      real softWeight, softPlaces[3];
+      const bool soft = loadSoftLinks(&s, place SOFT_PASSED_ON, &softWeight, softPlaces);
+#endif
       mask relaxes;
       for (int axis = 0; axis < 3; ++axis)
       {
@@ -50,6 +55,12 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT
         {
           neighboursAdd(&n, u, us[d], limit[d], weight[d], slack);
         }
+#ifdef SOFT
+        if (soft)
+        {
+          neighboursAddSoft(&n, u, softPlaces[axis], SOFT_FACTOR(axis) * softWeight);
+        }
+#endif
         // There is no box to stay in.
         n.lower = (real)(-INFINITY);
         n.upper = (real)(INFINITY);

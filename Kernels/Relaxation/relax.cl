@@ -4,13 +4,14 @@
 //
 // `limited`: whether boxes count. It is no macro, as both kinds take long to compile.
 //
-// With WAVES only the free elements that wavefronts.clh allows relax.
+// With WAVES only the free elements that wavefronts.clh allows relax. With SOFT soft links count (softlinks.clh).
 //
 // The host guarantees: a work-group for each slot but 0; a feasible state; all 26 neighbours of a brick that is ready
 // have a slot (brick.clh, sweep.clh).
 
 #include "brick.clh"
 #include "element.clh"
+#include "softlinks.clh"
 #include "sweep.clh"
 #include "turning.clh"
 #include "wavefronts.clh"
@@ -20,8 +21,8 @@
 
 // Relaxes one piece of work and notes the largest moves.
 RULE void relaxPiece(const Site* s, const Beside* beside, float omega, float still, float slack, int limited,
-  uint pitch, uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut,
-  real* most, int* faces WAVES_ARGUMENTS)
+  uint pitch, uint tissuePitch, global const int* place, global float* displacement, global const float* constraint,
+  global const uchar* cut, real* most, int* faces WAVES_ARGUMENTS SOFT_ARGUMENTS)
 {
   real c[AXES], u[3];
   mask relaxes[AXES], free = (mask)(0);
@@ -59,6 +60,9 @@ RULE void relaxPiece(const Site* s, const Beside* beside, float omega, float sti
       neighboursAdd(&neighbours[axis], u[axis], displacementBeside(beside, axis, d), limit, weight, slack);
     }
   }
+#ifdef SOFT
+  addSoftLinks(s, u, place SOFT_PASSED_ON, neighbours);
+#endif
   real next[3], move = (real)(0.0f);
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
@@ -84,7 +88,7 @@ RULE void relaxPiece(const Site* s, const Beside* beside, float omega, float sti
 // Relaxes the share of one of `items` work-items in a brick and returns the largest move. `last` is the last slot.
 APART float relaxShare(int lid, int items, uint slot, uint last, int colour, float omega, float still, float slack,
   int limited, LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint, global const uchar* cut,
-  int* faces WAVES_ARGUMENTS)
+  int* faces WAVES_ARGUMENTS SOFT_ARGUMENTS)
 {
   HALO(halo);
   real most = (real)(0.0f);
@@ -93,14 +97,14 @@ APART float relaxShare(int lid, int items, uint slot, uint last, int colour, flo
     const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
     const Beside beside = besideOf(
       halo, &s, slot, last, colour, pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint);
-    relaxPiece(&s, &beside, omega, still, slack, limited, pitch, tissuePitch, displacement, constraint, cut, &most,
-      faces WAVES_PASSED_ON);
+    relaxPiece(&s, &beside, omega, still, slack, limited, pitch, tissuePitch, place, displacement, constraint, cut,
+      &most, faces WAVES_PASSED_ON SOFT_PASSED_ON);
   }
   return largestOf(most);
 }
 
 kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float slack, int limited, LAYOUT_ARGUMENTS,
-  global float* displacement, global const float* constraint, global const uchar* cut WAVES_ARGUMENTS)
+  global float* displacement, global const float* constraint, global const uchar* cut WAVES_ARGUMENTS SOFT_ARGUMENTS)
 {
   local Turn mine;
   const uint slot = get_group_id(0) + 1;
@@ -110,7 +114,8 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
   if (mine.has == TURN_HAS)
   {
     move = relaxShare(get_local_id(0), get_local_size(0), slot, get_num_groups(0), colour, omega, still, slack, limited,
-      pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint, cut, &touched WAVES_PASSED_ON);
+      pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint, cut,
+      &touched WAVES_PASSED_ON SOFT_PASSED_ON);
   }
   endSweepTurn(&mine, touched, move, slot, colour, SWEEP_EVER, activity, log, turn, enough);
 }
@@ -120,7 +125,7 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
 // The turn of all clusters.
 inline void relaxClusters(int4 chunkClusterMemberCounts, int4 turn, float omega, float still, float slack, int limited,
   global int* activity, global int* log, uint pitch, uint tissuePitch, global float* displacement,
-  global const float* constraint, CLUSTER_LISTS)
+  global const float* constraint, CLUSTER_LISTS SOFT_CLUSTERS SOFT_ARGUMENTS)
 {
   if (isCalledOff(log, turn, -1.0f))
   {
@@ -146,6 +151,9 @@ inline void relaxClusters(int4 chunkClusterMemberCounts, int4 turn, float omega,
       {
         neighboursJoin(&n, laneOfCluster(cluster, lane, axis, partial));
       }
+#ifdef SOFT
+      addSoftOfCluster(&n, id, axis, places, softClusters, softProportions);
+#endif
       move = max(move, moveAlong(n, limited, omega, still, places + id * 3 + axis));
     }
     moves[id] = move;
@@ -164,7 +172,8 @@ inline void relaxClusters(int4 chunkClusterMemberCounts, int4 turn, float omega,
 // grids so small that a launch for each turn would take longer than the turn itself. The bits are the same.
 kernel void relaxBatch(global int* activity, global int* log, global const int* batch, int turns, int slots,
   float still, float slack, int limited, LAYOUT_ARGUMENTS, global float* displacement,
-  global const float* constraint, global const uchar* cut, int4 chunkClusterMemberCounts, CLUSTER_LISTS)
+  global const float* constraint, global const uchar* cut, int4 chunkClusterMemberCounts,
+  CLUSTER_LISTS SOFT_CLUSTERS SOFT_ARGUMENTS)
 {
   for (int n = 0; n < turns; ++n)
   {
@@ -175,7 +184,8 @@ kernel void relaxBatch(global int* activity, global int* log, global const int* 
     if (kind == SWEEP_OF_BODIES)
     {
       relaxClusters(chunkClusterMemberCounts, turn, omega, still, slack, limited, activity, log, pitch, tissuePitch,
-        displacement, constraint, chunks, links, ways, clusters, members, partial, places, moves);
+        displacement, constraint, chunks, links, ways, clusters, members, partial, places,
+        moves SOFT_CLUSTERS_PASSED_ON SOFT_PASSED_ON);
     }
     for (int slot = 1; kind != SWEEP_OF_BODIES && slot <= slots; ++slot)
     {
@@ -188,7 +198,7 @@ kernel void relaxBatch(global int* activity, global int* log, global const int* 
       if (has == TURN_HAS)
       {
         move = relaxShare(0, 1, slot, slots, kind, omega, still, slack, limited, pitch, tissuePitch, table, place,
-          strideY, strideZ, displacement, constraint, cut, &touched);
+          strideY, strideZ, displacement, constraint, cut, &touched SOFT_PASSED_ON);
       }
       noteTurn(has, touched, move, slot, kind, SWEEP_EVER, activity, log, turn, enough);
     }

@@ -21,6 +21,8 @@
 // some of the sweeps alone, with as little energy after as many sweeps but for a hundredth or two; in those between they
 // go on with the spin they have.
 //
+// With SOFT soft links pull as well (softlinks.clh), and no rotation of an element changes what these cost.
+//
 // The limits of links hold for the strain, |u(j) - u(i) - wanted| <= D, on every axis of the grid.
 //
 // The host guarantees what it does for relax.cl.
@@ -32,6 +34,7 @@
 #pragma OPENCL FP_CONTRACT ON
 
 #include "element.clh"
+#include "softlinks.clh"
 #include "sweep.clh"
 #include "turning.clh"
 
@@ -462,11 +465,32 @@ RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const
 }
 #endif
 
+#ifdef SOFT
+// Adds the soft links of a piece of work.
+RULE void askSoftLinks(const Site* s, const real* u, global const int* place SOFT_ARGUMENTS, TurningNeighbours* all)
+{
+  real weight, places[3];
+  if (loadSoftLinks(s, place SOFT_PASSED_ON, &weight, places))
+  {
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      all->pull[axis] += weight * (places[axis] - u[axis]);
+    }
+    UNROLL
+    for (int axis = 0; axis < AXES; ++axis)
+    {
+      all->weight[axis] += weight;
+    }
+  }
+}
+#endif
+
 // Relaxes one piece of work, which may turn or only move, and notes the largest moves. `mayTurn` is a constant, so that
 // it takes no registers.
 RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float omega, float still, uint pitch,
-  uint tissuePitch, global float* displacement, global const float* constraint, global const uchar* cut, real* most,
-  int* faces SPIN_ARGUMENTS)
+  uint tissuePitch, global const int* place, global float* displacement, global const float* constraint,
+  global const uchar* cut, real* most, int* faces SPIN_ARGUMENTS SOFT_ARGUMENTS)
 {
   real c[AXES], u[3], own[3], mine[3][3];
   mask relaxes[AXES];
@@ -531,6 +555,9 @@ RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float ome
     turnWithin(&links, own, mine, proportions, beyond, next, turnedTo, &all);
   }
 #endif
+#ifdef SOFT
+  askSoftLinks(s, u, place SOFT_PASSED_ON, &all);
+#endif
   real move[3];
   mask far = (mask)(0);
   UNROLL
@@ -587,7 +614,7 @@ RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float ome
 // Relaxes the share of one of `items` work-items in a brick and returns the largest move. `last` is the last slot.
 APART float turnShare(int lid, int items, uint slot, uint last, int colour, bool mayTurn, float omega, float still,
   LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint, global const uchar* cut,
-  int* faces SPIN_ARGUMENTS)
+  int* faces SPIN_ARGUMENTS SOFT_ARGUMENTS)
 {
   HALO(halo);
   real most = (real)(0.0f);
@@ -598,13 +625,13 @@ APART float turnShare(int lid, int items, uint slot, uint last, int colour, bool
       displacement, constraint SPIN_PASSED_ON);
     if (mayTurn)
     {
-      turnPiece(&s, &beside, true, omega, still, pitch, tissuePitch, displacement, constraint, cut, &most,
-        faces SPIN_PASSED_ON);
+      turnPiece(&s, &beside, true, omega, still, pitch, tissuePitch, place, displacement, constraint, cut, &most,
+        faces SPIN_PASSED_ON SOFT_PASSED_ON);
     }
     else
     {
-      turnPiece(&s, &beside, false, omega, still, pitch, tissuePitch, displacement, constraint, cut, &most,
-        faces SPIN_PASSED_ON);
+      turnPiece(&s, &beside, false, omega, still, pitch, tissuePitch, place, displacement, constraint, cut, &most,
+        faces SPIN_PASSED_ON SOFT_PASSED_ON);
     }
   }
   return largestOf(most);
@@ -612,7 +639,7 @@ APART float turnShare(int lid, int items, uint slot, uint last, int colour, bool
 
 // turning: in a sweep in which elements turn, how many sweeps ago they did so before at most; else 0.
 kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, int turning, float omega, float still, LAYOUT_ARGUMENTS,
-  global float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
+  global float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SOFT_ARGUMENTS)
 {
   local Turn mine;
   const uint slot = get_group_id(0) + 1;
@@ -623,7 +650,8 @@ kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, int turning, float omega, 
   if (mine.has == TURN_HAS)
   {
     move = turnShare(get_local_id(0), get_local_size(0), slot, get_num_groups(0), colour, turning != 0, omega, still,
-      pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint, cut, &touched SPIN_PASSED_ON);
+      pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint, cut,
+      &touched SPIN_PASSED_ON SOFT_PASSED_ON);
   }
   endSweepTurn(
     &mine, touched, move, slot, colour, turning ? SWEEP_EVER : SWEEP_EVER | SWEEP_FACES, activity, log, turn, enough);

@@ -3,7 +3,7 @@
 // much of it as the limits of these links allow. Where that is little, as at links near their limits, it may do better
 // to move without turning. A step that would break a limit or raise the energy is not taken.
 //
-// Links come in chunks, as in clusters.cl.
+// Links come in chunks, as in clusters.cl. With SOFT the soft links of members count as well.
 //
 // pose: for each cluster 8 floats: where the element that it is counted from is now, the spin of the cluster, and two
 // that are not used. body: for each cluster 8 floats: the index of that element, its
@@ -33,6 +33,24 @@
 #define STEP_RISE 13
 #define BOUNDS 8
 #define LANES 16
+
+#ifdef SOFT
+// The soft links of the members of a cluster, of weights w, lengths in mean spacings: the sum of 2 w (1); the mean
+// place r of the members at rest, counted as that of the cluster is, and of the places t that their links pull them to
+// (3, 3); the second moments sum 2 w r r of what r is away from its mean (6: xx, xy, xz, yy, yz, zz); and sum 2 w t r
+// likewise (9, the rows of t). A weight counts twice, since that of a link between elements counts for both of its
+// ends.
+#define SOFT_ROW 24
+#define SOFT_REST 1
+#define SOFT_PLACE 4
+#define SOFT_SECOND 7
+#define SOFT_MIXED 13
+#define SOFT_CLUSTERS , global const float *softClusters
+#define SOFT_CLUSTERS_PASSED_ON , softClusters
+#else
+#define SOFT_CLUSTERS
+#define SOFT_CLUSTERS_PASSED_ON
+#endif
 
 // What does not depend on where the cluster is. All lengths are in units of the mean spacing, except places. The last
 // component of a vector is 0.
@@ -138,6 +156,98 @@ RULE PosedLink posed(const OutgoingLink* link, const Pose* pose, float4 proporti
   as.theirs = apart - link->way;
   return as;
 }
+
+#ifdef SOFT
+// The rows of a symmetric matrix of 6 values.
+RULE void symmetric(global const float* values, float4* rows)
+{
+  rows[0] = (float4)(values[0], values[1], values[2], 0.0f);
+  rows[1] = (float4)(values[1], values[3], values[4], 0.0f);
+  rows[2] = (float4)(values[2], values[4], values[5], 0.0f);
+}
+
+// The rows of the matrix by which a pose, or the sum of two, adds to a vector.
+RULE void rowsOf(float4 x, float4 y, float4 z, float4* rows)
+{
+  rows[0] = (float4)(x.x, y.x, z.x, 0.0f);
+  rows[1] = (float4)(x.y, y.y, z.y, 0.0f);
+  rows[2] = (float4)(x.z, y.z, z.z, 0.0f);
+}
+
+// The product of a matrix with a symmetric one, both given by rows.
+RULE void timesSymmetric(const float4* matrix, const float4* second, float4* product)
+{
+  for (int a = 0; a < 3; ++a)
+  {
+    product[a] = matrix[a].x * second[0] + matrix[a].y * second[1] + matrix[a].z * second[2];
+  }
+}
+
+RULE float inner(float4 a, float4 b)
+{
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+// Adds to the sums over the links of a cluster, as gatherChunk() has them, those over its soft links.
+inline void addSoftLinks(global const float* soft, global const float* poses, float4 proportions, float* sum)
+{
+  const Pose pose = loadPose(poses);
+  const float weight = soft[0];
+  const float4 rest = three(soft + SOFT_REST, 1);
+  const float4 more = addedTo(&pose, rest);
+  const float4 arm = rest + more;
+  const float4 pull = weight * (three(soft + SOFT_PLACE, 1) - pose.place * lengths(proportions) - more);
+  float4 second[3], added[3], rotated[3], apart[3], rotatedSecond[3];
+  symmetric(soft + SOFT_SECOND, second);
+  rowsOf(pose.x, pose.y, pose.z, added);
+  timesSymmetric(added, second, apart);
+  for (int a = 0; a < 3; ++a)
+  {
+    rotated[a] = added[a] + (float4)(a == 0 ? 1.0f : 0.0f, a == 1 ? 1.0f : 0.0f, a == 2 ? 1.0f : 0.0f, 0.0f);
+    apart[a] = three(soft + SOFT_MIXED + 3 * a, 1) - apart[a]; // sum 2 w e r, e the way to the place
+  }
+  timesSymmetric(rotated, second, rotatedSecond);
+  const float4 torque = across(arm, pull) + (float4)(inner(apart[2], rotated[1]) - inner(apart[1], rotated[2]),
+                                              inner(apart[0], rotated[2]) - inner(apart[2], rotated[0]),
+                                              inner(apart[1], rotated[0]) - inner(apart[0], rotated[1]), 0.0f);
+  const float moments[15] = { weight * arm.x, weight * arm.y, weight * arm.z,
+    weight * arm.x * arm.x + inner(rotatedSecond[0], rotated[0]),
+    weight * arm.x * arm.y + inner(rotatedSecond[0], rotated[1]),
+    weight * arm.x * arm.z + inner(rotatedSecond[0], rotated[2]),
+    weight * arm.y * arm.y + inner(rotatedSecond[1], rotated[1]),
+    weight * arm.y * arm.z + inner(rotatedSecond[1], rotated[2]),
+    weight * arm.z * arm.z + inner(rotatedSecond[2], rotated[2]), pull.x, pull.y, pull.z, torque.x, torque.y, torque.z };
+  sum[0] += weight;
+  for (int m = 0; m < 15; ++m)
+  {
+    sum[1 + m] += moments[m];
+  }
+}
+
+// How much the energy of the soft links of a cluster differs between two poses. As riseOf() it is made of the
+// difference of both, so that little is lost where they are nearly the same: with A what a pose adds to a vector and p
+// its place, e = t - p - A r, it is sum w (e' - e) (e' + e).
+inline float riseOfSoftLinks(
+  global const float* soft, global const float* poses, global const float* ends, float4 proportions)
+{
+  const Pose now = loadPose(poses);
+  const Pose then = loadPose(ends);
+  const float4 rest = three(soft + SOFT_REST, 1);
+  const float4 both[2] = { three(soft + SOFT_PLACE, 1) - now.place * lengths(proportions) - addedTo(&now, rest),
+    three(soft + SOFT_PLACE, 1) - then.place * lengths(proportions) - addedTo(&then, rest) };
+  float rise = soft[0] * inner(both[1] - both[0], both[1] + both[0]);
+  float4 second[3], sums[3], differences[3], product[3];
+  symmetric(soft + SOFT_SECOND, second);
+  rowsOf(then.x + now.x, then.y + now.y, then.z + now.z, sums);
+  rowsOf(then.x - now.x, then.y - now.y, then.z - now.z, differences);
+  timesSymmetric(sums, second, product);
+  for (int a = 0; a < 3; ++a)
+  {
+    rise += inner(differences[a], product[a] - 2.0f * three(soft + SOFT_MIXED + 3 * a, 1));
+  }
+  return rise;
+}
+#endif
 
 // The links that leave clusters, and where these are.
 #define CHUNK_ARGUMENTS                                                                                                \
@@ -369,7 +479,7 @@ inline void solveCluster(uint id, const float* sum, float omega, float4 proporti
 // Does that for each cluster, one work-group each.
 kernel void turnSolve(global const int* log, int4 turn, global const int4* clusters, global const float* bodies,
   float omega, float4 proportions, global const float* sums, global const float* poses, global float* steps,
-  global float* ends)
+  global float* ends SOFT_CLUSTERS)
 {
   local float lanes[SYSTEM * LANES];
   const uint id = get_group_id(0);
@@ -392,6 +502,9 @@ kernel void turnSolve(global const int* log, int4 turn, global const int4* clust
       sum[m] += lanes[SYSTEM * lane + m];
     }
   }
+#ifdef SOFT
+  addSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, proportions, sum);
+#endif
   solveCluster(id, sum, omega, proportions, bodies, poses, steps, ends);
 }
 
@@ -497,7 +610,8 @@ inline void chooseStep(uint id, const float* bound, int limited, float omega, fl
 }
 
 kernel void turnChoose(global const int* log, int4 turn, global const int4* clusters, int limited, float omega,
-  float4 proportions, global const float* bounds, global const float* poses, global float* steps, global float* ends)
+  float4 proportions, global const float* bounds, global const float* poses, global float* steps,
+  global float* ends SOFT_CLUSTERS)
 {
   local float lanes[BOUNDS * LANES];
   const uint id = get_group_id(0);
@@ -520,6 +634,9 @@ kernel void turnChoose(global const int* log, int4 turn, global const int4* clus
       bound[m] = boundOf(m, bound[m], lanes[BOUNDS * lane + m]);
     }
   }
+#ifdef SOFT
+  bound[7] += riseOfSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, ends + ROW * id, proportions);
+#endif
   chooseStep(id, bound, limited, omega, proportions, poses, steps, ends);
 }
 
@@ -610,7 +727,7 @@ inline void leaveOut(uint id, global int* log, int4 turn, global float* moves)
 
 kernel void turnAccept(global int* log, int4 turn, global const int4* clusters, global const float* bodies, int limited,
   float still, float4 proportions, global const float2* checks, global const float* steps, global const float* ends,
-  global float* poses, global float* moves)
+  global float* poses, global float* moves SOFT_CLUSTERS)
 {
   local float2 lanes[LANES];
   const uint id = get_group_id(0);
@@ -636,6 +753,9 @@ kernel void turnAccept(global int* log, int4 turn, global const int4* clusters, 
     beyond = max(beyond, lanes[lane].x);
     rise += lanes[lane].y;
   }
+#ifdef SOFT
+  rise += whole ? 0.0f : riseOfSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, ends + ROW * id, proportions);
+#endif
   acceptStep(id, beyond, rise, limited, still, proportions, log, turn, bodies, steps, ends, poses, moves);
 }
 
@@ -683,7 +803,7 @@ kernel void turnClusters(global int* activity, global int* log, int4 turn, int l
   global const int4* chunks, global const uint* links, global const uchar* ways, global const int4* clusters,
   global const uint2* members, uint memberCount, global const float* bodies, global float* poses, global float* steps,
   global float* ends, global float* moves, global float* sums, global float* bounds, global float2* checks,
-  LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint SPIN_ARGUMENTS)
+  LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint SPIN_ARGUMENTS SOFT_CLUSTERS)
 {
   const uint id = get_group_id(0);
   const int4 cluster = clusters[id];
@@ -706,6 +826,9 @@ kernel void turnClusters(global int* activity, global int* log, int4 turn, int l
       sum[m] += laneOfSystem(cluster, lane, m, sums);
     }
   }
+#ifdef SOFT
+  addSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, proportions, sum);
+#endif
   solveCluster(id, sum, omega, proportions, bodies, poses, steps, ends);
 
   for (int n = cluster.x; n < cluster.x + cluster.y; ++n)
@@ -721,6 +844,9 @@ kernel void turnClusters(global int* activity, global int* log, int4 turn, int l
       bound[m] = boundOf(m, bound[m], laneOfBounds(cluster, lane, m, bounds));
     }
   }
+#ifdef SOFT
+  bound[7] += riseOfSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, ends + ROW * id, proportions);
+#endif
   chooseStep(id, bound, limited, omega, proportions, poses, steps, ends);
 
   const bool whole = steps[SYSTEM * id + STEP_WHOLE] != 0.0f;
@@ -735,6 +861,9 @@ kernel void turnClusters(global int* activity, global int* log, int4 turn, int l
     beyond = max(beyond, part.x);
     rise += part.y;
   }
+#ifdef SOFT
+  rise += whole ? 0.0f : riseOfSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, ends + ROW * id, proportions);
+#endif
   acceptStep(id, beyond, rise, limited, still, proportions, log, turn, bodies, steps, ends, poses, moves);
 
   for (uint n = cluster.w; n < memberCount && members[n].y == id && moves[id] > 0.0f; ++n)

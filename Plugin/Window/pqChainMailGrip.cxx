@@ -181,7 +181,8 @@ void pqChainMailGrip::placeMark(const double position[3], const double target[3]
   const double asked = std::sqrt(vtkMath::Distance2BetweenPoints(position, target));
   const double reached = vtkMath::Norm(this->Reached.data());
   const bool isAnchor = vtkSMUncheckedPropertyHelper(this->Widget->proxy(), "Anchor").GetAsInt() != 0;
-  const bool isShort = this->HasReached && !isAnchor && reached < FarEnough * asked;
+  const bool isSoft = vtkSMUncheckedPropertyHelper(this->Widget->proxy(), "Tolerance").GetAsDouble() > 0.0;
+  const bool isShort = this->HasReached && !isAnchor && !isSoft && reached < FarEnough * asked;
   this->MarkActor->SetVisibility(isShort);
   this->Label->SetVisibility(isShort);
   if (!isShort)

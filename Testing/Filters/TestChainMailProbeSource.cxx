@@ -16,12 +16,16 @@ int TestChainMailProbeSource(int, char*[])
   }
   check.Equal(source->GetRadius(), 0.0, "default Radius");
   check.Equal(source->GetAnchor(), false, "default Anchor");
+  check.Equal(source->GetTolerance(), 0.0, "default Tolerance");
+  source->SetTolerance(-1.0);
+  check.Equal(source->GetTolerance(), 0.0, "a negative tolerance is brought to 0");
   source->SetRadius(-1.0);
   check.Equal(source->GetRadius(), 0.0, "a negative radius is brought to 0");
 
   source->SetPosition(1.0, 2.0, 3.0);
   source->SetTarget(1.5, 1.0, 7.0);
   source->SetRadius(2.5);
+  source->SetTolerance(0.75);
   source->AnchorOn();
   source->Update();
   vtkPolyData* output = source->GetOutput();
@@ -40,13 +44,15 @@ int TestChainMailProbeSource(int, char*[])
   check.Equal(output->GetPointData()->GetArray("Radius")->GetTuple1(0), 2.5, "Radius");
   check.Equal(output->GetPointData()->GetArray("Anchor")->GetTuple1(0), 1.0, "Anchor");
 
+  check.Equal(output->GetPointData()->GetArray("Tolerance")->GetTuple1(0), 0.75, "Tolerance");
+
   source->AnchorOff();
   source->Update();
   check.Equal(output->GetPointData()->GetArray("Anchor")->GetTuple1(0), 0.0, "Anchor off");
 
   std::ostringstream text;
   source->PrintSelf(text, vtkIndent());
-  for (const char* name : { "Position: 1 2 3", "Target: 1.5 1 7", "Radius: 2.5", "Anchor: Off" })
+  for (const char* name : { "Position: 1 2 3", "Target: 1.5 1 7", "Radius: 2.5", "Anchor: Off", "Tolerance: 0.75" })
   {
     check.Contains(text.str(), name, "PrintSelf");
   }

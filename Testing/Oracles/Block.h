@@ -16,6 +16,14 @@ namespace oracle
 using Index3 = std::array<int, 3>;
 using Vector3 = std::array<double, 3>;
 
+/// A link without a limit from one element to a place: it costs (u - t)^2 / tolerance on each axis [mm].
+struct Soft
+{
+  std::size_t voxel = 0;
+  Vector3 target{};       ///< fractions of the spacing
+  double tolerance = 1.0; ///< [mm]
+};
+
 /// A block of tissue. Displacements are in fractions of the spacing, per axis; axes are independent of each other.
 struct Block
 {
@@ -26,6 +34,7 @@ struct Block
   std::vector<char> anchored;    ///< 1: held where it is
   std::vector<std::uint8_t> cut; ///< bit a: the link from this voxel to its neighbour in direction +a is removed
   double slack = 0.0;            ///< strain of a link up to this share of its limit costs no energy
+  std::vector<Soft> soft;        ///< any number for any element
 
   Block() = default;
   explicit Block(const Index3& n)
@@ -49,6 +58,21 @@ struct Block
     return { static_cast<int>(voxel % x), static_cast<int>(voxel / x % y), static_cast<int>(voxel / x / y) };
   }
 };
+
+/// What the soft links of a block cost in a state [fractions of the spacing], in mm.
+inline double softEnergy(const Block& block, const std::vector<Vector3>& state)
+{
+  double sum = 0.0;
+  for (const Soft& soft : block.soft)
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      const double way = block.spacing[a] * (state[soft.voxel][a] - soft.target[a]);
+      sum += way * way / soft.tolerance;
+    }
+  }
+  return sum;
+}
 
 /// One link between two elements.
 struct Link

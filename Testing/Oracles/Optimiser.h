@@ -107,15 +107,18 @@ namespace detail
 {
 
 /// One axis of the problem: minimise sum of w max(0, |y| - s)^2 over links, y = u(to) - u(from), |y| <= D, some u held;
-/// s = slack D. It is convex, so the value of the minimum is unique; where s > 0, the state need not be.
+/// s = slack D; plus v (u - t)^2 for each soft link. It is convex, so the value of the minimum is unique; where s > 0,
+/// the state need not be.
 ///
 /// Alternating directions (ADMM) on the splitting y = A u with penalty rho(l) = c w(l): the step in u is one linear
 /// system, whose matrix never changes, the step in y has a closed form per link. After the step in u the multiplier z
-/// satisfies A_free^T z = 0 exactly: it is a flow, a feasible point of the dual problem
+/// satisfies A_free^T z = 0 exactly, except at elements with soft links: it is a flow, a feasible point of the dual
+/// problem
 ///     max  -sum phi*(z) + (flow out of held elements) * (their values),   phi*(z) = max over |y| <= D of
-/// z y - w max(0, |y| - s)^2,
-/// so its value is a lower bound of the optimum whatever the state of convergence. The upper bound is the energy of u
-/// made feasible: clamped between the cones of the held elements, then the mean of its two Lipschitz envelopes.
+/// z y - w max(0, |y| - s)^2. An element with soft links, of weight v in all and mean place t, may have any flow
+/// g = A^T z, which adds min over u of g u + v (u - t)^2 = g t - g^2 / (4 v). So the value of z is a lower bound of the
+/// optimum whatever the state of convergence. The upper bound is the energy of u made feasible: clamped between the
+/// cones of the held elements, then the mean of its two Lipschitz envelopes.
 inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& held, const std::vector<Vector3>& start,
   double gap, double epsilon, Optimum& result)
 {
@@ -159,13 +162,25 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
     }
   }
 
+  std::vector<double> softWeight(groups, 0.0), softPlace(groups, 0.0);
+  for (const Soft& soft : block.soft)
+  {
+    const double weight = block.spacing[axis] / soft.tolerance;
+    softWeight[group[soft.voxel]] += weight;
+    softPlace[group[soft.voxel]] += weight * soft.target[axis];
+  }
+  for (int g = 0; g < groups; ++g)
+  {
+    softPlace[g] /= softWeight[g] > 0.0 ? softWeight[g] : 1.0;
+  }
+
   // A part of the tissue that nothing holds keeps its energy at 0 where it is; hold one unknown of it.
   int number = 0;
   const std::vector<int> part = parts(block, &number);
   std::vector<char> grounded(number, 0);
   for (std::size_t v = 0; v < block.count(); ++v)
   {
-    if (block.tissue[v] && fixed[group[v]])
+    if (block.tissue[v] && (fixed[group[v]] || softWeight[group[v]] > 0.0))
     {
       grounded[part[v]] = 1;
     }
@@ -216,6 +231,13 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
       }
     }
   }
+  for (int g = 0; g < groups; ++g)
+  {
+    if (unknown[g] >= 0 && softWeight[g] > 0.0)
+    {
+      matrix.add(unknown[g], unknown[g], 2.0 * softWeight[g]);
+    }
+  }
   matrix.factorise();
 
   std::vector<double> u = value;
@@ -235,6 +257,11 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
   const auto energyOf = [&](const std::vector<double>& x)
   {
     double sum = 0.0;
+    for (const Soft& soft : block.soft)
+    {
+      const double way = x[group[soft.voxel]] - soft.target[axis];
+      sum += block.spacing[axis] / soft.tolerance * way * way;
+    }
     for (const Edge& e : edges)
     {
       const double d = std::max(0.0, std::abs(x[e.to] - x[e.from]) - e.slack);
@@ -251,6 +278,13 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
   {
     // u: minimise sum of rho (A u - y + dual)^2.
     std::vector<double> right(unknowns, 0.0);
+    for (int g = 0; g < groups; ++g)
+    {
+      if (unknown[g] >= 0)
+      {
+        right[unknown[g]] = 2.0 * softWeight[g] * softPlace[g];
+      }
+    }
     for (std::size_t l = 0; l < edges.size(); ++l)
     {
       const Edge& e = edges[l];
@@ -283,6 +317,7 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
     if (iteration % 20 == 19)
     {
       double lower = 0.0;
+      std::vector<double> flow(groups, 0.0);
       for (std::size_t l = 0; l < edges.size(); ++l)
       {
         const Edge& e = edges[l];
@@ -292,6 +327,22 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
         lower -= size <= 2.0 * e.weight * widest ? size * e.slack + z * z / (4.0 * e.weight)
                                                  : size * e.limit - e.weight * widest * widest;
         lower += z * ((unknown[e.to] < 0 ? value[e.to] : 0.0) - (unknown[e.from] < 0 ? value[e.from] : 0.0));
+        flow[e.to] += z;
+        flow[e.from] -= z;
+      }
+      for (int g = 0; g < groups; ++g)
+      {
+        if (softWeight[g] > 0.0 && unknown[g] >= 0)
+        {
+          lower += flow[g] * softPlace[g] - flow[g] * flow[g] / (4.0 * softWeight[g]);
+        }
+      }
+      // What soft links cost at least: where their places differ, and at held elements.
+      for (const Soft& soft : block.soft)
+      {
+        const int g = group[soft.voxel];
+        const double way = (unknown[g] < 0 ? value[g] : softPlace[g]) - soft.target[axis];
+        lower += block.spacing[axis] / soft.tolerance * way * way;
       }
       bound = std::max(bound, lower);
 

@@ -7,7 +7,7 @@
 // where e and h are a link's direction and length and v is the cube root of an element's volume [mm]. With a Poisson's
 // ratio n each element adds n / (1 - 2 n) v / D swelling^2, where its swelling is the sum of its shares of the strains
 // of its links along themselves; links of rigid elements do not count. Rigid parts have one displacement and one spin.
-// Limits are left out. Conjugate gradients on the normal equations, in double.
+// Soft links add what softEnergy() says. Limits are left out. Conjugate gradients on the normal equations, in double.
 
 #include "Block.h"
 
@@ -83,7 +83,7 @@ public:
       fixed.u[v] = this->held_[v] ? given[v] : Vector3{};
     }
     // Residuals are linear: r(x) = J x + r(fixed). Solve J'WJ x = -J'W r(fixed).
-    std::vector<double> x(n, 0.0), r = this->gradient(fixed), p(n), q;
+    std::vector<double> x(n, 0.0), r = this->gradient(fixed, 1.0), p(n), q;
     for (double& value : r)
     {
       value = -value;
@@ -93,7 +93,7 @@ public:
     const double first = square;
     for (int round = 0; round < 20000 && square > 1e-24 * first; ++round)
     {
-      q = this->gradient(this->place(p));
+      q = this->gradient(this->place(p), 0.0);
       const double step = square / dot(p, q);
       for (std::size_t m = 0; m < n; ++m)
       {
@@ -130,6 +130,14 @@ public:
     for (std::size_t v = 0; v < swelling.size(); ++v)
     {
       sum += 0.5 * this->bulk_[v] * swelling[v] * swelling[v];
+    }
+    for (const Soft& soft : this->block_.soft)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        const double way = u[soft.voxel][a] - soft.target[a] * this->block_.spacing[a];
+        sum += way * way / soft.tolerance;
+      }
     }
     return sum;
   }
@@ -237,7 +245,8 @@ private:
     return sum;
   }
 
-  std::vector<double> gradient(const State& state) const
+  /// `constant`: how often what does not depend on the state counts, the places of soft links.
+  std::vector<double> gradient(const State& state, double constant) const
   {
     std::vector<Vector3> force(this->block_.count(), Vector3{}), torque(this->block_.count(), Vector3{});
     this->each(state.u, state.spin,
@@ -263,6 +272,14 @@ private:
         force[link.to][link.direction] += pull;
         force[link.from][link.direction] -= pull;
       });
+    for (const Soft& soft : this->block_.soft)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        const double way = state.u[soft.voxel][a] - constant * soft.target[a] * this->block_.spacing[a];
+        force[soft.voxel][a] += 2.0 / soft.tolerance * way;
+      }
+    }
     std::vector<double> result(6 * (this->block_.count() + this->middle_.size()), 0.0);
     for (std::size_t v = 0; v < this->block_.count(); ++v)
     {

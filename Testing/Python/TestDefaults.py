@@ -126,6 +126,7 @@ probe = ChainMailProbe()
 require(np.allclose(probe.Position, [3.5, 3.0, 2.5]), "the probe starts at %s", probe.Position)
 require(np.allclose(probe.Target, [3.5, 3.0, 3.0]), "the probe's target is %s", probe.Target)
 require(probe.Radius == 0.0 and probe.Anchor == 0, "the probe has radius %g, anchor %d", probe.Radius, probe.Anchor)
+require(probe.Tolerance == 0.0, "the probe has tolerance %g", probe.Tolerance)
 SetActiveSource(None)
 probe = ChainMailProbe()
 require(list(probe.Position) == [0, 0, 0] and list(probe.Target) == [0, 0, 0], "a probe without data is at %s",

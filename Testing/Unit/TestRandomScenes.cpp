@@ -90,6 +90,10 @@ std::string text(const Step& step)
     {
       out << " anchor";
     }
+    if (p.isSoft())
+    {
+      out << " soft " << p.tolerance;
+    }
     out << " by " << p.displacement[0] << ' ' << p.displacement[1] << ' ' << p.displacement[2];
   }
   return out.str();
@@ -201,7 +205,7 @@ bool same(const Reading& a, const Reading& b)
 /// - a wave is formula (P*): the state before it, clamped between the cones of what is held after it;
 /// - under Limit, a single moved probe gets all that anchors and other probes leave it;
 /// - what a probe holds stays until its probe moves or, under Latest, another wave drags it along; anchors always;
-/// - a projected relaxation never raises the energy;
+/// - a projected relaxation never raises the energy, of which soft probes are part; these hold nothing;
 /// - reset() and mend() are exactly rest;
 /// - measure() and probes() say what the state says.
 class Watch
@@ -311,6 +315,25 @@ double Watch::energy(const Values& v, double* rounding) const
       }
     }
   }
+  for (const Held& held : this->held_)
+  {
+    for (std::size_t n = 0; held.probe.isSoft() && n < held.voxels.size(); ++n)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        const double h = this->scene_.grid.spacing[a];
+        const double target = held.grabbed[n][a] + (held.probe.anchor ? 0.0 : held.probe.displacement[a] / h);
+        const double way = std::abs(v[held.voxels[n]][a] - target);
+        const double weight = h * h / held.probe.tolerance;
+        sum += weight * way * way;
+        if (rounding)
+        {
+          const double step = std::max(unit, 1.2e-7 * std::abs(target));
+          *rounding += weight * (2.0 * way + step) * step;
+        }
+      }
+    }
+  }
   return sum;
 }
 
@@ -381,7 +404,7 @@ void Watch::take(const Step& step, const Answer& answer)
         next[n] = this->held_[m];
         for (const std::size_t v : next[n].voxels)
         {
-          taken[v] = 1;
+          taken[v] = taken[v] || (!next[n].probe.isSoft() && !step.probes[n].isSoft()) ? 1 : 0;
         }
       }
     }
@@ -399,6 +422,28 @@ void Watch::take(const Step& step, const Answer& answer)
     return;
   }
   bool moves = false;
+  for (std::size_t n = 0; n < next.size(); ++n)
+  {
+    if (!known[n] || !next[n].probe.isSoft() || step.probes[n].isSoft())
+    {
+      continue;
+    }
+    // A probe that ceases to be soft takes what nobody has.
+    for (std::size_t m = next[n].voxels.size(); m-- > 0;)
+    {
+      if (taken[next[n].voxels[m]] || this->block_.anchored[next[n].voxels[m]])
+      {
+        next[n].voxels.erase(next[n].voxels.begin() + m);
+        next[n].grabbed.erase(next[n].grabbed.begin() + m);
+      }
+    }
+    for (const std::size_t v : next[n].voxels)
+    {
+      taken[v] = 1;
+    }
+    next[n].moved = true;
+    moves = moves || !step.probes[n].anchor;
+  }
   for (const bool anchors : { true, false })
   {
     for (std::size_t n = 0; n < next.size(); ++n)
@@ -409,21 +454,23 @@ void Watch::take(const Step& step, const Answer& answer)
       }
       for (const std::size_t v : grabbed[n])
       {
-        if (!taken[v] && !this->block_.anchored[v])
+        const bool soft = step.probes[n].isSoft();
+        if (soft || (!taken[v] && !this->block_.anchored[v]))
         {
-          taken[v] = 1;
+          taken[v] = taken[v] || !soft ? 1 : 0;
           next[n].voxels.push_back(v);
           next[n].grabbed.push_back(this->at(this->now_, v));
         }
       }
       next[n].moved = true;
-      moves = moves || !anchors;
+      moves = moves || (!anchors && !step.probes[n].isSoft());
     }
   }
   for (std::size_t n = 0; n < next.size(); ++n)
   {
     const Probe& before = next[n].probe;
-    if (known[n] && !step.probes[n].anchor && (before.anchor || before.displacement != step.probes[n].displacement))
+    if (known[n] && !step.probes[n].anchor && !step.probes[n].isSoft() &&
+        (before.anchor || before.displacement != step.probes[n].displacement))
     {
       next[n].moved = moves = true;
     }
@@ -449,7 +496,7 @@ void Watch::checkFormula()
   std::vector<const Held*> movers;
   for (const Held& held : this->held_)
   {
-    if (held.moved && !held.probe.anchor)
+    if (held.moved && !held.probe.anchor && !held.probe.isSoft())
     {
       movers.push_back(&held);
     }
@@ -476,7 +523,7 @@ void Watch::checkFormula()
     }
     for (const Held& held : this->held_)
     {
-      if (this->policy_ != ConflictPolicy::Latest || held.probe.anchor || held.moved)
+      if (!held.probe.isSoft() && (this->policy_ != ConflictPolicy::Latest || held.probe.anchor || held.moved))
       {
         std::for_each(held.voxels.begin(), held.voxels.end(), hold);
       }
@@ -522,7 +569,7 @@ void Watch::checkReach(const Held& mover, const Values& before)
     }
     for (const Held& held : this->held_)
     {
-      if (&held != &mover)
+      if (&held != &mover && !held.probe.isSoft())
       {
         std::for_each(held.voxels.begin(), held.voxels.end(), hold);
       }
@@ -551,7 +598,7 @@ void Watch::wavesEnded(const Reading& before)
   (void)before;
   for (Held& held : this->held_)
   {
-    for (std::size_t n = 0; n < held.voxels.size(); ++n)
+    for (std::size_t n = 0; !held.probe.isSoft() && n < held.voxels.size(); ++n)
     {
       const std::size_t v = held.voxels[n];
       const bool stays =
@@ -648,7 +695,7 @@ void Watch::checkRelaxation(const Step& step, const Answer& answer, const Readin
   EXPECT_TRUE(answer.relaxed.converged || answer.relaxed.iterations == step.iterations || this->underWay_);
   for (const Held& held : this->held_)
   {
-    for (const std::size_t v : held.voxels)
+    for (const std::size_t v : held.probe.isSoft() ? std::vector<std::size_t>() : held.voxels)
     {
       for (int a = 0; a < 3; ++a)
       {
@@ -734,8 +781,13 @@ void Watch::checkState(const Simulation& simulation)
       ASSERT_TRUE(std::isfinite(result.reached[a]) && std::isfinite(result.force[a]));
       if (!held.voxels.empty())
       {
-        EXPECT_NEAR(result.reached[a] / h, v[held.voxels[0]][a] - held.grabbed[0][a], 1e-6 * this->furthest_)
-          << "probe " << p;
+        const std::size_t count = held.probe.isSoft() ? held.voxels.size() : 1;
+        double reached = 0.0;
+        for (std::size_t n = 0; n < count; ++n)
+        {
+          reached += (v[held.voxels[n]][a] - held.grabbed[n][a]) / static_cast<double>(count);
+        }
+        EXPECT_NEAR(result.reached[a] / h, reached, 1e-6 * this->furthest_) << "probe " << p;
       }
     }
   }
@@ -827,6 +879,8 @@ class Story
 public:
   explicit Story(std::uint64_t seed)
     : random_(seed * 7919 + 13)
+    , softRandom_(seed * 104729 + 7)
+    , soft_(this->softRandom_.chance(0.4) ? 0.4 : 0.0)
     , scene_(this->drawScene())
     , fromRest_(this->random_.chance(0.4))
     , paper_(this->random_.chance(0.15))
@@ -850,7 +904,11 @@ private:
   Surface drawClosed();
   Step drawTopology();
 
+  double drawTolerance();
+
   Random random_;
+  Random softRandom_; ///< of its own, so that all else is as it was before there were soft probes
+  double soft_;       ///< how often probes are soft
   Scene scene_;
   Index3 brick_{};
   Index3 otherBrick_{};
@@ -972,6 +1030,13 @@ Vector3 Story::displacement()
   return d;
 }
 
+double Story::drawTolerance()
+{
+  const Vector3& h = this->scene_.grid.spacing;
+  return this->softRandom_.chance(this->soft_) ? this->softRandom_.logarithmic(1e-3, 10.0) * (h[0] + h[1] + h[2]) / 3.0
+                                               : 0.0;
+}
+
 /// On an element where it is now, or where it rests.
 std::optional<Probe> Story::drawProbe(const Reading& now, bool atRest)
 {
@@ -997,6 +1062,7 @@ std::optional<Probe> Story::drawProbe(const Reading& now, bool atRest)
   }
   probe.radius = this->random_.chance(0.5) ? 0.0 : this->random_(0.2, 2.5) * (h[0] + h[1] + h[2]) / 3.0;
   probe.anchor = this->random_.chance(0.15);
+  probe.tolerance = this->drawTolerance();
   return probe;
 }
 
@@ -1114,6 +1180,7 @@ std::vector<Step> Story::next(const Reading& now)
     else if (this->random_.chance(0.4))
     {
       this->probes_[p].displacement = this->displacement();
+      this->probes_[p].tolerance = this->softRandom_.chance(0.3) ? this->drawTolerance() : this->probes_[p].tolerance;
     }
   }
   const int added = this->random_.below(this->probes_.size() < 5 ? 4 : 1);

@@ -1,0 +1,62 @@
+#include "SoftLinks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+namespace chainmail
+{
+
+cl_float4 proportionsOf(const Grid& grid)
+{
+  const double mean = std::cbrt(grid.spacing[0] * grid.spacing[1] * grid.spacing[2]);
+  cl_float4 proportions{};
+  for (int a = 0; a < 3; ++a)
+  {
+    proportions.s[a] = static_cast<float>(grid.spacing[a] / mean);
+  }
+  return proportions;
+}
+
+SoftLinks::SoftLinks(Context& context, const BrickTable& table, const Grid& grid, std::vector<SoftLink> links)
+  : links_(std::move(links))
+  , proportions_(proportionsOf(grid))
+{
+  constexpr std::size_t runs = 4;
+  const char* purpose = "the soft probes";
+  const std::size_t elements = static_cast<std::size_t>(table.elementsPerBrick());
+  std::vector<cl_int> rows(static_cast<std::size_t>(table.numbers()), -1);
+  std::vector<cl_uint> addresses;
+  std::vector<cl_float> values;
+  const double mean = std::cbrt(grid.spacing[0] * grid.spacing[1] * grid.spacing[2]);
+  cl_int count = 0;
+  for (const SoftLink& link : this->links_)
+  {
+    this->least_ += link.least * mean;
+    const Index3 at = grid.indexOf(link.voxel);
+    cl_int& row = rows[static_cast<std::size_t>(table.brickAt(at[0], at[1], at[2]))];
+    row = row < 0 ? count++ : row;
+    addresses.push_back(static_cast<cl_uint>(runs * elements * row + table.local(at[0], at[1], at[2])));
+    values.push_back(static_cast<cl_float>(link.weight));
+    std::transform(link.place.begin(), link.place.end(), std::back_inserter(values),
+      [](double place) { return static_cast<cl_float>(place); });
+  }
+  const std::size_t bytes = sizeof(cl_float) * runs * elements * static_cast<std::size_t>(count);
+  this->rows_ = context.upload(rows, purpose);
+  this->values_ = context.allocate(bytes, purpose);
+  this->bytes_ = sizeof(cl_int) * rows.size() + bytes;
+  const cl::Buffer list = context.upload(addresses, purpose);
+  context.launchOver(context.kernel("scatter.cl", "", "scatter"), addresses.size(), this->values_,
+    static_cast<cl_uint>(elements), static_cast<cl_int>(runs), list, context.upload(values, purpose));
+  context.queue().finish();
+}
+
+const SoftLink* SoftLinks::of(std::size_t voxel) const
+{
+  const auto found = std::lower_bound(this->links_.begin(), this->links_.end(), voxel,
+    [](const SoftLink& link, std::size_t other) { return link.voxel < other; });
+  return found != this->links_.end() && found->voxel == voxel ? &*found : nullptr;
+}
+
+}
