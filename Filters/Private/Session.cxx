@@ -385,6 +385,7 @@ void Session::Mend()
   this->CarveHistory.Rest();
   ++this->TissueChanges;
   ++this->LinkChanges;
+  this->HasCut = false;
 }
 
 void Session::Cut(const InputSurface& surface)
@@ -393,6 +394,7 @@ void Session::Cut(const InputSurface& surface)
   if (links > 0)
   {
     ++this->LinkChanges;
+    this->HasCut = true;
   }
   this->Cuts.push_back(surface);
   this->Reports.Warn(this->CutHistory.About(surface, surface.Flaw));
@@ -410,6 +412,7 @@ void Session::Carve(const InputSurface& surface)
     {
       ++this->TissueChanges;
       ++this->LinkChanges;
+      this->HasCut = true;
     }
   }
   catch (const chainmail::InputError& error)
