@@ -12,7 +12,6 @@
 #include "vtkCompositeDataSet.h"
 #include "vtkDataArray.h"
 #include "vtkErrorCode.h"
-#include "vtkExtentTranslator.h"
 #include "vtkFieldData.h"
 #include "vtkImageData.h"
 #include "vtkInformation.h"
@@ -330,18 +329,10 @@ int vtkChainMailCarry::RequestUpdateExtent(
     vtkChainMail::AskForAll(inputVector + DEFORMATION, 1);
     return 1;
   }
-  // The processes ask for a piece each, as the deformation then works once for all of them.
-  Extent whole = ExtentIn(model, Pipeline::WHOLE_EXTENT());
-  Extent part = whole;
-  vtkNew<vtkExtentTranslator> translator;
-  if (!vtkChainMail::IsEmpty(whole) &&
-      !translator->PieceToExtentThreadSafe(output->Get(Pipeline::UPDATE_PIECE_NUMBER()),
-        output->Get(Pipeline::UPDATE_NUMBER_OF_PIECES()), 0, whole.data(), part.data(), vtkExtentTranslator::BLOCK_MODE,
-        0))
-  {
-    part = { { 0, -1, 0, -1, 0, -1 } };
-  }
-  model->Set(Pipeline::UPDATE_EXTENT(), part.data(), 6);
+  // The processes ask for a piece each, as the deformation then works once for all of them. The executive splits this
+  // extent when it comes to compute.
+  const Extent whole = ExtentIn(model, Pipeline::WHOLE_EXTENT());
+  model->Set(Pipeline::UPDATE_EXTENT(), whole.data(), 6);
   model->Set(Pipeline::UPDATE_NUMBER_OF_GHOST_LEVELS(), 0);
   return 1;
 }
