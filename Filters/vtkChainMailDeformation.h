@@ -99,8 +99,8 @@
  *
  * - 0, the deformed image: the input's geometry, extended by OutputPadding, and all its point arrays, each resampled in
  *   its own type. Global ids become an ordinary array. Cell arrays are not passed on, which is warned about once.
- *   With PullBack it also has `PullBack` (3 floats, world axes, [mm]): from a voxel to where its material was at rest, 0
- *   where nothing moved, NaN where there is background. An array of that name in the input is not passed on then.
+ *   With PullBack it also has `PullBack` (3 floats, world axes, [mm]): from a voxel to where its material was at rest,
+ * 0 where nothing moved, NaN where there is background. An array of that name in the input is not passed on then.
  * Ghosts and blanks (of voxels and of cells, `vtkGhostType`) belong to the grid and stay where they are; padding has
  * none.
  * - 1, the model at rest on the input's grid, with those point arrays that were chosen (ModelArrays): `Displacement`
@@ -110,7 +110,9 @@
  * other array; without it `Element`. With PropagationTimes it also has `PropagationTime` (float, components as
  * `Constraint`: how far the last wave that came to the element had travelled from its probe, as the sum of D along its
  * links [mm]; with 1 component along the image's x axis; -1: no wave came) and `Wavefront` (int, likewise: the number
- * of that wave since rest, from 1 on; 0 none).
+ * of that wave since rest, from 1 on; 0 none). With `Displacement`, where something is cut or carved, it has `Links`
+ * (unsigned char), which vtkChainMailCarry reads to tell sides apart: 1 where an element is linked to its neighbour
+ * at x-, 2 x+, 4 y-, 8 y+, 16 z-, 32 z+, summed up; 64 where tissue was carved away; 0 in air.
  *
  * Both have the input's field data, except arrays of the names below, and these field arrays: `ProbeReached` (3 per
  * probe: its displacement since it grabbed, world axes, [mm]), `ProbeForce` (3 per probe: the gradient of the energy at
@@ -143,7 +145,7 @@
  * tissue can fold over itself; the resampling then shows one layer. There may be at most 2^31 voxels with padding. More
  * processes make it neither faster nor the image larger. A knife that moves between two updates works where updates
  * find it, not along its way. A saved pipeline has no state of MODE_INTERACTIVE: it starts from rest.
- * @sa vtkChainMailProbeSource
+ * @sa vtkChainMailProbeSource vtkChainMailCarry
  */
 
 #ifndef vtkChainMailDeformation_h
@@ -592,9 +594,9 @@ public:
 
   ///@{
   /**
-   * Whether output 0 has the array PullBack: 12 bytes a voxel, and as much for the update that comes next. It is the way
-   * back that resampling takes, so cuts and carves are in it, as no displacement of the model at rest has them. Default:
-   * off.
+   * Whether output 0 has the array PullBack: 12 bytes a voxel, and as much for the update that comes next. It is the
+   * way back that resampling takes, so cuts and carves are in it, as no displacement of the model at rest has them.
+   * Default: off.
    */
   vtkSetMacro(PullBack, bool);
   vtkGetMacro(PullBack, bool);

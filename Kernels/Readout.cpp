@@ -2,6 +2,7 @@
 
 #include "ElementRule.h"
 #include "Swelling.h"
+#include "Threads.h"
 
 #include <algorithm>
 #include <array>
@@ -353,43 +354,29 @@ void Readout::elements(std::uint8_t* out) const
 void Readout::links(std::uint8_t* out) const
 {
   const Grid& grid = this->voxels_.model().grid();
-  const int axes = this->voxels_.model().axes();
-  std::vector<float> row(static_cast<std::size_t>(grid.size[0]) * axes);
-  for (int k = 0; k < grid.size[2]; ++k)
-  {
-    for (int j = 0; j < grid.size[1]; ++j)
+  std::vector<std::uint8_t> tissue(grid.voxels());
+  this->elements(tissue.data());
+  const std::size_t step[3] = { 1, grid.at(0, 1, 0), grid.at(0, 0, 1) };
+  inParallel(static_cast<std::size_t>(grid.size[2]),
+    [&](std::size_t slice)
     {
-      this->voxels_.row(0, j, k, grid.size[0], row.data());
-      for (int i = 0; i < grid.size[0]; ++i)
+      const int k = static_cast<int>(slice);
+      for (int j = 0; j < grid.size[1]; ++j)
       {
-        out[grid.at(i, j, k)] = std::isinf(row[static_cast<std::size_t>(i) * axes]) ? 0 : 64;
-      }
-    }
-  }
-  for (int k = 0; k < grid.size[2]; ++k)
-  {
-    for (int j = 0; j < grid.size[1]; ++j)
-    {
-      for (int i = 0; i < grid.size[0]; ++i)
-      {
-        std::uint8_t& bits = out[grid.at(i, j, k)];
-        const std::uint8_t cut = bits == 0 ? 0 : this->voxels_.cutBits(i, j, k);
-        for (int a = 0; bits != 0 && a < 3; ++a)
+        for (int i = 0; i < grid.size[0]; ++i)
         {
-          const Index3 next{ i + (a == 0), j + (a == 1), k + (a == 2) };
-          if (next[a] < grid.size[a] && out[grid.at(next[0], next[1], next[2])] != 0 && (cut & (2 << (2 * a))) == 0)
+          const std::size_t voxel = grid.at(i, j, k);
+          const Index3 at{ i, j, k };
+          unsigned bits = 0;
+          for (int a = 0; tissue[voxel] != 0 && a < 3; ++a)
           {
-            bits = static_cast<std::uint8_t>(bits | (2 << (2 * a)));
-            out[grid.at(next[0], next[1], next[2])] |= static_cast<std::uint8_t>(1 << (2 * a));
+            bits |= at[a] > 0 && tissue[voxel - step[a]] != 0 ? 1u << (2 * a) : 0;
+            bits |= at[a] + 1 < grid.size[a] && tissue[voxel + step[a]] != 0 ? 2u << (2 * a) : 0;
           }
+          out[voxel] = static_cast<std::uint8_t>(bits == 0 ? 0 : bits & ~this->voxels_.cutBits(i, j, k));
         }
       }
-    }
-  }
-  for (std::size_t n = 0; n < grid.voxels(); ++n)
-  {
-    out[n] &= 63;
-  }
+    });
 }
 
 std::vector<std::size_t> Readout::voxelsOf(std::size_t element) const

@@ -35,7 +35,7 @@ install(FILES LICENSE DESTINATION share/doc/chainmail RENAME copyright COMPONENT
 # What to read after the installation, with the pages, pictures and scripts that it names, as they lie in the source.
 install(FILES Plugin/README.Debian README.md DESTINATION share/doc/chainmail COMPONENT Package EXCLUDE_FROM_ALL)
 install(DIRECTORY Data/ DESTINATION share/doc/chainmail/Data COMPONENT Package EXCLUDE_FROM_ALL FILES_MATCHING PATTERN "*.md"
-  PATTERN "*.png" PATTERN "main_job.py" PATTERN "find_scene.py" PATTERN "make_forearm.py" PATTERN "carry.py"
+  PATTERN "*.png" PATTERN "main_job.py" PATTERN "find_scene.py" PATTERN "make_forearm.py"
   PATTERN Baselines EXCLUDE PATTERN __pycache__ EXCLUDE)
 
 set(CPACK_GENERATOR DEB)

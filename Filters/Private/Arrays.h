@@ -6,6 +6,7 @@
 
 #include "vtkAbstractArray.h"
 #include "vtkDataArray.h"
+#include "vtkPointData.h"
 #include "vtkSmartPointer.h"
 #include "vtkVariant.h"
 #include "vtkVersionMacros.h"
@@ -84,6 +85,24 @@ inline vtkIdType LabelAt(vtkDataArray* labels, vtkIdType voxel)
     return std::fabs(rounded) <= 9e18 ? static_cast<vtkIdType>(rounded) : 0; // false for NaN
   }
   return static_cast<vtkIdType>(labels->GetVariantValue(voxel * labels->GetNumberOfComponents()).ToTypeInt64());
+}
+
+/// Makes the copies of the image's active arrays the active ones of `out`. Global ids are left out: they would have to
+/// be unique, but tissue that stretches shows one twice.
+inline void CopyActiveAttributes(vtkPointData* arrays, vtkPointData* out)
+{
+  for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
+  {
+    vtkAbstractArray* active =
+      attribute == vtkDataSetAttributes::GLOBALIDS ? nullptr : arrays->GetAbstractAttribute(attribute);
+    for (int a = 0; active && a < arrays->GetNumberOfArrays(); ++a)
+    {
+      if (arrays->GetAbstractArray(a) == active)
+      {
+        out->SetActiveAttribute(a, attribute);
+      }
+    }
+  }
 }
 
 }

@@ -291,6 +291,51 @@ vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Exten
   return own;
 }
 
+vtkSmartPointer<vtkImageData> Exchange::Assemble(vtkImageData* part, const Extent& whole, std::string& problem) const
+{
+  if (!this->Controller)
+  {
+    return part;
+  }
+  const bool hasAll = part->GetNumberOfPoints() > 0 && Contains(ExtentOf(part), whole);
+  if (this->All(hasAll))
+  {
+    return part;
+  }
+  vtkSmartPointer<vtkImageData> all = part;
+  if (this->IsRoot())
+  {
+    std::vector<vtkSmartPointer<vtkImageData>> parts{ part };
+    for (int p = 1; p < this->Controller->GetNumberOfProcesses(); ++p)
+    {
+      parts.push_back(this->Receive(p));
+    }
+    parts.erase(std::remove_if(parts.begin(), parts.end(),
+                  [](const vtkSmartPointer<vtkImageData>& one) { return one->GetNumberOfPoints() == 0; }),
+      parts.end());
+    try
+    {
+      if (!hasAll && !parts.empty())
+      {
+        all = PutTogether(parts, whole);
+      }
+    }
+    catch (const chainmail::InputError& error)
+    {
+      problem = error.what();
+    }
+  }
+  else
+  {
+    this->Send(part, root);
+  }
+  vtkMultiProcessStream stream;
+  stream << problem;
+  this->Controller->Broadcast(stream, root);
+  stream >> problem;
+  return problem.empty() ? this->Deliver(all, whole) : all;
+}
+
 void Exchange::Send(vtkImageData* image, int to) const
 {
   // The name and components of an array travel with its memory; its type and its place among the arrays are sent here.

@@ -49,6 +49,11 @@ public:
   /// Gives this process its `extent` of the root's image `whole`, with all field data.
   vtkSmartPointer<vtkImageData> Deliver(vtkImageData* whole, const std::array<int, 6>& extent) const;
 
+  /// Gives every process all of an image of which each has a part, or the whole. `problem` is the same everywhere:
+  /// empty, or why the parts do not fit together.
+  vtkSmartPointer<vtkImageData> Assemble(
+    vtkImageData* part, const std::array<int, 6>& whole, std::string& problem) const;
+
 private:
   /// What one process has to send to the root.
   struct Wanted

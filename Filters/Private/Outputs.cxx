@@ -2,6 +2,7 @@
 #include "Outputs.h"
 
 #include "Arrays.h"
+#include "CarryCells.h"
 #include "Threads.h"
 
 #include "vtkCellData.h"
@@ -28,24 +29,6 @@ namespace vtkChainMail
 
 namespace
 {
-
-/// Makes the copies of the image's active arrays the active ones of `out`. Global ids are left out: they would have to
-/// be unique, but tissue that stretches shows one twice.
-void CopyActiveAttributes(vtkPointData* arrays, vtkPointData* out)
-{
-  for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
-  {
-    vtkAbstractArray* active =
-      attribute == vtkDataSetAttributes::GLOBALIDS ? nullptr : arrays->GetAbstractAttribute(attribute);
-    for (int a = 0; active && a < arrays->GetNumberOfArrays(); ++a)
-    {
-      if (arrays->GetAbstractArray(a) == active)
-      {
-        out->SetActiveAttribute(a, attribute);
-      }
-    }
-  }
-}
 
 /// Calls f(first, last) for portions of some voxels, from several threads.
 template <typename F> void ForPortions(vtkIdType voxels, const F& f)
@@ -240,9 +223,9 @@ void Outputs::ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* mod
   vtkPointData* arrays = model->GetPointData();
   const vtkIdType voxels = model->GetNumberOfPoints();
   const auto wants = [&](const char* name) { return chosen->ArrayIsEnabled(name) != 0; };
-  const auto share = [&](const char* name, auto& shared, int version, auto&& fetch)
+  const auto share = [&](const char* name, bool isWanted, auto& shared, int version, auto&& fetch)
   {
-    if (!wants(name))
+    if (!isWanted)
     {
       shared.Forget();
       arrays->RemoveArray(name);
@@ -265,9 +248,13 @@ void Outputs::ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* mod
     this->Reports.Run(DOWNLOAD, 0.9, 0.98, [&] { arrays->SetVectors(this->FetchDisplacement(voxels)); });
   }
   const int ofTissue = this->Source.GetTissueChanges();
-  share("Element", this->Element, ofTissue, [&] { return this->FetchElement(voxels); });
-  share("Constraint", this->Constraint, ofTissue, [&] { return this->FetchConstraint(voxels); });
-  share("Cluster", this->Cluster, this->Source.GetLinkChanges(), [&] { return this->FetchCluster(voxels); });
+  const int ofLinks = this->Source.GetLinkChanges();
+  share("Element", wants("Element"), this->Element, ofTissue, [&] { return this->FetchElement(voxels); });
+  // Without it nobody could tell to which side of a cut a displacement belongs.
+  share("Links", wants("Displacement") && this->Source.IsCut(), this->Links, ofLinks,
+    [&] { return this->FetchLinks(voxels); });
+  share("Constraint", wants("Constraint"), this->Constraint, ofTissue, [&] { return this->FetchConstraint(voxels); });
+  share("Cluster", wants("Cluster"), this->Cluster, ofLinks, [&] { return this->FetchCluster(voxels); });
   // Writers that hold one array, such as that of MetaImage, write the active scalars.
   const char* const most = wants("Displacement") ? "Displacement" : "Element";
   if (wants(most))
@@ -387,6 +374,34 @@ vtkSmartPointer<vtkUnsignedCharArray> Outputs::FetchElement(vtkIdType voxels)
   const auto element = MakeArray<vtkUnsignedCharArray>("Element", 1, voxels);
   this->Source.GetSimulation().elements(element->GetPointer(0));
   return element;
+}
+
+vtkSmartPointer<vtkUnsignedCharArray> Outputs::FetchLinks(vtkIdType voxels)
+{
+  constexpr unsigned char carved = chainmail::RestModel::carved;
+  const auto links = MakeArray<vtkUnsignedCharArray>("Links", 1, voxels);
+  const vtkSmartPointer<vtkUnsignedCharArray> element = this->FetchElement(voxels);
+  const chainmail::Model& model = this->Source.GetModel();
+  const int axes = model.axes();
+  const chainmail::Index3& size = model.grid().size;
+  this->Source.GetSimulation().links(links->GetPointer(0));
+  std::vector<float> row(static_cast<std::size_t>(size[0]) * axes);
+  vtkIdType v = 0;
+  for (int k = 0; k < size[2]; ++k)
+  {
+    for (int j = 0; j < size[1]; ++j)
+    {
+      model.row(0, j, k, size[0], row.data()); // as it was before any carve
+      for (int i = 0; i < size[0]; ++i, ++v)
+      {
+        if (element->GetValue(v) == 0 && !std::isinf(row[static_cast<std::size_t>(i) * axes]))
+        {
+          links->SetValue(v, carved);
+        }
+      }
+    }
+  }
+  return links;
 }
 
 vtkSmartPointer<vtkIntArray> Outputs::FetchCluster(vtkIdType voxels)

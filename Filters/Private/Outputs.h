@@ -81,6 +81,7 @@ private:
   void AddBodies(vtkFieldData* fields);
   vtkSmartPointer<vtkUnsignedCharArray> FetchElement(vtkIdType voxels);
   vtkSmartPointer<vtkFloatArray> FetchConstraint(vtkIdType voxels);
+  vtkSmartPointer<vtkUnsignedCharArray> FetchLinks(vtkIdType voxels);
   vtkSmartPointer<vtkIntArray> FetchCluster(vtkIdType voxels);
   vtkSmartPointer<vtkFloatArray> FetchDisplacement(vtkIdType voxels);
   void FetchTimes(const Scene& scene, vtkPointData* output);
@@ -95,6 +96,7 @@ private:
   // Arrays that the outputs share as long as updates find nothing new.
   SharedArray<vtkFloatArray> Constraint;
   SharedArray<vtkUnsignedCharArray> Element;
+  SharedArray<vtkUnsignedCharArray> Links;
   SharedArray<vtkIntArray> Cluster;
 
   std::optional<Frame> Space; // of the image of the last update

@@ -391,6 +391,7 @@ void Session::Mend()
   this->CarveHistory.Rest();
   ++this->TissueChanges;
   ++this->LinkChanges;
+  this->HasCut = false;
 }
 
 void Session::Cut(const InputSurface& surface)
@@ -399,6 +400,7 @@ void Session::Cut(const InputSurface& surface)
   if (links > 0)
   {
     ++this->LinkChanges;
+    this->HasCut = true;
   }
   this->Cuts.push_back(surface);
   this->Reports.Warn(this->CutHistory.About(surface, surface.Flaw));
@@ -416,6 +418,7 @@ void Session::Carve(const InputSurface& surface)
     {
       ++this->TissueChanges;
       ++this->LinkChanges;
+      this->HasCut = true;
     }
   }
   catch (const chainmail::InputError& error)

@@ -73,6 +73,8 @@ public:
   /// How often elements came or went, and how often links did. With either, rigid clusters may change.
   int GetTissueChanges() const { return this->TissueChanges; }
   int GetLinkChanges() const { return this->LinkChanges; }
+  /// Whether links or elements were taken away.
+  bool IsCut() const { return this->HasCut; }
 
 private:
   void Build(const Scene& scene);
@@ -130,6 +132,7 @@ private:
   int Builds = 0;
   int TissueChanges = 0;
   int LinkChanges = 0;
+  bool HasCut = false;
 };
 
 }

@@ -56,7 +56,6 @@ COMMANDS = [
     (r"podman (build|run) .*", "there is no container engine where the tests run; the package is tried in a bare system",
      {ROLES + "tryPackage.sh": ["make_bare_system", "usePlugin.xml"]}),
     (r"plastimatch convert --input FOLDER .*", "", {"Testing/Python/TestDicom.py": ['"plastimatch", "convert", "--input"']}),
-    (r"pvpython Data/carry\.py .*", "", {"Testing/Python/TestCarry.py": ["carry.py", '"--back"', "labels=", "carry_image("]}),
     (r"plastimatch warp --input pet\.mha .*", "", {"Testing/Python/TestTransforms.py": ['"plastimatch", "warp", "--input"', '"--xf"']}),
     (r"antsApplyTransforms -d 3 .*", "", {"Testing/Python/TestTransforms.py": ['"antsApplyTransforms", "-d", "3", "-i"', '"-t"']}),
     (r"mpirun -np 4 pvbatch", "", {"Testing/Python/TestRanks.py": ["mpiexec("]}),

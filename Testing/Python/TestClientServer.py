@@ -69,6 +69,10 @@ def play(results):
         print(name, flush=True)
 
     keep("from rest")
+    carry = ChainMailCarry(Input=wavelet, Deformation=OutputPort(deformation, 1))
+    kept["carried"] = points_of(carry, 0, "RTData")
+    require(not reported and (kept["carried"] != points_of(wavelet, 0, "RTData")).any(), "nothing is carried: %s", reported)
+    Delete(carry)
     exec(settle, {"deformation": deformation, "probe": probe})
     deformation.UpdatePropertyInformation()
     require(deformation.NeedsUpdate == 0, "the README's lines leave tissue that has not settled")
