@@ -138,7 +138,7 @@ Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const
         [&is](const Handles::Pointer& handle) { return is(*handle); });
     };
     const bool isOnItsWay = any([](const Handle& handle) { return handle.isOnItsWay; });
-    const bool anyTurns = any([](const Handle& handle) { return handle.turns(); });
+    const bool anyTurns = any([](const Handle& handle) { return handle.turns() || handle.turnsBody; });
     const bool gains = isOnItsWay || lacking.lack <= (1.0 - leastGain) * before;
     if (lacking.handles.moved.empty() || (!gains && !(anyTurns && mayStop > 0)))
     {

@@ -351,7 +351,7 @@ void Readout::elements(std::uint8_t* out) const
   }
 }
 
-void Readout::links(std::uint8_t* out) const
+void Readout::links(std::uint8_t* out, bool ofPictures) const
 {
   const Grid& grid = this->voxels_.model().grid();
   std::vector<std::uint8_t> tissue(grid.voxels());
@@ -373,7 +373,9 @@ void Readout::links(std::uint8_t* out) const
             bits |= at[a] > 0 && tissue[voxel - step[a]] != 0 ? 1u << (2 * a) : 0;
             bits |= at[a] + 1 < grid.size[a] && tissue[voxel + step[a]] != 0 ? 2u << (2 * a) : 0;
           }
-          out[voxel] = static_cast<std::uint8_t>(bits == 0 ? 0 : bits & ~this->voxels_.cutBits(i, j, k));
+          const Links& links = this->voxels_.links();
+          const unsigned gone = bits == 0 ? 0 : ofPictures ? links.shownBits(i, j, k) : links.cutBits(i, j, k);
+          out[voxel] = static_cast<std::uint8_t>(bits & ~gone);
         }
       }
     });

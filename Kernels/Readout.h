@@ -29,7 +29,7 @@ public:
   void wavefronts(const ArrivalTimes& arrivals, int* out, bool zeroed) const;
   void clusters(int* out) const;
   void elements(std::uint8_t* out) const;
-  void links(std::uint8_t* out) const;
+  void links(std::uint8_t* out, bool ofPictures) const;
 
   /// The tissue voxels that an element stands for, ascending.
   std::vector<std::size_t> voxelsOf(std::size_t element) const;

@@ -14,6 +14,7 @@
 #include "Waves.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 
 namespace chainmail
@@ -50,7 +51,8 @@ public:
     , handles_(this->bricks_, this->reduction_ ? this->reduction_->origin() : Vector3(),
         [this](const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers)
         { return this->grab(probes, numbers); })
-    , waves_(this->bricks_, this->handles_)
+    , waves_(this->bricks_, this->handles_,
+        [this](const std::vector<Handles::Pointer>& handles) { return this->sharedBodies(handles); })
     , relaxation_(this->bricks_, this->handles_)
     , paperRelaxation_(this->bricks_)
     , resampling_(this->voxels_)
@@ -100,6 +102,7 @@ private:
   void moved();
   std::vector<Handles::Grabbed> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
   void softChanged();
+  std::vector<Handles::SharedBody> sharedBodies(const std::vector<Handles::Pointer>& handles);
   Relaxer& relaxer();
   void tissueChanged();
 
@@ -188,6 +191,55 @@ void Simulation::Impl::softChanged()
 {
   this->bricks_.setSoftLinks(this->handles_.softLinks());
   this->relaxer().restart(true);
+}
+
+/// The bodies that are free, of which some of these handles hold elements, and nothing else does.
+std::vector<Handles::SharedBody> Simulation::Impl::sharedBodies(const std::vector<Handles::Pointer>& handles)
+{
+  RigidClusters& clusters = this->rigidClusters();
+  constexpr int none = -1;
+  constexpr int several = -2;
+  const auto bodyOf = [&clusters](const Handle& handle)
+  {
+    int body = none;
+    for (const std::size_t voxel : handle.voxels)
+    {
+      const int own = clusters.clusterOf(voxel, 0);
+      body = own < 0 || own == body ? body : body == none ? own : several;
+    }
+    return body;
+  };
+  std::map<int, Handles::SharedBody> bodies;
+  for (std::size_t n = 0; n < handles.size(); ++n)
+  {
+    const int body = handles[n]->turns() ? none : bodyOf(*handles[n]);
+    if (body >= 0 && !clusters.isAnchored(body))
+    {
+      Handles::SharedBody& shared = bodies[body];
+      shared.handles.push_back(n);
+      shared.voxels.insert(shared.voxels.end(), handles[n]->voxels.begin(), handles[n]->voxels.end());
+    }
+  }
+  std::vector<Handles::SharedBody> found;
+  for (auto& [body, shared] : bodies)
+  {
+    const bool isOthers =
+      shared.handles.size() < 2 || std::any_of(this->handles_.all().begin(), this->handles_.all().end(),
+                                     [&, id = body](const Handles::Pointer& other)
+                                     {
+                                       return !other->isSoft() &&
+                                              std::find(handles.begin(), handles.end(), other) == handles.end() &&
+                                              std::any_of(other->voxels.begin(), other->voxels.end(),
+                                                [&](std::size_t voxel) { return clusters.clusterOf(voxel, 0) == id; });
+                                     });
+    if (!isOthers)
+    {
+      std::sort(shared.voxels.begin(), shared.voxels.end());
+      shared.voxels = clusters.withClusters(shared.voxels, 0);
+      found.push_back(std::move(shared));
+    }
+  }
+  return found;
 }
 
 void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticRecovery)
@@ -669,9 +721,9 @@ void Simulation::elements(std::uint8_t* out) const
   this->impl_->readout_.elements(out);
 }
 
-void Simulation::links(std::uint8_t* out) const
+void Simulation::links(std::uint8_t* out, bool ofPictures) const
 {
-  this->impl_->readout_.links(out);
+  this->impl_->readout_.links(out, ofPictures);
 }
 
 Resampled Simulation::resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since) const

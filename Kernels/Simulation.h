@@ -137,9 +137,13 @@ public:
   /// a wave of its own. A wave starts when those before it have finished; with Timestamp and Latest it starts at once,
   /// and where waves overlap the later one prevails.
   ///
-  /// Probes that turn go at most 7.5 degrees in a wave and, where that is too far, less, all that move together by the
-  /// same share of their ways. With `iterations` 0 tissue then settles a little and they go on, until they have come to
-  /// the end or what holds them gives way no more. Otherwise they stay there until they are moved again.
+  /// With Settings::rotations, up to 32 probes that one call moved and that alone hold a free rigid cluster take it on
+  /// the rigid motion that brings their elements nearest to where they are asked to (least squares), unless they Share.
+  ///
+  /// Probes that turn, and such clusters, go at most 7.5 degrees in a wave and, where that is too far, less, all that
+  /// move together by the same share of their ways. With `iterations` 0 tissue then settles a little and they go on,
+  /// until they have come to the end or what holds them gives way no more. Otherwise they stay there until they are
+  /// moved again.
   PropagateResult propagate(int iterations = 0);
 
   /// Calls hold() and propagate() to the end, and returns what each probe reached. Forces come from probes() alone.
@@ -186,7 +190,8 @@ public:
   void elements(std::uint8_t* out) const;
 
   /// Which of an element's links exist: bit 0 x-, 1 x+, 2 y-, 3 y+, 4 z-, 5 z+. One value a voxel, 0 in air.
-  void links(std::uint8_t* out) const;
+  /// `ofPictures`: links that free joints (Joints) are without count as there, as they do for resample().
+  void links(std::uint8_t* out, bool ofPictures = false) const;
 
   /// Finds where the material of each output voxel comes from. Output voxels are those of the grid and `padding` more
   /// on every side. `visit` gets boxes that do not overlap and that together cover every voxel that may show something

@@ -384,7 +384,7 @@ vtkSmartPointer<vtkUnsignedCharArray> Outputs::FetchLinks(vtkIdType voxels)
   const chainmail::Model& model = this->Source.GetModel();
   const int axes = model.axes();
   const chainmail::Index3& size = model.grid().size;
-  this->Source.GetSimulation().links(links->GetPointer(0));
+  this->Source.GetSimulation().links(links->GetPointer(0), true);
   std::vector<float> row(static_cast<std::size_t>(size[0]) * axes);
   vtkIdType v = 0;
   for (int k = 0; k < size[2]; ++k)

@@ -16,6 +16,14 @@ std::uint8_t Links::cutBits(int i, int j, int k) const
   return bits == this->cuts_.end() ? 0 : bits->second[this->table_.local(i, j, k)];
 }
 
+std::uint8_t Links::shownBits(int i, int j, int k) const
+{
+  const std::uint8_t bits = this->cutBits(i, j, k);
+  const auto joints = this->joints_.find(this->table_.brickAt(i, j, k));
+  return joints == this->joints_.end() ? bits
+                                       : static_cast<std::uint8_t>(bits & ~joints->second[this->table_.local(i, j, k)]);
+}
+
 /// Sets the bit of a link at one of its ends. Returns whether it was not set.
 bool Links::set(CutBits& to, const Index3& at, int direction)
 {

@@ -38,7 +38,8 @@ public:
   /// The same for a link of a free joint (Joints), which pictures take for one that is there.
   void removeAtJoint(int i, int j, int k, int direction);
   bool anyAtJoint() const { return !this->joints_.empty(); }
-  /// The bits of a brick of all(), as pictures take them.
+  /// cutBits() and the bits of a brick of all(), as pictures take them.
+  std::uint8_t shownBits(int i, int j, int k) const;
   std::vector<std::uint8_t> shown(int brick) const;
   void removeElement(int i, int j, int k);
   /// Restores all links and elements.

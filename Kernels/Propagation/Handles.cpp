@@ -431,6 +431,71 @@ Handles::Change Handles::take(const std::vector<Probe>& probes)
   return change;
 }
 
+Handles::Pointer Handles::join(const std::vector<std::size_t>& voxels, const std::vector<Pointer>& handles)
+{
+  const Vector3& spacing = this->bricks_.model().grid().spacing;
+  std::vector<double> now; // of the elements that the probes hold [mm], 3 values each
+  std::vector<double> asked;
+  for (const Pointer& handle : handles)
+  {
+    const std::vector<float> u = this->bricks_.displacements(handle->addresses);
+    for (std::size_t n = 0; n < u.size(); ++n)
+    {
+      const std::size_t a = n % 3;
+      const Index3 at = this->bricks_.model().grid().indexOf(handle->voxels[n / 3]);
+      now.push_back(this->origin_[a] + (at[a] + static_cast<double>(u[n])) * spacing[a]);
+      asked.push_back(
+        now.back() + handle->probe.displacement[a] + (static_cast<double>(handle->grabbed[n]) - u[n]) * spacing[a]);
+    }
+  }
+  constexpr double rounding = 1e-5;
+  double longest = 0.0;
+  double apart = 0.0;
+  for (std::size_t n = 0; n < now.size(); ++n)
+  {
+    longest = std::max(longest, std::fabs(asked[n] - now[n]));
+    apart = std::max(apart, std::fabs((asked[n] - now[n]) - (asked[n % 3] - now[n % 3])));
+  }
+  if (apart <= rounding * longest)
+  {
+    return nullptr;
+  }
+  Vector3 centre{};
+  Vector3 goal{};
+  const double count = static_cast<double>(now.size() / 3);
+  for (std::size_t n = 0; n < now.size(); ++n)
+  {
+    centre[n % 3] += now[n] / count;
+    goal[n % 3] += asked[n] / count;
+  }
+  for (std::size_t n = 0; n < now.size(); ++n)
+  {
+    now[n] -= centre[n % 3];
+    asked[n] -= goal[n % 3];
+  }
+  const auto joined = std::make_shared<Handle>();
+  joined->probe.turns = true;
+  joined->probe.centre = centre;
+  joined->probe.rotation = rotationVectorOf(nearestRotation(now, asked));
+  for (int a = 0; a < 3; ++a)
+  {
+    joined->probe.displacement[a] = goal[a] - centre[a];
+  }
+  joined->voxels = voxels;
+  this->fill({ joined }, { voxels.front() });
+  this->joined_.push_back(joined);
+  return joined;
+}
+
+void Handles::part(const std::vector<Pointer>& joined)
+{
+  this->letGo(joined);
+  for (const Pointer& handle : joined)
+  {
+    this->joined_.erase(std::remove(this->joined_.begin(), this->joined_.end(), handle), this->joined_.end());
+  }
+}
+
 void Handles::letGo(const std::vector<Pointer>& released)
 {
   if (released.empty())
@@ -452,6 +517,7 @@ void Handles::clear()
 {
   this->setHeld([](const Handle&) { return false; });
   this->handles_.clear();
+  this->joined_.clear();
 }
 
 void Handles::forget(const std::vector<std::size_t>& voxels)

@@ -37,6 +37,7 @@ struct Handle
   std::vector<float> spinsGrabbed;
   Pose pose;
   bool isOnItsWay = false;
+  bool turnsBody = false; ///< whether its last wave turned a body that several probes hold (Handles::joined())
 
   Pose asked() const { return { this->probe.displacement, this->probe.rotation }; }
 
@@ -56,6 +57,8 @@ struct Handle
 class Handles
 {
 public:
+  using Pointer = std::shared_ptr<Handle>;
+
   /// What a probe grabs: elements, ascending, and how many voxels each of them stands for on average, counted as
   /// energies count in a reduced model (Simulation).
   struct Grabbed
@@ -63,6 +66,15 @@ public:
     std::vector<std::size_t> elements;
     double share = 1.0;
   };
+  /// A rigid body that several handles hold, given by their places in a list, and nothing else does.
+  struct SharedBody
+  {
+    std::vector<std::size_t> voxels; ///< ascending, with all that these handles hold
+    std::vector<std::size_t> handles;
+  };
+  /// Finds those of some handles.
+  using SharedBodies = std::function<std::vector<SharedBody>(const std::vector<Pointer>&)>;
+
   /// Finds what probes with these numbers grab, as elementsAround() does.
   using Grab = std::function<std::vector<Grabbed>(const std::vector<Probe>&, const std::vector<std::size_t>& numbers)>;
 
@@ -75,7 +87,6 @@ public:
   {
   }
 
-  using Pointer = std::shared_ptr<Handle>;
   const std::vector<Pointer>& all() const { return this->handles_; }
   const Vector3& origin() const { return this->origin_; }
 
@@ -91,6 +102,12 @@ public:
   /// stays held until letGo(). Throws InputError before it has changed anything.
   Change take(const std::vector<Probe>& probes);
 
+  /// A handle for a wave of a body that several probes hold: it takes the body on the rigid motion that brings them
+  /// nearest to where they are asked to, in the sense of least squares over their elements. Null where all are asked to
+  /// go the same way, so that nothing has to turn. It counts as one of all() for setHeld() until part().
+  Pointer join(const std::vector<std::size_t>& voxels, const std::vector<Pointer>& handles);
+  void part(const std::vector<Pointer>& joined);
+
   /// Lets go of released handles. Tissue that another handle has taken over stays held.
   void letGo(const std::vector<Pointer>& released);
 
@@ -105,12 +122,15 @@ public:
   template <typename F> void setHeld(const F& isHeld)
   {
     std::vector<Pointer> changed;
-    for (const Pointer& handle : this->handles_)
+    for (const std::vector<Pointer>* handles : { &this->handles_, &this->joined_ })
     {
-      if (!handle->isSoft() && handle->held != isHeld(*handle))
+      for (const Pointer& handle : *handles)
       {
-        handle->held = !handle->held;
-        changed.push_back(handle);
+        if (!handle->isSoft() && handle->held != isHeld(*handle))
+        {
+          handle->held = !handle->held;
+          changed.push_back(handle);
+        }
       }
     }
     this->mark(changed);
@@ -147,6 +167,7 @@ private:
   Vector3 origin_;
   Grab grab_;
   std::vector<Pointer> handles_;
+  std::vector<Pointer> joined_;
 };
 
 }

@@ -37,9 +37,10 @@ constexpr int mostShortenings = 12;
 constexpr float farTooFar = 0.25f; // a conflict that ends such a wave where it is, as a part of its way
 }
 
-Waves::Waves(Bricks& bricks, Handles& handles)
+Waves::Waves(Bricks& bricks, Handles& handles, Handles::SharedBodies sharedBodies)
   : bricks_(bricks)
   , handles_(handles)
+  , sharedBodies_(std::move(sharedBodies))
   , propagation_(bricks)
   , arrivals_(bricks)
   , timestamps_(bricks, this->arrivals_)
@@ -224,6 +225,7 @@ void Waves::begin(Group handles)
   this->wave_.emplace();
   Wave& wave = *this->wave_;
   wave.handles = std::move(handles);
+  this->joinBodies();
   for (const Handles::Pointer& handle : wave.handles)
   {
     handle->moves = true;
@@ -262,10 +264,55 @@ void Waves::begin(Group handles)
   this->attempt();
 }
 
+/// Probes of the wave that hold one rigid body go together, where one rigid motion of it is what they ask for or comes
+/// nearest to that. Each of them by itself would only move the body, and none could turn it.
+void Waves::joinBodies()
+{
+  Wave& wave = *this->wave_;
+  if (!this->bricks_.spins() || this->policy_ == ConflictPolicy::Share || wave.handles.size() < 2 ||
+      wave.handles.size() > mostInHalves)
+  {
+    return;
+  }
+  const std::vector<Handles::Pointer> all(wave.handles.begin(), wave.handles.end());
+  for (const Handles::SharedBody& body : this->sharedBodies_(all))
+  {
+    Group own;
+    for (const std::size_t n : body.handles)
+    {
+      own.push_back(all[n]);
+    }
+    const Handles::Pointer joined = this->handles_.join(body.voxels, { own.begin(), own.end() });
+    if (!joined)
+    {
+      continue;
+    }
+    for (const Handles::Pointer& handle : own)
+    {
+      handle->moves = true;
+      wave.handles.erase(std::find(wave.handles.begin(), wave.handles.end(), handle));
+    }
+    wave.handles.push_back(joined);
+    wave.joined.emplace_back(joined, std::move(own));
+  }
+}
+
 void Waves::end()
 {
   if (this->wave_)
   {
+    std::vector<Handles::Pointer> joined;
+    for (const auto& [handle, own] : this->wave_->joined)
+    {
+      joined.push_back(handle);
+      for (const Handles::Pointer& one : own)
+      {
+        one->moves = false;
+        one->turnsBody = true;
+        one->isOnItsWay = handle->isOnItsWay;
+      }
+    }
+    this->handles_.part(joined);
     for (const Handles::Pointer& handle : this->wave_->handles)
     {
       handle->moves = false;
@@ -294,7 +341,7 @@ std::vector<float> Waves::target() const
     }
     const std::vector<float> displaced =
       handle->turns() ? handle->displacedBy(between(handle->pose, handle->asked(), wave.share), spacing)
-                          : handle->displacedBy(to);
+                      : handle->displacedBy(to);
     values.insert(values.end(), displaced.begin(), displaced.end());
   }
   for (std::size_t m = 0; m < values.size(); ++m)
@@ -399,7 +446,12 @@ bool Waves::settled(const Checkpoint& checkpoint)
   }
   if (wave.handles.size() > 1)
   {
-    const Group handles = wave.handles;
+    Group handles = wave.handles;
+    for (const auto& [joined, own] : wave.joined)
+    {
+      const auto at = std::find(handles.begin(), handles.end(), joined);
+      handles.insert(handles.erase(at), own.begin(), own.end());
+    }
     const auto half = handles.begin() + static_cast<std::ptrdiff_t>(handles.size() / 2);
     this->end();
     this->wait(Group(half, handles.end()), true);

@@ -18,7 +18,7 @@ namespace chainmail
 class Waves
 {
 public:
-  Waves(Bricks& bricks, Handles& handles);
+  Waves(Bricks& bricks, Handles& handles, Handles::SharedBodies sharedBodies);
 
   /// No wave may be under way when this is called.
   void configure(PropagationMethod method, ConflictPolicy policy);
@@ -58,16 +58,17 @@ private:
   struct Wave
   {
     Group handles;
-    std::vector<std::uint32_t> addresses; ///< addresses of the handles' elements
-    std::vector<int> bricks;              ///< bricks that these elements lie in
-    std::vector<float> before;            ///< displacements of these elements before the wave
-    std::vector<float> shared;            ///< where they are to go because they share; empty where they do not
-    std::array<float, 3> to{};            ///< where a single probe is to go, counted from where it grabbed
-    std::array<bool, 3> stays{};          ///< axes along which a single probe cannot move
-    std::array<int, 3> lastWay{};         ///< signs of the last corrections
-    std::array<int, 3> signChanges{};     ///< how often these signs changed
-    std::array<float, 3> tolerance{};     ///< a conflict, per axis, that is no more than rounding
-    float enough = 0.0f;                  ///< a conflict that ends an attempt early
+    std::vector<std::pair<Handles::Pointer, Group>> joined; ///< handles that take the place of several (Handles::join)
+    std::vector<std::uint32_t> addresses;                   ///< addresses of the handles' elements
+    std::vector<int> bricks;                                ///< bricks that these elements lie in
+    std::vector<float> before;                              ///< displacements of these elements before the wave
+    std::vector<float> shared;        ///< where they are to go because they share; empty where they do not
+    std::array<float, 3> to{};        ///< where a single probe is to go, counted from where it grabbed
+    std::array<bool, 3> stays{};      ///< axes along which a single probe cannot move
+    std::array<int, 3> lastWay{};     ///< signs of the last corrections
+    std::array<int, 3> signChanges{}; ///< how often these signs changed
+    std::array<float, 3> tolerance{}; ///< a conflict, per axis, that is no more than rounding
+    float enough = 0.0f;              ///< a conflict that ends an attempt early
     int attempts = 0;
 
     bool turns = false;                 ///< whether any of the probes does
@@ -82,6 +83,7 @@ private:
   int runTimestamps(int iterations, const Checkpoint& checkpoint);
   void beginNext();
   void begin(Group handles);
+  void joinBodies();
   void end();
   void attempt();
   bool settled(const Checkpoint& checkpoint);
@@ -100,6 +102,7 @@ private:
 
   Bricks& bricks_;
   Handles& handles_;
+  Handles::SharedBodies sharedBodies_;
   PropagationMethod method_ = PropagationMethod::Envelope;
   ConflictPolicy policy_ = ConflictPolicy::Limit;
   bool times_ = false;

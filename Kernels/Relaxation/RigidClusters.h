@@ -30,6 +30,7 @@ public:
 
   /// The cluster of an axis that a voxel belongs to; -1 where there is none.
   int clusterOf(std::size_t voxel, int axis) const;
+  bool isAnchored(int cluster) const { return this->clusters_[cluster].anchored; }
 
   /// These voxels (ascending) and all members of their clusters along an image axis.
   std::vector<std::size_t> withClusters(const std::vector<std::size_t>& voxels, int axis) const;

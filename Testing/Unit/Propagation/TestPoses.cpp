@@ -347,4 +347,60 @@ TEST(Poses, WhatCannotBe)
   EXPECT_THROW(simulation.hold({ probe }), ProbeError);
 }
 
+/// Four probes on a bone, each asked to go where a rigid motion takes its place.
+std::vector<Probe> fourProbes(const Scene& scene, const Vector3& rotation, const Vector3& shift)
+{
+  std::vector<Probe> probes;
+  for (const Index3& at : { Index3{ 6, 5, 8 }, Index3{ 18, 5, 8 }, Index3{ 12, 4, 8 }, Index3{ 12, 6, 9 } })
+  {
+    Probe probe = pose(scene, at, {});
+    const Vector3 goal = moved(probe.position, scene.place(12, 5, 8), rotation, shift);
+    for (int a = 0; a < 3; ++a)
+    {
+      probe.displacement[a] = goal[a] - probe.position[a];
+    }
+    probe.turns = false;
+    probes.push_back(probe);
+  }
+  return probes;
+}
+
+// Several probes on a bone whose targets one rigid motion meets give the bone that motion.
+TEST(Poses, SeveralProbesTurnABone)
+{
+  Scene scene = boneScene();
+  const Vector3 rotation{ 0.0, 14.0 * degree, 6.0 * degree };
+  const Vector3 shift{ 0.4, 0.0, 0.3 };
+  Simulation simulation = simulateTurning(scene);
+  const std::vector<Probe> probes = fourProbes(scene, rotation, shift);
+  const std::vector<ProbeResult> results = simulation.pull(probes);
+  for (std::size_t n = 0; n < probes.size(); ++n)
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      EXPECT_NEAR(results[n].reached[a], probes[n].displacement[a], 1e-4) << n;
+    }
+  }
+  simulation.relax(40, 0.0);
+  Probe motion = pose(scene, { 12, 5, 8 }, rotation, shift);
+  EXPECT_LT(offPose(scene, simulation, motion, [&](int i, int j, int k) { return isRigid(scene, i, j, k); }), 1e-4);
+  EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
+  EXPECT_LT(bend(simulation), 1e-4);
+
+  // Where no rigid motion meets them the bone stays rigid, and each probe comes near.
+  std::vector<Probe> apart = probes;
+  apart[0].displacement[0] -= 1.0;
+  simulation.reset();
+  const std::vector<ProbeResult> near = simulation.pull(apart);
+  for (std::size_t n = 0; n < apart.size(); ++n)
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      EXPECT_NEAR(near[n].reached[a], apart[n].displacement[a], 0.8) << n; // in the mean a quarter
+    }
+  }
+  EXPECT_LT(bend(simulation), 1e-4);
+  EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
+}
+
 }
