@@ -3,6 +3,7 @@
 
 #include "vtkCellArray.h"
 #include "vtkDoubleArray.h"
+#include "vtkIdTypeArray.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
 #include "vtkNew.h"
@@ -56,6 +57,22 @@ int vtkChainMailProbeSource::RequestData(vtkInformation* vtkNotUsed(request),
   tolerance->SetName("Tolerance");
   tolerance->InsertNextValue(this->Tolerance);
   output->GetPointData()->AddArray(tolerance);
+
+  if (this->Turns)
+  {
+    vtkNew<vtkDoubleArray> rotation;
+    rotation->SetName("Rotation");
+    rotation->SetNumberOfComponents(3);
+    rotation->InsertNextTuple(this->Rotation);
+    output->GetPointData()->AddArray(rotation);
+  }
+  if (this->Body != -1)
+  {
+    vtkNew<vtkIdTypeArray> body;
+    body->SetName("Body");
+    body->InsertNextValue(this->Body);
+    output->GetPointData()->AddArray(body);
+  }
   return 1;
 }
 
@@ -67,5 +84,8 @@ void vtkChainMailProbeSource::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Target: " << this->Target[0] << " " << this->Target[1] << " " << this->Target[2] << "\n";
   os << indent << "Radius: " << this->Radius << "\n";
   os << indent << "Anchor: " << (this->Anchor ? "On" : "Off") << "\n";
+  os << indent << "Turns: " << (this->Turns ? "On" : "Off") << "\n";
+  os << indent << "Rotation: " << this->Rotation[0] << " " << this->Rotation[1] << " " << this->Rotation[2] << "\n";
+  os << indent << "Body: " << this->Body << "\n";
   os << indent << "Tolerance: " << this->Tolerance << "\n";
 }

@@ -67,6 +67,33 @@ public:
   vtkGetMacro(Tolerance, double);
   ///@}
 
+  ///@{
+  /**
+   * Also rotate what is grabbed, by Rotation about Position, and with each rigid element grip the whole bone, which
+   * goes exactly there. Adds the point array `Rotation`. Needs Rotations of the filter. Default: off.
+   */
+  vtkSetMacro(Turns, bool);
+  vtkGetMacro(Turns, bool);
+  vtkBooleanMacro(Turns, bool);
+  ///@}
+
+  ///@{
+  /**
+   * The rotation vector: along the axis, in world axes, as long as the angle [degrees], of any length. Default: 0 0 0.
+   */
+  vtkSetVector3Macro(Rotation, double);
+  vtkGetVector3Macro(Rotation, double);
+  ///@}
+
+  ///@{
+  /**
+   * Label of the filter's BodyArray whose voxels are gripped in place of what is at Position; -1: what is there, else
+   * the point array `Body` is added. Default: -1.
+   */
+  vtkSetMacro(Body, vtkIdType);
+  vtkGetMacro(Body, vtkIdType);
+  ///@}
+
 protected:
   vtkChainMailProbeSource();
   ~vtkChainMailProbeSource() override = default;
@@ -81,6 +108,9 @@ private:
   double Target[3] = { 0.0, 0.0, 0.0 };
   double Radius = 0.0;
   bool Anchor = false;
+  bool Turns = false;
+  double Rotation[3] = { 0.0, 0.0, 0.0 };
+  vtkIdType Body = -1;
   double Tolerance = 0.0;
 };
 

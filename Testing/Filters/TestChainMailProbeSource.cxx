@@ -52,7 +52,15 @@ int TestChainMailProbeSource(int, char*[])
 
   std::ostringstream text;
   source->PrintSelf(text, vtkIndent());
-  for (const char* name : { "Position: 1 2 3", "Target: 1.5 1 7", "Radius: 2.5", "Anchor: Off", "Tolerance: 0.75" })
+  check.That(!output->GetPointData()->HasArray("Rotation") && !output->GetPointData()->HasArray("Body"), "no pose");
+  source->TurnsOn();
+  source->SetRotation(10.0, -20.0, 5.0);
+  source->SetBody(27);
+  source->Update();
+  check.Equal(output->GetPointData()->GetArray("Rotation")->GetComponent(0, 1), -20.0, "Rotation");
+  check.Equal(output->GetPointData()->GetArray("Body")->GetTuple1(0), 27.0, "Body");
+  for (const char* name : { "Position: 1 2 3", "Target: 1.5 1 7", "Radius: 2.5", "Anchor: Off", "Tolerance: 0.75",
+         "Turns: On", "Rotation: 10 -20 5", "Body: 27" })
   {
     check.Contains(text.str(), name, "PrintSelf");
   }

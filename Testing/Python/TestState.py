@@ -61,7 +61,7 @@ if len(sys.argv) == 1:
     smtrace.start_trace()
     wavelet = Wavelet(WholeExtent=[0, 20, 0, 22, 0, 24])
     probes = [ChainMailProbe(Position=[8, 9, 10], Target=[8.5, 9.25, 9], Radius=1.5),
-              ChainMailProbe(Position=[12, 13, 14], Anchor=1, Radius=2, Tolerance=0.5)]
+              ChainMailProbe(Position=[12, 13, 14], Anchor=1, Radius=2, Tolerance=0.5, Rotation=[0, 4, 0])]
     blade = Plane(Origin=[5, -1, 15.5], Point1=[25, -1, 15.5], Point2=[5, 30, 15.5])
     ball = Sphere(Center=[5, 16, 6], Radius=3.3)
     deformation = ChainMailDeformation(Input=wavelet, Probes=probes, Cuts=[blade], Carves=[ball], **CHANGED)
@@ -88,7 +88,7 @@ if len(sys.argv) == 1:
     paste(deformation, another)
     for one, other in zip(probes, others):
         paste(one, other)
-        for name in ("Position", "Target", "Radius", "Anchor", "Tolerance"):
+        for name in ("Position", "Target", "Radius", "Anchor", "Tolerance", "Turns", "Rotation", "Body"):
             found = other.GetPropertyValue(name), one.GetPropertyValue(name)
             require(found[0] == found[1], "pasted, %s is %s, not %s", name, *found)
     require([probe.SMProxy for probe in another.Probes] == [probe.SMProxy for probe in others], "other probes were pasted")
