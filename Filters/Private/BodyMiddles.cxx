@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "BodyMiddles.h"
+
+#include "Text.h"
+
+#include "vtkCommunicator.h"
+#include "vtkDataArray.h"
+#include "vtkImageData.h"
+#include "vtkInformation.h"
+#include "vtkMatrix3x3.h"
+#include "vtkMultiProcessController.h"
+#include "vtkNew.h"
+#include "vtkPointData.h"
+#include "vtkStreamingDemandDrivenPipeline.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+/// Bodies of several processes; sent as double, which holds labels up to 2^53.
+std::vector<double> BodiesOfAll(const std::vector<BodyMotion>& motions, vtkMultiProcessController* controller)
+{
+  std::vector<double> mine;
+  for (const BodyMotion& motion : motions)
+  {
+    mine.push_back(static_cast<double>(motion.Body));
+  }
+  std::vector<double> all = mine;
+  if (controller && controller->GetNumberOfProcesses() > 1)
+  {
+    const auto count = static_cast<vtkIdType>(mine.size());
+    std::vector<vtkIdType> counts(static_cast<std::size_t>(controller->GetNumberOfProcesses()));
+    std::vector<vtkIdType> offsets(counts.size());
+    controller->AllGather(&count, counts.data(), 1);
+    vtkIdType total = 0;
+    for (std::size_t p = 0; p < counts.size(); ++p)
+    {
+      offsets[p] = total;
+      total += counts[p];
+    }
+    all.resize(static_cast<std::size_t>(total) + 1); // never without memory
+    mine.resize(mine.size() + 1);
+    controller->AllGatherV(mine.data(), all.data(), count, counts.data(), offsets.data());
+    all.pop_back();
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+/// Gives `frame` origin, spacing and direction of the first process that has some of the image. Returns false where
+/// none has.
+bool TakeFrame(vtkImageData* mine, vtkMultiProcessController* controller, vtkImageData* frame)
+{
+  std::array<double, 16> numbers{}; // whether there is one, origin, spacing, direction
+  if (mine && mine->GetNumberOfPoints() > 0)
+  {
+    numbers[0] = 1.0;
+    std::copy(mine->GetOrigin(), mine->GetOrigin() + 3, &numbers[1]);
+    std::copy(mine->GetSpacing(), mine->GetSpacing() + 3, &numbers[4]);
+    const double* const direction = mine->GetDirectionMatrix()->GetData();
+    std::copy(direction, direction + 9, &numbers[7]);
+  }
+  if (controller && controller->GetNumberOfProcesses() > 1)
+  {
+    std::vector<double> all(16 * static_cast<std::size_t>(controller->GetNumberOfProcesses()));
+    controller->AllGather(numbers.data(), all.data(), 16);
+    for (std::size_t p = all.size(); p >= 16; p -= 16)
+    {
+      if (all[p - 16] == 1.0)
+      {
+        std::copy(&all[p - 16], &all[p - 16] + 16, numbers.begin());
+      }
+    }
+  }
+  frame->SetOrigin(&numbers[1]);
+  frame->SetSpacing(&numbers[4]);
+  frame->SetDirectionMatrix(&numbers[7]);
+  return numbers[0] == 1.0;
+}
+
+}
+
+//------------------------------------------------------------------------------
+std::string BodyMiddles::Find(
+  vtkImageData* labels, vtkInformation* info, const std::string& arrayName, const std::vector<BodyMotion>& motions)
+{
+  vtkMultiProcessController* const controller = vtkMultiProcessController::GetGlobalController();
+  const std::vector<double> bodies = BodiesOfAll(motions, controller);
+  // For each body its number of voxels and the sums of their indices: whole numbers, so that neither order nor number
+  // of processes matters.
+  std::vector<long long> sums(4 * bodies.size() + 1);
+  std::string problem;
+  vtkDataArray* array = nullptr;
+  int extent[6] = { 0, -1, 0, -1, 0, -1 };
+  if (labels && labels->GetNumberOfPoints() > 0)
+  {
+    labels->GetExtent(extent);
+    vtkPointData* arrays = labels->GetPointData();
+    array = arrayName.empty() ? arrays->GetScalars() : arrays->GetArray(arrayName.c_str());
+    if (!array || array->GetNumberOfComponents() != 1)
+    {
+      problem = "The image of labels has no point array of one component" +
+                (arrayName.empty() ? std::string(" that is active. ") : " called " + arrayName + ". ") +
+                ListArrays(arrays);
+      array = nullptr;
+    }
+  }
+  if (array)
+  {
+    // Pieces have the voxels at their border in common. Each is counted where it is not at the upper end of a piece,
+    // except at that of the whole.
+    int whole[6];
+    std::memcpy(whole, extent, sizeof(whole));
+    if (info->Has(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT()))
+    {
+      info->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), whole);
+    }
+    int last[3];
+    for (int a = 0; a < 3; ++a)
+    {
+      last[a] = extent[2 * a + 1] < whole[2 * a + 1] ? extent[2 * a + 1] - 1 : extent[2 * a + 1];
+    }
+    std::size_t found = bodies.size(); // of the voxel before, which mostly has the same
+    double before = -1.0;
+    for (int k = extent[4]; k <= last[2]; ++k)
+    {
+      for (int j = extent[2]; j <= last[1]; ++j)
+      {
+        int ijk[3] = { extent[0], j, k };
+        vtkIdType voxel = labels->ComputePointId(ijk);
+        for (int i = extent[0]; i <= last[0]; ++i, ++voxel)
+        {
+          const double label = array->GetComponent(voxel, 0);
+          if (label != before)
+          {
+            const auto at = std::lower_bound(bodies.begin(), bodies.end(), label);
+            found = at != bodies.end() && *at == label ? static_cast<std::size_t>(at - bodies.begin()) : bodies.size();
+            before = label;
+          }
+          if (found < bodies.size())
+          {
+            long long* const sum = &sums[4 * found];
+            ++sum[0];
+            sum[1] += i;
+            sum[2] += j;
+            sum[3] += k;
+          }
+        }
+      }
+    }
+  }
+  if (controller && controller->GetNumberOfProcesses() > 1)
+  {
+    std::vector<long long> all(sums.size());
+    controller->AllReduce(sums.data(), all.data(), static_cast<vtkIdType>(sums.size()), vtkCommunicator::SUM_OP);
+    sums = all;
+  }
+  vtkNew<vtkImageData> frame; // of a process that has voxels, the same on all
+  if (!TakeFrame(labels, controller, frame))
+  {
+    return problem;
+  }
+  for (std::size_t n = 0; n < bodies.size(); ++n)
+  {
+    const auto count = static_cast<double>(sums[4 * n]);
+    if (count > 0)
+    {
+      const double index[3] = { static_cast<double>(sums[4 * n + 1]) / count,
+        static_cast<double>(sums[4 * n + 2]) / count, static_cast<double>(sums[4 * n + 3]) / count };
+      std::array<double, 3> middle;
+      frame->TransformContinuousIndexToPhysicalPoint(index, middle.data());
+      this->Middles[static_cast<long long>(bodies[n])] = middle;
+    }
+  }
+  return problem;
+}
+
+bool BodyMiddles::Get(long long body, std::array<double, 3>& middle) const
+{
+  const auto at = this->Middles.find(body);
+  if (at == this->Middles.end())
+  {
+    return false;
+  }
+  middle = at->second;
+  return true;
+}
+
+}
