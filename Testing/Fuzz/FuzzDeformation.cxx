@@ -232,6 +232,22 @@ vtkSmartPointer<vtkPointSet> RandomProbes(Chance& chance, vtkImageData* image)
   {
     add("Anchor", 1, chance.of({ 0.0, 1.0 }), 1.0);
   }
+  if (chance.oneIn(4))
+  {
+    add("Tolerance", 1, 0.0, 4.0);
+  }
+  if (chance.oneIn(4))
+  {
+    add("Rotation", 3, -90.0, 90.0);
+  }
+  if (chance.oneIn(8))
+  {
+    add("Centre", 3, -reach, reach);
+  }
+  if (chance.oneIn(8))
+  {
+    add("Body", 1, chance.of({ -1.0, 1.0 }), chance.of({ -1.0, 2.0 }));
+  }
   return probes;
 }
 

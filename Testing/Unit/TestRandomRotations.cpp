@@ -1,4 +1,5 @@
-// Random lives of random tissue that rotates, with bones, joints, a Poisson's ratio, cuts, and drags of all kinds.
+// Random lives of random tissue that rotates, with bones, joints, a Poisson's ratio, cuts, drags of all kinds, probes
+// that turn what they hold, and soft ones.
 // After every update numbers are finite, links keep to their limits, relaxation has not raised the energy, and the
 // update took a bounded number of launches.
 //
@@ -75,6 +76,15 @@ public:
     this->angle_ += this->step_;
     for (Probe& probe : probes)
     {
+      if (probe.turns)
+      {
+        for (int a = 0; a < 3; ++a)
+        {
+          probe.rotation[a] += random(-1.0, 1.0) * this->step_;
+          probe.displacement[a] += random(-0.5, 0.5);
+        }
+        continue;
+      }
       switch (this->kind_)
       {
       case 0: // all in the same circle
@@ -134,7 +144,14 @@ void changeProbes(std::vector<Probe>& probes, const Scene& scene, Random& random
   if (probes.empty() || (probes.size() < 5 && random.oneIn(6)))
   {
     probes.push_back(probeAt(scene, randomElement(scene, random), {}, random.oneIn(2) ? 0.0 : random(0.5, 3.0)));
-    probes.back().anchor = random.oneIn(6);
+    Probe& probe = probes.back();
+    probe.anchor = random.oneIn(6);
+    probe.turns = random.oneIn(3);
+    probe.tolerance = random.oneIn(5) ? random.logarithmic(1e-2, 10.0) : 0.0;
+    for (int a = 0; a < 3; ++a)
+    {
+      probe.centre[a] = probe.position[a] + random(-2.0, 2.0);
+    }
   }
   else if (random.oneIn(12))
   {
@@ -197,6 +214,8 @@ void live(std::uint64_t seed)
     joints.labels.data = labels.data();
     joints.labels.type = ArrayView::Type::Int32;
     joints.size = random.of({ 0, 2 });
+    joints.constraint = random.of({ 0.5, 1.0 });
+    joints.margin = random.between(1, 4);
   }
   Settings settings;
   settings.device = testDevice();
