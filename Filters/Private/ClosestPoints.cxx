@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ClosestPoints.h"
+
+#include "vtkCellArray.h"
+#include "vtkGenericCell.h"
+#include "vtkMath.h"
+#include "vtkNew.h"
+#include "vtkPoints.h"
+#include "vtkSMPThreadLocalObject.h"
+#include "vtkSMPTools.h"
+#include "vtkStaticCellLocator.h"
+#include "vtkTriangle.h"
+
+#include <algorithm>
+#include <set>
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+using Vector = std::array<double, 3>;
+
+/// The closest point of a surface, as the corners of its triangle and their weights.
+struct Foot
+{
+  Vector Place;
+  std::array<vtkIdType, 3> Corners;
+  Vector Weights;
+};
+
+/// For each of some points the closest one of a surface.
+std::vector<Foot> FeetOf(vtkPoints* points, vtkPolyData* surface)
+{
+  vtkNew<vtkStaticCellLocator> locator;
+  locator->SetDataSet(surface);
+  locator->BuildLocator();
+  surface->BuildCells(); // which threads would do at once
+  std::vector<Foot> feet(static_cast<std::size_t>(points->GetNumberOfPoints()));
+  vtkSMPThreadLocalObject<vtkGenericCell> cells;
+  vtkSMPTools::For(0, points->GetNumberOfPoints(),
+    [&](vtkIdType begin, vtkIdType end)
+    {
+      vtkGenericCell* cell = cells.Local();
+      for (vtkIdType n = begin; n < end; ++n)
+      {
+        double place[3];
+        points->GetPoint(n, place);
+        Foot& foot = feet[static_cast<std::size_t>(n)];
+        vtkIdType id = -1;
+        int part = 0;
+        double squared = 0.0;
+        locator->FindClosestPoint(place, foot.Place.data(), cell, id, part, squared);
+        surface->GetCell(id, cell);
+        double parametric[3];
+        double closest[3];
+        cell->EvaluatePosition(foot.Place.data(), closest, part, parametric, squared, foot.Weights.data());
+        for (int c = 0; c < 3; ++c)
+        {
+          foot.Corners[c] = cell->GetPointId(c);
+        }
+      }
+    });
+  return feet;
+}
+
+/// The centre of area.
+Vector CentreOf(vtkPolyData* surface)
+{
+  Vector centre = { { 0.0, 0.0, 0.0 } };
+  double whole = 0.0;
+  vtkIdType size = 0;
+  const vtkIdType* corners = nullptr;
+  vtkCellArray* triangles = surface->GetPolys();
+  for (triangles->InitTraversal(); triangles->GetNextCell(size, corners);)
+  {
+    double p[3][3];
+    for (int c = 0; c < 3; ++c)
+    {
+      surface->GetPoint(corners[c], p[c]);
+    }
+    const double area = vtkTriangle::TriangleArea(p[0], p[1], p[2]);
+    whole += area;
+    for (int a = 0; a < 3; ++a)
+    {
+      centre[a] += area * (p[0][a] + p[1][a] + p[2][a]) / 3.0;
+    }
+  }
+  for (double& value : centre)
+  {
+    value /= whole > 0.0 ? whole : 1.0;
+  }
+  return centre;
+}
+
+}
+
+//------------------------------------------------------------------------------
+ClosestPoints::ClosestPoints(vtkPolyData* before, vtkPolyData* after)
+  : Before(before)
+  , After(after)
+  , Moved(vtkSmartPointer<vtkPolyData>::New())
+  , Displacements(static_cast<std::size_t>(before->GetNumberOfPoints()))
+{
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  points->SetNumberOfPoints(before->GetNumberOfPoints());
+  this->Moved->SetPoints(points);
+  this->Moved->SetPolys(before->GetPolys());
+
+  std::vector<std::set<vtkIdType>> neighbours(this->Displacements.size());
+  vtkIdType size = 0;
+  const vtkIdType* corners = nullptr;
+  vtkCellArray* triangles = before->GetPolys();
+  for (triangles->InitTraversal(); triangles->GetNextCell(size, corners);)
+  {
+    for (int c = 0; c < 3; ++c)
+    {
+      for (const int other : { (c + 1) % 3, (c + 2) % 3 })
+      {
+        neighbours[static_cast<std::size_t>(corners[c])].insert(corners[other]);
+      }
+    }
+  }
+  this->FirstNeighbour.push_back(0);
+  for (const std::set<vtkIdType>& of : neighbours)
+  {
+    this->Neighbours.insert(this->Neighbours.end(), of.begin(), of.end());
+    this->FirstNeighbour.push_back(static_cast<vtkIdType>(this->Neighbours.size()));
+  }
+
+  const Vector from = CentreOf(before);
+  const Vector to = CentreOf(after);
+  const Vector shift = { { to[0] - from[0], to[1] - from[1], to[2] - from[2] } };
+  std::fill(this->Displacements.begin(), this->Displacements.end(), shift);
+  this->Move();
+}
+
+//------------------------------------------------------------------------------
+void ClosestPoints::Match(int iterations, int smoothing, const std::function<bool(double)>& progress)
+{
+  for (int n = 0; n < iterations && progress(static_cast<double>(n) / iterations); ++n)
+  {
+    this->Look();
+    for (int pass = 0; pass < smoothing * (iterations - n); ++pass)
+    {
+      this->Smooth();
+    }
+    this->Move();
+  }
+}
+
+//------------------------------------------------------------------------------
+double ClosestPoints::GetDistance()
+{
+  const std::vector<Foot> feet = FeetOf(this->Moved->GetPoints(), this->After);
+  double sum = 0.0;
+  for (std::size_t n = 0; n < feet.size(); ++n)
+  {
+    double place[3];
+    this->Moved->GetPoint(static_cast<vtkIdType>(n), place);
+    sum += std::sqrt(vtkMath::Distance2BetweenPoints(place, feet[n].Place.data()));
+  }
+  return feet.empty() ? 0.0 : sum / static_cast<double>(feet.size());
+}
+
+//------------------------------------------------------------------------------
+void ClosestPoints::Look()
+{
+  const std::vector<Foot> there = FeetOf(this->Moved->GetPoints(), this->After);
+  const std::vector<Foot> back = FeetOf(this->After->GetPoints(), this->Moved);
+  // What the second surface asks of each point, weighted.
+  std::vector<std::array<double, 4>> asked(this->Displacements.size());
+  for (std::size_t n = 0; n < back.size(); ++n)
+  {
+    double goal[3];
+    this->After->GetPoint(static_cast<vtkIdType>(n), goal);
+    for (int c = 0; c < 3; ++c)
+    {
+      double corner[3];
+      this->Before->GetPoint(back[n].Corners[c], corner);
+      vtkMath::MultiplyScalar(corner, back[n].Weights[c]);
+      vtkMath::Subtract(goal, corner, goal);
+    }
+    for (int c = 0; c < 3; ++c)
+    {
+      const double weight = back[n].Weights[c];
+      std::array<double, 4>& sum = asked[static_cast<std::size_t>(back[n].Corners[c])];
+      sum[3] += weight;
+      for (int a = 0; a < 3; ++a)
+      {
+        sum[a] += weight * goal[a];
+      }
+    }
+  }
+  for (std::size_t n = 0; n < this->Displacements.size(); ++n)
+  {
+    double rest[3];
+    this->Before->GetPoint(static_cast<vtkIdType>(n), rest);
+    for (int a = 0; a < 3; ++a)
+    {
+      const double own = there[n].Place[a] - rest[a];
+      this->Displacements[n][a] = asked[n][3] > 1e-6 ? 0.5 * (own + asked[n][a] / asked[n][3]) : own;
+    }
+  }
+}
+
+//------------------------------------------------------------------------------
+void ClosestPoints::Smooth()
+{
+  const std::vector<Vector> old = this->Displacements;
+  vtkSMPTools::For(0, static_cast<vtkIdType>(old.size()),
+    [&](vtkIdType begin, vtkIdType end)
+    {
+      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
+      {
+        const vtkIdType first = this->FirstNeighbour[n];
+        const vtkIdType count = this->FirstNeighbour[n + 1] - first;
+        for (int a = 0; a < 3 && count > 0; ++a)
+        {
+          double sum = 0.0;
+          for (vtkIdType k = first; k < first + count; ++k)
+          {
+            sum += old[static_cast<std::size_t>(this->Neighbours[static_cast<std::size_t>(k)])][a];
+          }
+          this->Displacements[n][a] = 0.5 * (old[n][a] + sum / static_cast<double>(count));
+        }
+      }
+    });
+}
+
+//------------------------------------------------------------------------------
+void ClosestPoints::Move()
+{
+  vtkPoints* points = this->Moved->GetPoints();
+  for (std::size_t n = 0; n < this->Displacements.size(); ++n)
+  {
+    double place[3];
+    this->Before->GetPoint(static_cast<vtkIdType>(n), place);
+    vtkMath::Add(place, this->Displacements[n].data(), place);
+    points->SetPoint(static_cast<vtkIdType>(n), place);
+  }
+  points->Modified();
+  this->Moved->Modified();
+}
+
+}

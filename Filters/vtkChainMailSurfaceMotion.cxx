@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkChainMailSurfaceMotion.h"
+
+#include "Error.h"
+#include "Private/ClosestPoints.h"
+#include "Private/ProbeSet.h"
+#include "Private/Text.h"
+#include "Private/Thinning.h"
+
+#include "vtkCleanPolyData.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkMath.h"
+#include "vtkObjectFactory.h"
+#include "vtkTriangleFilter.h"
+
+#include <algorithm>
+
+vtkStandardNewMacro(vtkChainMailSurfaceMotion);
+
+namespace
+{
+
+using chainmail::InputError;
+
+void CheckFinite(vtkPolyData* surface, const char* name)
+{
+  for (vtkIdType n = 0; n < surface->GetNumberOfPoints(); ++n)
+  {
+    double place[3];
+    surface->GetPoint(n, place);
+    if (!vtkChainMail::IsFinite(place))
+    {
+      throw InputError("Point " + std::to_string(n) + " of " + name + " is not finite: it is at " +
+                       vtkChainMail::ToString(place) + ".");
+    }
+  }
+}
+
+bool HaveEqualCells(vtkCellArray* a, vtkCellArray* b)
+{
+  vtkIdType sizes[2];
+  const vtkIdType* corners[2];
+  if (a == b || a->GetNumberOfCells() != b->GetNumberOfCells())
+  {
+    return a == b; // filters that move points pass the polygons on
+  }
+  a->InitTraversal();
+  b->InitTraversal();
+  while (a->GetNextCell(sizes[0], corners[0]) && b->GetNextCell(sizes[1], corners[1]))
+  {
+    if (sizes[0] != sizes[1] || !std::equal(corners[0], corners[0] + sizes[0], corners[1]))
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool AreOneMesh(vtkPolyData* a, vtkPolyData* b)
+{
+  return a->GetNumberOfPoints() == b->GetNumberOfPoints() && HaveEqualCells(a->GetPolys(), b->GetPolys()) &&
+         HaveEqualCells(a->GetStrips(), b->GetStrips());
+}
+
+/// Triangles alone, which share their points: those of an STL file do not.
+vtkSmartPointer<vtkPolyData> Prepare(vtkPolyData* surface, const char* name)
+{
+  vtkNew<vtkTriangleFilter> triangles;
+  triangles->SetInputData(surface);
+  triangles->PassVertsOff();
+  triangles->PassLinesOff();
+  vtkNew<vtkCleanPolyData> clean;
+  clean->SetInputConnection(triangles->GetOutputPort());
+  clean->ConvertPolysToLinesOff(); // what has no area is left out
+  clean->ConvertLinesToPointsOff();
+  clean->SetOutputPointsPrecision(vtkAlgorithm::DOUBLE_PRECISION);
+  clean->Update();
+  auto prepared = vtkSmartPointer<vtkPolyData>::New();
+  prepared->SetPoints(clean->GetOutput()->GetPoints());
+  prepared->SetPolys(clean->GetOutput()->GetPolys());
+  if (prepared->GetNumberOfPolys() == 0)
+  {
+    throw InputError(std::string(name) +
+                     " has no polygons, so no point of it can be matched. Give a surface, or, where "
+                     "its points have counterparts, as many points After.");
+  }
+  return prepared;
+}
+
+}
+
+//------------------------------------------------------------------------------
+vtkChainMailSurfaceMotion::vtkChainMailSurfaceMotion()
+{
+  this->SetNumberOfInputPorts(2);
+}
+
+//------------------------------------------------------------------------------
+int vtkChainMailSurfaceMotion::FillInputPortInformation(int, vtkInformation* info)
+{
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+int vtkChainMailSurfaceMotion::RequestData(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  vtkPolyData* output = vtkPolyData::GetData(outputVector, 0);
+  vtkSmartPointer<vtkPolyData> before = vtkPolyData::GetData(inputVector[0], 0);
+  vtkSmartPointer<vtkPolyData> after = vtkPolyData::GetData(inputVector[1], 0);
+  this->Report.clear();
+  try
+  {
+    if (before->GetNumberOfPoints() == 0 && after->GetNumberOfPoints() == 0)
+    {
+      return 1; // as on processes of a server that have no piece of either
+    }
+    CheckFinite(before, "Before");
+    CheckFinite(after, "After");
+    const bool isOneMesh =
+      this->Match == MATCH_SAME_POINTS || (this->Match == MATCH_AUTOMATIC && AreOneMesh(before, after));
+    std::vector<std::array<double, 3>> ways;
+    std::string how = "matched by the order of their points";
+    if (isOneMesh)
+    {
+      if (before->GetNumberOfPoints() != after->GetNumberOfPoints())
+      {
+        throw InputError("Before has " + std::to_string(before->GetNumberOfPoints()) + " points and After has " +
+                         std::to_string(after->GetNumberOfPoints()) +
+                         ": they are not one mesh. Set Match to closest points.");
+      }
+      ways.resize(static_cast<std::size_t>(before->GetNumberOfPoints()));
+      for (std::size_t n = 0; n < ways.size(); ++n)
+      {
+        double rest[3];
+        double there[3];
+        before->GetPoint(static_cast<vtkIdType>(n), rest);
+        after->GetPoint(static_cast<vtkIdType>(n), there);
+        vtkMath::Subtract(there, rest, ways[n].data());
+      }
+    }
+    else
+    {
+      before = Prepare(before, "Before");
+      after = Prepare(after, "After");
+      vtkChainMail::ClosestPoints closest(before, after);
+      closest.Match(this->Iterations, this->Smoothing,
+        [&](double share)
+        {
+          this->UpdateProgress(share);
+          return !this->GetAbortExecute();
+        });
+      ways = closest.GetDisplacements();
+      how = "matched by closest points, which they miss by " + chainmail::written(closest.GetDistance(), 3) +
+            " mm on average. Sliding along the surface is not seen";
+    }
+
+    vtkNew<vtkPoints> points;
+    points->SetDataTypeToDouble();
+    vtkChainMail::Thinning thinning(this->Spacing);
+    std::vector<std::size_t> chosen;
+    double sum = 0.0;
+    double most = 0.0;
+    for (std::size_t n = 0; n < ways.size(); ++n)
+    {
+      double place[3];
+      before->GetPoint(static_cast<vtkIdType>(n), place);
+      if (thinning.Takes(place))
+      {
+        chosen.push_back(n);
+        points->InsertNextPoint(place);
+        const double length = vtkMath::Norm(ways[n].data());
+        sum += length;
+        most = std::max(most, length);
+      }
+    }
+    vtkChainMail::SetProbePoints(output, points);
+    const auto displacement = vtkChainMail::AddProbeArray(output, "Displacement", 3);
+    for (std::size_t n = 0; n < chosen.size(); ++n)
+    {
+      displacement->SetTuple(static_cast<vtkIdType>(n), ways[chosen[n]].data());
+    }
+    output->GetPointData()->SetActiveVectors("Displacement");
+    vtkChainMail::SetGrip(output, this->Radius, this->Tolerance);
+    const double count = static_cast<double>(std::max<std::size_t>(chosen.size(), 1));
+    this->Report = std::to_string(chosen.size()) + " probes, which go " + chainmail::written(sum / count, 3) +
+                   " mm on average and up to " + chainmail::written(most, 3) + " mm. Surfaces " + how + ".\n";
+  }
+  catch (const std::exception& error)
+  {
+    vtkErrorMacro(<< error.what());
+    return 0;
+  }
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailSurfaceMotion::PrintSelf(ostream& os, vtkIndent indent)
+{
+  const char* const matches[] = { "Automatic", "Same points", "Closest points" };
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Match: " << matches[this->Match] << "\n";
+  os << indent << "Iterations: " << this->Iterations << "\n";
+  os << indent << "Smoothing: " << this->Smoothing << "\n";
+  os << indent << "Spacing: " << this->Spacing << "\n";
+  os << indent << "Radius: " << this->Radius << "\n";
+  os << indent << "Tolerance: " << this->Tolerance << "\n";
+  os << indent << "Report: " << this->Report << "\n";
+}
