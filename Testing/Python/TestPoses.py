@@ -106,7 +106,7 @@ for step in range(2):
 bone = np.isin(label, list(VERTEBRAE)) & element
 back = points_of(model, "Displacement").reshape(*size[::-1], 3)
 require((back[bone] == 0).all(), "the vertebrae are not back: %g mm", np.abs(back[bone]).max())
-deformation.Mode = "From rest"
+deformation.Mode = "FromRest"
 
 # What cannot be is said.
 deformation.BodyArray = ""
