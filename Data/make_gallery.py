@@ -542,6 +542,27 @@ def jaw(volumes):
     return [panels]
 
 
+def spine(volumes):
+    """Vertebrae that bend to the side, each by a pose of its own: the bones alone, and a section."""
+    colours, opacities = preset("CT bone")
+    scene = scenes.bent_spine(volumes)
+    source, deformation = update(scene)
+    rows = [], []
+    for shown, label in ((source, "at rest"), (pv.OutputPort(deformation, 0), "posed")):
+        focus = middle(scene.image) + np.array([0, 0, 20])
+        panel = Panel(430, 400, (0.86, 0.89, 0.93)).look(focus + np.array([0.0, 1100.0, 80.0]), focus, (0, 0, 1), 18.0)
+        panel.volume(shown, "MetaImage", colours, opacities, 3.0)
+        rows[0].append(panel.title(label, place=(0.03, 0.04), size=13).pixels())
+        flat = Panel(430, 330, (0, 0, 0))
+        flat.view.CameraParallelProjection, flat.view.CameraParallelScale = 1, 165.0
+        flat.view.CameraPosition, flat.view.CameraFocalPoint = list(focus + np.array([0, 900.0, 0])), list(focus)
+        flat.view.CameraViewUp = [0.0, 0.0, 1.0]
+        dims, j = scene.image.GetDimensions(), 38
+        grey_slice(flat, pv.ExtractSubset(Input=shown, VOI=[0, dims[0] - 1, j, j, 0, dims[2] - 1]), name="MetaImage")
+        rows[1].append(flat.pixels())
+    return list(rows)
+
+
 def strip(scene, focus, camera, size, angle):
     """An animation: key frames of the probes' targets, and a frame of the result at each quarter of the way."""
     source, deformation = scenes.open_scene(scene)
@@ -574,8 +595,8 @@ def bend(volumes):
     return strip(scene, middle(scene.image) + np.array([-4, 0, 2]), (30.0, -260.0, 60.0), (210, 150), 15.5)
 
 
-pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, bend, jaw, film]
-needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct", "jaw": "head_vhf_ct"}
+pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, bend, jaw, spine, film]
+needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct", "jaw": "head_vhf_ct", "spine": "abdomen_labels"}
 
 
 def file_of(name):

@@ -330,3 +330,28 @@ def opened_jaw(folder, rotations):
     return Scene(image, [grab(place_of(image, CHIN), (0, 2.7, -16))], material=material, regions=joints, TissueThreshold=35.0,
                  BackgroundValue=0.0, AnchoredFaces=[0, 0, 0, 0, 0, 1], OutputPadding=16, ModelReduction=2,
                  RelaxationPreset="Balanced", Rotations=rotations)
+
+
+def bent_spine(folder, degrees=18.0):
+    """An abdomen whose vertebrae bend to the side, each by its label and about its own middle, along an arc: `degrees`
+    between the lowest, which stays, and the uppermost."""
+    image, names = (read_scan(folder, name) for name in ("abdomen_ct", "abdomen_labels"))
+    labels = values_of(names, "MetaImage")
+    add_array(image, labels, "Bones")
+    x, y, z = (axis.ravel() for axis in coordinates(image))
+    middles = []
+    for vertebra in range(26, 34):  # from the sacrum upwards
+        k, j, i = (labels == vertebra).nonzero()
+        middles.append((vertebra, [float(x[i].mean()), float(y[j].mean()), float(z[k].mean())]))
+    middles.sort(key=lambda entry: entry[1][2])
+    low, high = middles[0][1][2], middles[-1][1][2]
+    radius = (high - low) / np.radians(degrees)
+    probes = []
+    for vertebra, (px, py, pz) in middles:
+        angle = (pz - low) / radius
+        target = [px + radius * (1.0 - np.cos(angle)), py, low + radius * np.sin(angle)]
+        probes.append({"Position": [px, py, pz], "Target": target, "Turns": 1, "Rotation": [0.0, float(np.degrees(angle)), 0.0],
+                       "Body": vertebra})
+    # Spongy bone counts as bone here, since voxels of 3 mm leave little of the compact one.
+    return Scene(image, probes, material=[(-300, 0.35), (249, 0.1), (250, 0.0)], TissueThreshold=-300.0, BodyArray="Bones",
+                 JointConstraint=1.0, Rotations=1, RelaxationPreset="Balanced", AnchoredFaces=[1, 1, 1, 1, 1, 0])
