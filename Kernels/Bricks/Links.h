@@ -10,7 +10,7 @@
 namespace chainmail
 {
 
-/// The links and elements that cuts and carves removed.
+/// The links and elements that cuts and carves removed, and the links that free joints (Joints) are without.
 class Links
 {
 public:

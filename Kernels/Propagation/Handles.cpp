@@ -92,13 +92,13 @@ void Handles::check(const Probe& probe, std::size_t number) const
   }
   if (!(length(probe.rotation) <= mostTurns * 2.0 * pi))
   {
-    refuse("has a rotation of more than 100 turns.");
+    refuse("has a rotation of more than 100 turns: take whole turns off.");
   }
   for (int a = 0; a < 3; ++a)
   {
     if (!(std::fabs(probe.centre[a] / spacing[a]) < farthest))
     {
-      refuse("has a centre that is a billion voxels away or more.");
+      refuse("has a centre that is a billion voxels away or more: move it nearer.");
     }
   }
 }
