@@ -103,6 +103,7 @@ private:
   std::vector<Handles::Grabbed> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
   void softChanged();
   std::vector<Handles::SharedBody> sharedBodies(const std::vector<Handles::Pointer>& handles);
+  template <typename F> void settleAround(const F& sweep);
   Relaxer& relaxer();
   void tissueChanged();
 
@@ -180,6 +181,10 @@ std::vector<Handles::Grabbed> Simulation::Impl::grab(
     if (probes[grabbed.size()].turns)
     {
       one.elements = this->rigidClusters().withClusters(one.elements, 0);
+      if (!probes[grabbed.size()].isSoft())
+      {
+        one.elements = withNotches(this->bricks_, std::move(one.elements));
+      }
     }
     grabbed.push_back(std::move(one));
   }
@@ -379,37 +384,27 @@ PropagateResult Simulation::Impl::propagate(int iterations)
       if (iterations == 0 && this->bricks_.spins())
       {
         bool coarse = true; // once coarser grids gain nothing they go on to, as bones only turn further
-        const auto sweep = [&](int sweeps)
+        const auto sweep = [&](int sweeps, double tolerance)
         {
           const RelaxationTask task{ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
-            nullptr, sweeps, 0.0, [&](int) { checkpoint(); } };
+            nullptr, sweeps, tolerance, [&](int) { checkpoint(); } };
           return this->relaxer().run(task);
         };
         const auto settle = [&](bool anyTurns)
         {
+          if (anyTurns)
+          {
+            this->settleAround(sweep);
+            return;
+          }
           // Sweeps that turn bones about as far as a wave moves them: fewer where coarser grids have turned them
           // before.
           constexpr int few = 4;
           this->relaxer().restart(coarse);
-          coarse = sweep(few).coarseStep > 0.0;
+          coarse = sweep(few, 0.0).coarseStep > 0.0;
           if (!coarse)
           {
-            sweep(few);
-          }
-          // Tissue around a probe that turns has rotated with it once further sweeps lower the energy little.
-          constexpr int more = 16;
-          constexpr int mostRounds = 8;
-          constexpr double little = 0.1;
-          double energy = anyTurns ? this->energy() : 0.0;
-          for (int round = 0; anyTurns && round < mostRounds; ++round)
-          {
-            const double before = energy;
-            sweep(more);
-            energy = this->energy();
-            if (energy >= (1.0 - little) * before)
-            {
-              break;
-            }
+            sweep(few, 0.0);
           }
         };
         const Further further = reachFurther(this->waves_, this->handles_, settle, checkpoint);
@@ -421,6 +416,31 @@ PropagateResult Simulation::Impl::propagate(int iterations)
       }
       return result;
     });
+}
+
+/// Lets tissue around probes that turn rotate with them, by `sweep(sweeps, tolerance)`, until further sweeps lower the
+/// energy little. That is near the probes, where coarser grids do not help, and what hardly moves can wait for the
+/// sweeps after the last wave.
+template <typename F> void Simulation::Impl::settleAround(const F& sweep)
+{
+  constexpr int first = 8;
+  constexpr int more = 16;
+  constexpr int mostRounds = 8;
+  constexpr double little = 0.1;
+  constexpr double tolerance = 0.005;
+  this->relaxer().restart(false);
+  sweep(first, tolerance);
+  double energy = this->energy();
+  for (int round = 0; round < mostRounds; ++round)
+  {
+    const double before = energy;
+    sweep(more, tolerance);
+    energy = this->energy();
+    if (energy >= (1.0 - little) * before)
+    {
+      break;
+    }
+  }
 }
 
 std::vector<ProbeResult> Simulation::Impl::probes()

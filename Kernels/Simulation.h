@@ -124,8 +124,9 @@ public:
   ///
   /// A probe that `turns` takes what it grabs from x to c + displacement + R (x - c), with c its centre and R its
   /// rotation, and elements with it rotate by R. With each rigid element it grabs all of the rigid cluster, which then
-  /// is where R has it exactly, unless the probe is soft; the rotations of other elements settle with the tissue. It
-  /// needs Settings::rotations and constraints that are the same for all axes.
+  /// is where R has it exactly, unless the probe is soft, and elements of a constraint up to 0.15 in its notches: those
+  /// with two links to it or to others of these, up to three layers. The rotations of other elements settle with the
+  /// tissue. It needs Settings::rotations and constraints that are the same for all axes.
   void hold(const std::vector<Probe>& probes);
 
   /// Lets the waves of moved probes travel, in the order in which the probes were moved, for at most `iterations` (0:

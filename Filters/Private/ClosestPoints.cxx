@@ -6,7 +6,6 @@
 #include "vtkMath.h"
 #include "vtkNew.h"
 #include "vtkPoints.h"
-#include "vtkSMPThreadLocalObject.h"
 #include "vtkSMPTools.h"
 #include "vtkStaticCellLocator.h"
 #include "vtkTriangle.h"
@@ -38,11 +37,10 @@ std::vector<Foot> FeetOf(vtkPoints* points, vtkPolyData* surface)
   locator->BuildLocator();
   surface->BuildCells(); // which threads would do at once
   std::vector<Foot> feet(static_cast<std::size_t>(points->GetNumberOfPoints()));
-  vtkSMPThreadLocalObject<vtkGenericCell> cells;
   vtkSMPTools::For(0, points->GetNumberOfPoints(),
     [&](vtkIdType begin, vtkIdType end)
     {
-      vtkGenericCell* cell = cells.Local();
+      vtkNew<vtkGenericCell> cell;
       for (vtkIdType n = begin; n < end; ++n)
       {
         double place[3];

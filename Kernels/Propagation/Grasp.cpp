@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <unordered_map>
 #include <unordered_set>
 
 namespace chainmail
@@ -239,6 +240,45 @@ std::vector<std::vector<std::size_t>> elementsAround(
     }
   }
   return grabbed;
+}
+
+std::vector<std::size_t> withNotches(const Bricks& bricks, std::vector<std::size_t> elements)
+{
+  constexpr float stiff = 0.15f; // a constraint: links of less do not stretch by a step of Waves::longestTurn
+  constexpr int layers = 3;
+  const Grid& grid = bricks.model().grid();
+  const auto constraintOf = [&](const Index3& at)
+  {
+    float constraint;
+    bricks.row(at[0], at[1], at[2], 1, &constraint);
+    return constraint;
+  };
+  std::vector<std::size_t> outermost;
+  std::copy_if(elements.begin(), elements.end(), std::back_inserter(outermost),
+    [&](std::size_t voxel) { return constraintOf(grid.indexOf(voxel)) == 0.0f; });
+  const std::unordered_set<std::size_t> own(elements.begin(), elements.end());
+  std::unordered_map<std::size_t, int> links; // of other elements to bone and to what fills its notches
+  for (int layer = 0; layer < layers && !outermost.empty(); ++layer)
+  {
+    std::vector<std::size_t> next;
+    for (const std::size_t voxel : outermost)
+    {
+      bricks.forNeighbours(grid.indexOf(voxel),
+        [&](int, const Index3& at)
+        {
+          const std::size_t beside = grid.at(at[0], at[1], at[2]);
+          const float constraint = constraintOf(at);
+          if (constraint > 0.0f && constraint <= stiff && own.count(beside) == 0 && ++links[beside] == 2)
+          {
+            next.push_back(beside);
+          }
+        });
+    }
+    elements.insert(elements.end(), next.begin(), next.end());
+    outermost = std::move(next);
+  }
+  std::sort(elements.begin(), elements.end());
+  return elements;
 }
 
 }

@@ -17,4 +17,9 @@ std::string nameOf(const Probe& probe, std::size_t number);
 std::vector<std::vector<std::size_t>> elementsAround(
   Bricks& bricks, const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
 
+/// Elements that a probe which turns is to hold, with the stiff ones in the notches of the bones among them. Between
+/// two neighbours that rotate, stiff tissue can neither turn without moving nor move without turning, and would hold
+/// the bone.
+std::vector<std::size_t> withNotches(const Bricks& bricks, std::vector<std::size_t> elements);
+
 }

@@ -284,6 +284,35 @@ TEST(Poses, ManyBodiesGoTogether)
   EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
 }
 
+// Stiff tissue in the notch of a bone goes along with it, as it could neither turn without moving nor move without
+// turning.
+TEST(Poses, StiffTissueInANotchGoesAlong)
+{
+  Scene scene({ 17, 17, 17 }, 0.8f);
+  const auto isNotch = [](int i, int j, int k) { return i >= 7 && i < 10 && j >= 7 && j < 9 && k >= 7 && k < 9; };
+  for (int i = 7; i < 10; ++i)
+  {
+    for (int j = 5; j < 12; ++j)
+    {
+      for (int k = 5; k < 12; ++k)
+      {
+        scene.give(i, j, k, isNotch(i, j, k) ? 0.05f : j < 9 && k < 9 ? 0.8f : 0.0f);
+      }
+    }
+  }
+  scene.anchors.faces.fill(true);
+  Simulation simulation = simulateTurning(scene);
+  const Probe probe = pose(scene, { 8, 10, 10 }, { 35.0 * degree, 0.0, 0.0 });
+  const ProbeResult result = simulation.pull({ probe })[0];
+  expectAsked(probe, result); // 17 degrees where the notch stayed behind
+  EXPECT_EQ(result.elements, 3u * (7 * 7 - 4 * 4 + 2 * 2));
+  EXPECT_LT(
+    offPose(scene, simulation, probe, [&](int i, int j, int k) { return isRigid(scene, i, j, k) || isNotch(i, j, k); }),
+    1e-5);
+  simulation.relax(40, 0.0);
+  EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
+}
+
 // In a reduced model rigid voxels are at the pose, too.
 TEST(Poses, ReducedModels)
 {
