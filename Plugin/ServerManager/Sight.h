@@ -50,6 +50,9 @@ public:
   /// Keeps spots away from what is connected to an input of the deformation. To be called before FindSpot().
   void Avoid(const std::string& input);
 
+  /// Parallel rays along the view around its middle, the nearest to it first: 6 numbers each, its two ends.
+  std::vector<double> GetRays() const;
+
   /// All such tissue, the nearest to the middle first.
   const std::vector<Place>& GetSpots() const { return this->Spots; }
   const Place& GetSpot() const { return this->Spots.front(); }
@@ -71,6 +74,8 @@ private:
   void FindLook();
   void FindOpacity(vtkSMProxy* source, int port);
   bool FindSpot(const Place& middle, double step, bool anywhere);
+  std::vector<double> RaysAround(const Place& middle, double step) const;
+  double GetStep() const;
   void KeepFree();
   std::array<bool, 6> FindHeldFaces() const;
   double DepthOf(const Place& place) const;
