@@ -114,7 +114,7 @@ std::array<double, 9> DirectionOf(vtkSMSourceProxy* source, int port)
   return asked->Direction;
 }
 
-Sight::Sight(vtkSMSessionProxyManager* manager)
+Sight::Sight(vtkSMSessionProxyManager* manager, vtkSMProxy* selected)
   : Threshold(vtkMath::Nan())
 {
   if (manager == nullptr)
@@ -124,7 +124,7 @@ Sight::Sight(vtkSMSessionProxyManager* manager)
   vtkSMProxySelectionModel* views = manager->GetSelectionModel("ActiveView");
   vtkSMProxy* view = views ? views->GetCurrentProxy() : nullptr;
   this->View = view && view->GetProperty("CameraPositionInfo") ? view : nullptr;
-  this->FindImage(manager);
+  this->FindImage(manager, selected);
   if (!this->IsValid())
   {
     return;
@@ -137,10 +137,10 @@ Sight::Sight(vtkSMSessionProxyManager* manager)
   }
 }
 
-void Sight::FindImage(vtkSMSessionProxyManager* manager)
+void Sight::FindImage(vtkSMSessionProxyManager* manager, vtkSMProxy* selected)
 {
   vtkSMProxySelectionModel* sources = manager->GetSelectionModel("ActiveSources");
-  vtkSMProxy* active = sources ? sources->GetCurrentProxy() : nullptr;
+  vtkSMProxy* active = selected ? selected : sources ? sources->GetCurrentProxy() : nullptr;
   int port = 0;
   if (auto* output = vtkSMOutputPort::SafeDownCast(active))
   {

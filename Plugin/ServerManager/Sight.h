@@ -30,7 +30,8 @@ public:
   /// Looks at the tissue that the user works on, as the active view does: at that of the deformation that is selected
   /// or that the selected probe, blade or drill belongs to (in the Mode FromRest where it rests, else where it is now);
   /// else at the image that is selected; else at the last one there is. Not valid where there is none with data.
-  explicit Sight(vtkSMSessionProxyManager* manager);
+  /// With `selected` as if that were selected.
+  explicit Sight(vtkSMSessionProxyManager* manager, vtkSMProxy* selected = nullptr);
 
   bool IsValid() const { return this->Source != nullptr; }
 
@@ -70,7 +71,7 @@ public:
   bool Pick(const Place& from, const Place& to, Place& hit) const;
 
 private:
-  void FindImage(vtkSMSessionProxyManager* manager);
+  void FindImage(vtkSMSessionProxyManager* manager, vtkSMProxy* selected);
   void FindLook();
   void FindOpacity(vtkSMProxy* source, int port);
   bool FindSpot(const Place& middle, double step, bool anywhere);

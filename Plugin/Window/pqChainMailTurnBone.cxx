@@ -159,7 +159,7 @@ vtkSMSourceProxy* DeformSelected(pqRenderView* view)
 /// Finds the bone in the middle of the view. Rotations stay on where only that lets the deformation update.
 bool FindBoneInView(vtkSMSourceProxy* deformation, vtkChainMail::Bone& bone)
 {
-  const vtkChainMail::Sight sight(deformation->GetSessionProxyManager());
+  const vtkChainMail::Sight sight(deformation->GetSessionProxyManager(), deformation);
   deformation->UpdatePipeline();
   if (!sight.IsValid())
   {
@@ -194,9 +194,6 @@ void TurnBone(pqRenderView* view, pqPipelineSource* selected)
   {
     return;
   }
-  pqActiveObjects& active = pqActiveObjects::instance();
-  auto* model = pqApplicationCore::instance()->getServerManagerModel();
-  active.setActiveSource(model->findItem<pqPipelineSource*>(deformation)); // whose tissue Sight looks at
   vtkChainMail::Bone bone;
   if (!FindBoneInView(deformation, bone))
   {
@@ -207,19 +204,22 @@ void TurnBone(pqRenderView* view, pqPipelineSource* selected)
   }
   vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
   const auto pose = create(deformation->GetSessionProxyManager(), "sources", "ChainMailPose");
-  controller->PreInitializeProxy(pose);
-  vtkSMPropertyHelper(pose, "Position").Set(bone.Middle.data(), 3);
-  vtkSMPropertyHelper(pose, "Target").Set(bone.Middle.data(), 3);
-  vtkSMPropertyHelper(pose, "Body").Set(bone.Body);
-  controller->PostInitializeProxy(pose);
+  controller->InitializeProxy(pose);
   controller->RegisterPipelineProxy(pose);
+  {
+    SM_SCOPED_TRACE(PropertiesModified).arg("proxy", static_cast<vtkSMProxy*>(pose));
+    vtkSMPropertyHelper(pose, "Position").Set(bone.Middle.data(), 3);
+    vtkSMPropertyHelper(pose, "Target").Set(bone.Middle.data(), 3);
+    vtkSMPropertyHelper(pose, "Body").Set(bone.Body);
+    pose->UpdateVTKObjects();
+  }
   {
     SM_SCOPED_TRACE(PropertiesModified).arg("proxy", static_cast<vtkSMProxy*>(deformation));
     vtkSMPropertyHelper(deformation, "Rotations").Set(1);
     vtkSMPropertyHelper(deformation, "Probes").Add(pose, 0);
     deformation->UpdateVTKObjects();
   }
-  active.setActiveSource(applied(pose));
+  pqActiveObjects::instance().setActiveSource(applied(pose));
 }
 }
 
