@@ -131,6 +131,25 @@ public:
     this->Reports.End();
   }
 
+  bool GetBodies(vtkImageData* image)
+  {
+    if (!this->Shows.Get(1) || !this->Last.Error.empty() || this->Last.Stopped)
+    {
+      return false;
+    }
+    try
+    {
+      image->CopyStructure(this->Shows.Get(1));
+      image->GetPointData()->Initialize();
+      this->Writer.WriteBodies(image->GetPointData());
+      return true;
+    }
+    catch (const std::exception&)
+    {
+      return false; // the next update says what is wrong
+    }
+  }
+
   vtkChainMailDeformation* Self;
   vtkChainMail::Progress Reports;
   vtkChainMail::Session Engine;
@@ -226,6 +245,12 @@ void vtkChainMailDeformation::AddCarvesConnection(vtkAlgorithmOutput* producer)
 vtkImageData* vtkChainMailDeformation::GetModelOutput()
 {
   return vtkImageData::SafeDownCast(this->GetOutputDataObject(1));
+}
+
+//------------------------------------------------------------------------------
+bool vtkChainMailDeformation::GetBodies(vtkImageData* image)
+{
+  return this->Internals->GetBodies(image);
 }
 
 //------------------------------------------------------------------------------

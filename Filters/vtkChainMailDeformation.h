@@ -191,6 +191,13 @@ public:
 
   vtkImageData* GetModelOutput(); ///< the model at rest, output port 1
 
+  /**
+   * Gives an image the grid of the scan, the point array `Cluster`, as the model at rest would have it now whatever
+   * ModelArrays says, and the BodyArray, if there is one. Returns false where nothing is known: before the first update,
+   * after one that failed, and on a process for which another one computes.
+   */
+  bool GetBodies(vtkImageData* image);
+
   enum MaterialPresets
   {
     MATERIAL_FUNCTION = 0,

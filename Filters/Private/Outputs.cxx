@@ -404,6 +404,16 @@ vtkSmartPointer<vtkUnsignedCharArray> Outputs::FetchLinks(vtkIdType voxels)
   return links;
 }
 
+void Outputs::WriteBodies(vtkPointData* output)
+{
+  const chainmail::Index3& size = this->Source.GetModel().grid().size;
+  if (vtkDataArray* labels = this->Source.GetTissue().Bodies.Array)
+  {
+    output->AddArray(labels);
+  }
+  output->AddArray(this->FetchCluster(static_cast<vtkIdType>(size[0]) * size[1] * size[2]));
+}
+
 vtkSmartPointer<vtkIntArray> Outputs::FetchCluster(vtkIdType voxels)
 {
   const auto cluster = MakeArray<vtkIntArray>("Cluster", this->Source.GetModel().axes(), voxels);

@@ -56,6 +56,9 @@ public:
   /// Gives the model at rest of the last Write() the arrays that are chosen now, and no others of ModelArrays.
   void ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* model);
 
+  /// Adds the array Cluster of the last update and, where there are some, the labels of bodies.
+  void WriteBodies(vtkPointData* output);
+
 private:
   /// A sampler and all that its output depends on, apart from the deformation.
   struct Sampled

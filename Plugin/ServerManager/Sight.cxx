@@ -114,7 +114,7 @@ std::array<double, 9> DirectionOf(vtkSMSourceProxy* source, int port)
   return asked->Direction;
 }
 
-Sight::Sight(vtkSMSessionProxyManager* manager)
+Sight::Sight(vtkSMSessionProxyManager* manager, vtkSMProxy* selected)
   : Threshold(vtkMath::Nan())
 {
   if (manager == nullptr)
@@ -124,7 +124,7 @@ Sight::Sight(vtkSMSessionProxyManager* manager)
   vtkSMProxySelectionModel* views = manager->GetSelectionModel("ActiveView");
   vtkSMProxy* view = views ? views->GetCurrentProxy() : nullptr;
   this->View = view && view->GetProperty("CameraPositionInfo") ? view : nullptr;
-  this->FindImage(manager);
+  this->FindImage(manager, selected);
   if (!this->IsValid())
   {
     return;
@@ -137,10 +137,10 @@ Sight::Sight(vtkSMSessionProxyManager* manager)
   }
 }
 
-void Sight::FindImage(vtkSMSessionProxyManager* manager)
+void Sight::FindImage(vtkSMSessionProxyManager* manager, vtkSMProxy* selected)
 {
   vtkSMProxySelectionModel* sources = manager->GetSelectionModel("ActiveSources");
-  vtkSMProxy* active = sources ? sources->GetCurrentProxy() : nullptr;
+  vtkSMProxy* active = selected ? selected : sources ? sources->GetCurrentProxy() : nullptr;
   int port = 0;
   if (auto* output = vtkSMOutputPort::SafeDownCast(active))
   {
@@ -336,7 +336,7 @@ bool Sight::FindSpot()
     return false;
   }
   this->HeldFaces = this->FindHeldFaces();
-  const double step = std::min(this->HalfHeight / 8.0, this->Diagonal / 20.0);
+  const double step = this->GetStep();
   if (this->FindSpot(this->Middle, step, false))
   {
     return true;
@@ -364,9 +364,18 @@ bool Sight::FindSpot()
   return this->FindSpot(this->Middle, step, true);
 }
 
-/// Tries parallel rays around the middle, the nearest first. With `anywhere` it goes on into tissue that the image cuts
-/// off, and takes what is farthest from there.
-bool Sight::FindSpot(const Place& middle, double step, bool anywhere)
+/// How far such rays are from each other.
+double Sight::GetStep() const
+{
+  return std::min(this->HalfHeight / 8.0, this->Diagonal / 20.0);
+}
+
+std::vector<double> Sight::GetRays() const
+{
+  return this->RaysAround(this->Middle, this->GetStep());
+}
+
+std::vector<double> Sight::RaysAround(const Place& middle, double step) const
 {
   constexpr int reach = 4;
   std::vector<std::pair<int, int>> offsets;
@@ -382,21 +391,29 @@ bool Sight::FindSpot(const Place& middle, double step, bool anywhere)
     { return a.first * a.first + a.second * a.second < b.first * b.first + b.second * b.second; });
 
   const double length = 2.0 * this->Diagonal;
-  std::vector<Place> from;
   std::vector<double> rays;
   for (const auto& offset : offsets)
   {
     const Place through = Along(Along(middle, this->Right, step * offset.first), this->Up, step * offset.second);
-    from.push_back(Along(through, this->Toward, length));
-    Add(rays, from.back(), Along(through, this->Toward, -length));
+    Add(rays, Along(through, this->Toward, length), Along(through, this->Toward, -length));
   }
+  return rays;
+}
+
+/// Tries such rays. With `anywhere` it goes on into tissue that the image cuts off, and takes what is farthest from
+/// there.
+bool Sight::FindSpot(const Place& middle, double step, bool anywhere)
+{
+  const double length = 2.0 * this->Diagonal;
+  const std::vector<double> rays = this->RaysAround(middle, step);
   const std::vector<double> shares = this->Cast(rays, true);
   const double deeper = anywhere ? 0.1 * this->Diagonal : 0.0;
   const double margin = 0.12 * this->Diagonal;
   std::vector<Place> hits;
-  for (std::size_t n = 0; n < from.size(); ++n)
+  for (std::size_t n = 0; n < shares.size(); ++n)
   {
-    const Place hit = Along(from[n], this->Toward, -(2.0 * length * shares[n] + deeper));
+    const Place from{ { rays[6 * n], rays[6 * n + 1], rays[6 * n + 2] } };
+    const Place hit = Along(from, this->Toward, -(2.0 * length * shares[n] + deeper));
     if (shares[n] >= 0.0 && this->DepthOf(hit) >= 0.0)
     {
       hits.push_back(hit);

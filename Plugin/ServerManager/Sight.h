@@ -30,7 +30,8 @@ public:
   /// Looks at the tissue that the user works on, as the active view does: at that of the deformation that is selected
   /// or that the selected probe, blade or drill belongs to (in the Mode FromRest where it rests, else where it is now);
   /// else at the image that is selected; else at the last one there is. Not valid where there is none with data.
-  explicit Sight(vtkSMSessionProxyManager* manager);
+  /// With `selected` as if that were selected.
+  explicit Sight(vtkSMSessionProxyManager* manager, vtkSMProxy* selected = nullptr);
 
   bool IsValid() const { return this->Source != nullptr; }
 
@@ -50,6 +51,9 @@ public:
   /// Keeps spots away from what is connected to an input of the deformation. To be called before FindSpot().
   void Avoid(const std::string& input);
 
+  /// Parallel rays along the view around its middle, the nearest to it first: 6 numbers each, its two ends.
+  std::vector<double> GetRays() const;
+
   /// All such tissue, the nearest to the middle first.
   const std::vector<Place>& GetSpots() const { return this->Spots; }
   const Place& GetSpot() const { return this->Spots.front(); }
@@ -67,10 +71,12 @@ public:
   bool Pick(const Place& from, const Place& to, Place& hit) const;
 
 private:
-  void FindImage(vtkSMSessionProxyManager* manager);
+  void FindImage(vtkSMSessionProxyManager* manager, vtkSMProxy* selected);
   void FindLook();
   void FindOpacity(vtkSMProxy* source, int port);
   bool FindSpot(const Place& middle, double step, bool anywhere);
+  std::vector<double> RaysAround(const Place& middle, double step) const;
+  double GetStep() const;
   void KeepFree();
   std::array<bool, 6> FindHeldFaces() const;
   double DepthOf(const Place& place) const;

@@ -4,7 +4,9 @@
 #include "ChainMailPresets.h"
 #include "Probes.h"
 #include "pqChainMailDrag.h"
+#include "pqChainMailPipeline.h"
 #include "pqChainMailStop.h"
+#include "pqChainMailTurnBone.h"
 
 #include "pqActiveObjects.h"
 #include "pqApplicationCore.h"
@@ -22,15 +24,12 @@
 #include "pqUndoStack.h"
 
 #include "vtkChainMailDeformation.h"
-#include "vtkChainMailScanStatistics.h"
 #include "vtkNew.h"
-#include "vtkPVChainMailScanInformation.h"
 #include "vtkPVDataInformation.h"
 #include "vtkPVDataSetAttributesInformation.h"
 #include "vtkSMInputProperty.h"
 #include "vtkSMParaViewPipelineControllerWithRendering.h"
 #include "vtkSMPropertyHelper.h"
-#include "vtkSMProxyClipboard.h"
 #include "vtkSMProxySelectionModel.h"
 #include "vtkSMRenderViewProxy.h"
 #include "vtkSMRepresentationProxy.h"
@@ -38,8 +37,6 @@
 #include "vtkSMSettings.h"
 #include "vtkSMSourceProxy.h"
 #include "vtkSMTrace.h"
-#include "vtkSMTransferFunctionPresets.h"
-#include "vtkSMTransferFunctionProxy.h"
 #include "vtkSmartPointer.h"
 
 #include <QDockWidget>
@@ -54,66 +51,10 @@
 #include <string>
 #include <vector>
 
+using namespace pqChainMailPipeline;
+
 namespace
 {
-vtkSmartPointer<vtkSMSourceProxy> Create(vtkSMSessionProxyManager* manager, const char* group, const char* name)
-{
-  vtkSmartPointer<vtkSMProxy> proxy;
-  proxy.TakeReference(manager->NewProxy(group, name));
-  return vtkSMSourceProxy::SafeDownCast(proxy);
-}
-
-/// What the button Apply would mark.
-pqPipelineSource* Applied(vtkSMProxy* proxy)
-{
-  auto* source = pqApplicationCore::instance()->getServerManagerModel()->findItem<pqPipelineSource*>(proxy);
-  if (source)
-  {
-    source->setModifiedState(pqProxy::UNMODIFIED);
-  }
-  return source;
-}
-
-bool IsImage(pqOutputPort* port)
-{
-  vtkPVDataInformation* data = port ? port->getDataInformation() : nullptr;
-  return data && data->DataSetTypeIsA("vtkImageData") && data->GetNumberOfPoints() > 0;
-}
-
-/// Gives a volume that is taken for CT the look of skin over flesh and bone, where the plugin's preset is there.
-void LookLikeCT(pqOutputPort* scan, vtkSMProxy* shown)
-{
-  vtkSMPropertyHelper coloured(shown, "ColorArrayName", true);
-  const char* name = coloured.GetNumberOfElements() == 5 ? coloured.GetAsString(4) : nullptr;
-  const char* const preset = "CT skin";
-  auto* presets = vtkSMTransferFunctionPresets::GetInstance();
-  bool isThere = false;
-  for (unsigned int n = 0; n < presets->GetNumberOfPresets(); ++n)
-  {
-    isThere = isThere || presets->GetPresetName(n) == preset;
-  }
-  if (!name || !*name || !isThere)
-  {
-    return;
-  }
-  vtkNew<vtkPVChainMailScanInformation> asked;
-  asked->Gather(scan->getSourceProxy(), scan->getPortNumber(), name);
-  if (asked->GetStatistics()->GetKind() != vtkChainMailScanStatistics::KIND_CT)
-  {
-    return;
-  }
-  for (const char* function : { "LookupTable", "ScalarOpacityFunction" })
-  {
-    vtkSMPropertyHelper helper(shown, function, true);
-    if (helper.GetNumberOfElements() > 0 && helper.GetAsProxy())
-    {
-      vtkSMTransferFunctionProxy::ApplyPreset(helper.GetAsProxy(), preset, false);
-    }
-  }
-  vtkSMPropertyHelper(shown, "Shade", true).Set(1);
-  shown->UpdateVTKObjects();
-}
-
 /// Makes the pull of a new probe one that tissue follows, as a change that traces tell of.
 void FitPull(vtkSMSourceProxy* probe, vtkSMProxy* deformation, const vtkChainMail::Sight& sight)
 {
@@ -178,14 +119,6 @@ void AddPresetsToDefaultGroup()
   }
   settings->SetSetting(key, ofTheUser);
 }
-
-/// How the scan is shown, where that says something of a volume or a slice; else null.
-vtkSMProxy* LookOf(vtkSMProxy* representation)
-{
-  const char* kind =
-    representation ? vtkSMPropertyHelper(representation, "Representation", true).GetAsString() : nullptr;
-  return kind && (std::strcmp(kind, "Volume") == 0 || std::strcmp(kind, "Slice") == 0) ? representation : nullptr;
-}
 }
 
 //------------------------------------------------------------------------------
@@ -206,6 +139,11 @@ pqChainMailActions::pqChainMailActions(QObject* parent)
   QObject::connect(blade, &QAction::triggered, this, [this] { this->addTo("Cuts", "ChainMailBlade", 0.4); });
   QAction* drill = this->addAction("AddDrill", tr("Add Drill"), tr("Carve a ball out of the tissue."));
   QObject::connect(drill, &QAction::triggered, this, [this] { this->addTo("Carves", "ChainMailDrill", 0.3); });
+  this->TurnBone = this->addAction("TurnBone", tr("Turn Bone"),
+    tr("Hold the bone that is in the middle of the view, to turn and to move it: drag the faces of its box, and the "
+       "ball "
+       "in the middle. Labels of bones that fit the scan are used."));
+  QObject::connect(this->TurnBone, &QAction::triggered, this, [] { pqChainMailTurnBone(); });
   this->Additions = { probe, blade, drill };
   this->Remove = this->addAction("RemoveFromTissue", tr("Remove"),
     tr("Take the selected probe, blade or drill out of the tissue, and delete it. Also the key Delete, in the Pipeline "
@@ -371,7 +309,8 @@ void pqChainMailActions::updateEnableState()
   pqPipelineSource* source = port ? port->getSource() : nullptr;
   const bool unapplied = source && source->modifiedState() == pqProxy::UNINITIALIZED;
   const bool deformed = source && !unapplied && vtkChainMail::DeformationOf(source->getProxy()) != nullptr;
-  this->Grab->setEnabled(source && (unapplied || IsImage(port)));
+  this->Grab->setEnabled(source && (unapplied || isImage(port)));
+  this->TurnBone->setEnabled(deformed || this->Grab->isEnabled());
   this->Remove->setEnabled(!SelectedTools().isEmpty());
   this->makeRoom();
   pqView* view = pqActiveObjects::instance().activeView();
@@ -402,8 +341,8 @@ void pqChainMailActions::grab()
 
   // A scan that was only just opened is taken as it is, without Apply.
   scan->getSourceProxy()->UpdatePipeline();
-  Applied(scan->getProxy());
-  if (!IsImage(port))
+  applied(scan->getProxy());
+  if (!isImage(port))
   {
     qCritical("Grab Tissue needs an image with scalars: select a scan in the Pipeline Browser.");
     END_UNDO_SET();
@@ -420,7 +359,7 @@ void pqChainMailActions::grab()
     return;
   }
   const bool isFirst = view->getNumberOfVisibleDataRepresentations() == 0;
-  auto* look = LookOf(viewProxy->FindRepresentation(scan->getSourceProxy(), port->getPortNumber()));
+  vtkSMProxy* look = lookOf(port);
   if (isFirst)
   {
     controller->Show(scan->getSourceProxy(), port->getPortNumber(), viewProxy);
@@ -443,33 +382,15 @@ void pqChainMailActions::grab()
     sight.FindSpot();
   }
 
-  const auto probe = Create(manager, "sources", "ChainMailProbe");
+  const auto probe = create(manager, "sources", "ChainMailProbe");
   controller->InitializeProxy(probe);
   controller->RegisterPipelineProxy(probe);
-  Applied(probe);
+  applied(probe);
 
-  const auto deformation = Create(manager, "filters", "ChainMailDeformation");
-  controller->PreInitializeProxy(deformation);
-  vtkSMPropertyHelper(deformation, "Input").Set(scan->getProxy(), static_cast<unsigned int>(port->getPortNumber()));
-  vtkSMPropertyHelper(deformation, "Probes").Set(probe, 0);
-  controller->PostInitializeProxy(deformation);
-  controller->RegisterPipelineProxy(deformation);
-  Applied(deformation);
+  const auto deformation = deform(port, probe);
   FitPull(probe, deformation, sight);
-  vtkSMProxy* shown = controller->Show(deformation, 0, viewProxy);
-  if (look && shown)
-  {
-    vtkNew<vtkSMProxyClipboard> clipboard;
-    clipboard->Copy(look);
-    clipboard->Paste(shown);
-    shown->UpdateVTKObjects();
-  }
-  else if (shown)
-  {
-    LookLikeCT(port, shown);
-  }
-  controller->Hide(scan->getSourceProxy(), port->getPortNumber(), viewProxy);
-  active.setActiveSource(Applied(probe));
+  show(deformation, port, look, "CT skin");
+  active.setActiveSource(applied(probe));
   END_UNDO_SET();
   view->render();
 }
@@ -495,7 +416,7 @@ void pqChainMailActions::addTo(const char* input, const char* name, double opaci
     sight.Avoid("Carves");
     sight.FindSpot();
   }
-  const auto source = Create(deformation->GetSessionProxyManager(), "sources", name);
+  const auto source = create(deformation->GetSessionProxyManager(), "sources", name);
   controller->InitializeProxy(source);
   controller->RegisterPipelineProxy(source);
   {
@@ -517,7 +438,7 @@ void pqChainMailActions::addTo(const char* input, const char* name, double opaci
       shown->UpdateVTKObjects();
     }
   }
-  active.setActiveSource(Applied(source));
+  active.setActiveSource(applied(source));
   END_UNDO_SET();
   pqApplicationCore::instance()->render();
 }
@@ -557,10 +478,10 @@ void pqChainMailActions::openExample()
   }
   vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
   BEGIN_UNDO_SET(tr("Open Example"));
-  const auto forearm = Create(server->proxyManager(), "sources", "ChainMailForearm");
+  const auto forearm = create(server->proxyManager(), "sources", "ChainMailForearm");
   controller->InitializeProxy(forearm);
   controller->RegisterPipelineProxy(forearm);
-  pqActiveObjects::instance().setActiveSource(Applied(forearm));
+  pqActiveObjects::instance().setActiveSource(applied(forearm));
   this->grab();
   END_UNDO_SET();
 }

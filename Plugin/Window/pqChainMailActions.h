@@ -56,6 +56,7 @@ private:
   int Moves = 0;
   int WidestPanel = 0;
   QAction* Grab;
+  QAction* TurnBone;
   QAction* Remove;
   QList<QAction*> Additions;
 };

@@ -4,6 +4,7 @@
 #include "Sight.h"
 #include "pqChainMailDrag.h"
 #include "pqChainMailGrip.h"
+#include "pqChainMailPoseWidget.h"
 #include "pqChainMailSnap.h"
 
 #include "pqInteractivePropertyWidget.h"
@@ -40,7 +41,7 @@ pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPrope
     {
       new pqChainMailSnap(interactive);
     }
-    if (pqChainMailSnap::isPull(interactive->proxy()))
+    if (qobject_cast<pqLinePropertyWidget*>(parent) && pqChainMailSnap::isPull(interactive->proxy()))
     {
       auto* grip = new pqChainMailGrip(interactive);
       QObject::connect(drag, &pqChainMailDrag::sketched, grip, &pqChainMailGrip::setReached);
@@ -58,7 +59,8 @@ pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPrope
   {
     this->addKey("P", "setCenter");
   }
-  if (auto* help = parent->findChild<QLabel*>("pickLabel"))
+  auto* help = parent->findChild<QLabel*>("pickLabel");
+  if (help && !qobject_cast<pqChainMailPoseWidget*>(parent))
   {
     help->setText(
       qobject_cast<pqLinePropertyWidget*>(parent)
@@ -101,6 +103,15 @@ void pqChainMailPickDecorator::pick(const char* slot)
     return;
   }
   const int* at = proxy->GetInteractor()->GetEventPosition();
+  if (auto* pose = qobject_cast<pqChainMailPoseWidget*>(this->parentWidget()))
+  {
+    const std::array<pqChainMailSnap::Place, 2> ray = pqChainMailSnap::ray(proxy->GetRenderer(), at[0], at[1]);
+    if (pose->hold({ ray[0][0], ray[0][1], ray[0][2], ray[1][0], ray[1][1], ray[1][2] }))
+    {
+      this->countAtOnce();
+    }
+    return;
+  }
   const vtkChainMail::Sight sight(view->getServer()->proxyManager());
   vtkChainMail::Place hit;
   if (!pqChainMailSnap::pick(sight, proxy->GetRenderer(), at[0], at[1], hit))
@@ -130,7 +141,12 @@ void pqChainMailPickDecorator::pick(const char* slot)
   {
     put("pickPoint2", target);
   }
-  // A place that was picked counts at once, like a drag that has ended.
+  this->countAtOnce();
+}
+
+//------------------------------------------------------------------------------
+void pqChainMailPickDecorator::countAtOnce()
+{
   if (auto* interactive = qobject_cast<pqInteractivePropertyWidget*>(this->parentWidget()))
   {
     Q_EMIT interactive->startInteraction();

@@ -59,15 +59,21 @@ bool pqChainMailSnap::isPull(vtkSMProxy* source)
 }
 
 //------------------------------------------------------------------------------
-bool pqChainMailSnap::pick(const vtkChainMail::Sight& sight, vtkRenderer* renderer, double x, double y, Place& hit)
+std::array<pqChainMailSnap::Place, 2> pqChainMailSnap::ray(vtkRenderer* renderer, double x, double y)
 {
-  Place ends[2]; // of what is seen at the pixel, at the front and at the back
+  std::array<Place, 2> ends;
   for (int n = 0; n < 2; ++n)
   {
     double world[4];
     vtkInteractorObserver::ComputeDisplayToWorld(renderer, x, y, n, world);
     std::copy_n(world, 3, ends[n].begin());
   }
+  return ends;
+}
+
+bool pqChainMailSnap::pick(const vtkChainMail::Sight& sight, vtkRenderer* renderer, double x, double y, Place& hit)
+{
+  const std::array<Place, 2> ends = pqChainMailSnap::ray(renderer, x, y);
   return sight.IsValid() && sight.Pick(ends[0], ends[1], hit);
 }
 

@@ -38,6 +38,9 @@ public:
   /// Whether a line is that of a probe, whose first end takes the second one along.
   static bool isPull(vtkSMProxy* source);
 
+  /// What is seen at a pixel: from the front to the back.
+  static std::array<Place, 2> ray(vtkRenderer* renderer, double x, double y);
+
   /// The tissue that is seen at a pixel. False where there is none.
   static bool pick(const vtkChainMail::Sight& sight, vtkRenderer* renderer, double x, double y, Place& hit);
 

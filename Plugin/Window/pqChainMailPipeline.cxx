@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pqChainMailPipeline.h"
+
+#include "pqActiveObjects.h"
+#include "pqApplicationCore.h"
+#include "pqOutputPort.h"
+#include "pqPipelineSource.h"
+#include "pqServer.h"
+#include "pqServerManagerModel.h"
+#include "pqView.h"
+
+#include "vtkChainMailScanStatistics.h"
+#include "vtkNew.h"
+#include "vtkPVChainMailScanInformation.h"
+#include "vtkPVDataInformation.h"
+#include "vtkSMParaViewPipelineControllerWithRendering.h"
+#include "vtkSMPropertyHelper.h"
+#include "vtkSMProxyClipboard.h"
+#include "vtkSMRepresentationProxy.h"
+#include "vtkSMSessionProxyManager.h"
+#include "vtkSMSourceProxy.h"
+#include "vtkSMTransferFunctionPresets.h"
+#include "vtkSMTransferFunctionProxy.h"
+#include "vtkSMViewProxy.h"
+
+#include <cstring>
+#include <string>
+
+namespace
+{
+/// Gives a volume that is taken for CT the look of a preset of the plugin, where that is there.
+void LookLikeCT(pqOutputPort* scan, vtkSMProxy* shown, const std::string& preset)
+{
+  vtkSMPropertyHelper coloured(shown, "ColorArrayName", true);
+  const char* name = coloured.GetNumberOfElements() == 5 ? coloured.GetAsString(4) : nullptr;
+  auto* presets = vtkSMTransferFunctionPresets::GetInstance();
+  bool isThere = false;
+  for (unsigned int n = 0; n < presets->GetNumberOfPresets(); ++n)
+  {
+    isThere = isThere || presets->GetPresetName(n) == preset;
+  }
+  if (!name || !*name || !isThere)
+  {
+    return;
+  }
+  vtkNew<vtkPVChainMailScanInformation> asked;
+  asked->Gather(scan->getSourceProxy(), scan->getPortNumber(), name);
+  if (asked->GetStatistics()->GetKind() != vtkChainMailScanStatistics::KIND_CT)
+  {
+    return;
+  }
+  for (const char* function : { "LookupTable", "ScalarOpacityFunction" })
+  {
+    vtkSMPropertyHelper helper(shown, function, true);
+    if (helper.GetNumberOfElements() > 0 && helper.GetAsProxy())
+    {
+      vtkSMTransferFunctionProxy::ApplyPreset(helper.GetAsProxy(), preset.c_str(), false);
+    }
+  }
+  vtkSMPropertyHelper(shown, "Shade", true).Set(1);
+  shown->UpdateVTKObjects();
+}
+
+vtkSMViewProxy* activeView()
+{
+  pqView* view = pqActiveObjects::instance().activeView();
+  return view ? view->getViewProxy() : nullptr;
+}
+}
+
+namespace pqChainMailPipeline
+{
+
+vtkSmartPointer<vtkSMSourceProxy> create(vtkSMSessionProxyManager* manager, const char* group, const char* name)
+{
+  vtkSmartPointer<vtkSMProxy> proxy;
+  proxy.TakeReference(manager->NewProxy(group, name));
+  return vtkSMSourceProxy::SafeDownCast(proxy);
+}
+
+pqPipelineSource* applied(vtkSMProxy* proxy)
+{
+  auto* source = pqApplicationCore::instance()->getServerManagerModel()->findItem<pqPipelineSource*>(proxy);
+  if (source)
+  {
+    source->setModifiedState(pqProxy::UNMODIFIED);
+  }
+  return source;
+}
+
+bool isImage(pqOutputPort* port)
+{
+  vtkPVDataInformation* data = port ? port->getDataInformation() : nullptr;
+  return data && data->DataSetTypeIsA("vtkImageData") && data->GetNumberOfPoints() > 0;
+}
+
+//------------------------------------------------------------------------------
+vtkSmartPointer<vtkSMSourceProxy> deform(pqOutputPort* scan, vtkSMProxy* probe)
+{
+  vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
+  auto deformation = create(scan->getServer()->proxyManager(), "filters", "ChainMailDeformation");
+  controller->PreInitializeProxy(deformation);
+  vtkSMPropertyHelper(deformation, "Input")
+    .Set(scan->getSource()->getProxy(), static_cast<unsigned int>(scan->getPortNumber()));
+  if (probe)
+  {
+    vtkSMPropertyHelper(deformation, "Probes").Set(probe, 0);
+  }
+  controller->PostInitializeProxy(deformation);
+  controller->RegisterPipelineProxy(deformation);
+  applied(deformation);
+  return deformation;
+}
+
+//------------------------------------------------------------------------------
+vtkSMProxy* lookOf(pqOutputPort* scan)
+{
+  vtkSMViewProxy* view = activeView();
+  vtkSMProxy* shown =
+    view ? view->FindRepresentation(scan->getSourceProxy(), static_cast<unsigned int>(scan->getPortNumber())) : nullptr;
+  const char* kind = shown ? vtkSMPropertyHelper(shown, "Representation", true).GetAsString() : nullptr;
+  return kind && (std::strcmp(kind, "Volume") == 0 || std::strcmp(kind, "Slice") == 0) ? shown : nullptr;
+}
+
+//------------------------------------------------------------------------------
+void show(vtkSMSourceProxy* deformation, pqOutputPort* scan, vtkSMProxy* look, const std::string& preset)
+{
+  vtkSMViewProxy* view = activeView();
+  vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
+  vtkSMProxy* shown = controller->Show(deformation, 0, view);
+  if (look && shown)
+  {
+    vtkNew<vtkSMProxyClipboard> clipboard;
+    clipboard->Copy(look);
+    clipboard->Paste(shown);
+    shown->UpdateVTKObjects();
+  }
+  else if (shown)
+  {
+    LookLikeCT(scan, shown, preset);
+  }
+  controller->Hide(scan->getSourceProxy(), scan->getPortNumber(), view);
+}
+
+}
