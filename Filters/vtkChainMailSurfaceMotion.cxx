@@ -8,10 +8,12 @@
 #include "Private/Thinning.h"
 
 #include "vtkCleanPolyData.h"
+#include "vtkDoubleArray.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
 #include "vtkMath.h"
 #include "vtkObjectFactory.h"
+#include "vtkPointData.h"
 #include "vtkTriangleFilter.h"
 
 #include <algorithm>
@@ -63,11 +65,40 @@ bool AreOneMesh(vtkPolyData* a, vtkPolyData* b)
          HaveEqualCells(a->GetStrips(), b->GetStrips());
 }
 
-/// Triangles alone, which share their points: those of an STL file do not.
-vtkSmartPointer<vtkPolyData> Prepare(vtkPolyData* surface, const char* name)
+/// The displacements from one surface to the same one elsewhere, by the order of points.
+vtkSmartPointer<vtkDoubleArray> Subtract(vtkPolyData* there, vtkPolyData* rest, const char* name, const char* remedy)
 {
+  if (there->GetNumberOfPoints() != rest->GetNumberOfPoints())
+  {
+    throw InputError("Before has " + std::to_string(rest->GetNumberOfPoints()) + " points and " + name + " has " +
+                     std::to_string(there->GetNumberOfPoints()) + ": they are not one mesh. " + remedy);
+  }
+  auto ways = vtkSmartPointer<vtkDoubleArray>::New();
+  ways->SetNumberOfComponents(3);
+  ways->SetNumberOfTuples(rest->GetNumberOfPoints());
+  for (vtkIdType n = 0; n < rest->GetNumberOfPoints(); ++n)
+  {
+    double from[3];
+    double to[3];
+    rest->GetPoint(n, from);
+    there->GetPoint(n, to);
+    vtkMath::Subtract(to, from, to);
+    ways->SetTuple(n, to);
+  }
+  return ways;
+}
+
+/// Triangles alone, which share their points: those of an STL file do not. The first point array goes along.
+vtkSmartPointer<vtkPolyData> Prepare(vtkPolyData* surface, const char* name, vtkDataArray* array = nullptr)
+{
+  vtkNew<vtkPolyData> bare;
+  bare->CopyStructure(surface);
+  if (array)
+  {
+    bare->GetPointData()->AddArray(array);
+  }
   vtkNew<vtkTriangleFilter> triangles;
-  triangles->SetInputData(surface);
+  triangles->SetInputData(bare);
   triangles->PassVertsOff();
   triangles->PassLinesOff();
   vtkNew<vtkCleanPolyData> clean;
@@ -79,6 +110,10 @@ vtkSmartPointer<vtkPolyData> Prepare(vtkPolyData* surface, const char* name)
   auto prepared = vtkSmartPointer<vtkPolyData>::New();
   prepared->SetPoints(clean->GetOutput()->GetPoints());
   prepared->SetPolys(clean->GetOutput()->GetPolys());
+  if (array)
+  {
+    prepared->GetPointData()->AddArray(clean->GetOutput()->GetPointData()->GetArray(0));
+  }
   if (prepared->GetNumberOfPolys() == 0)
   {
     throw InputError(std::string(name) +
@@ -93,12 +128,13 @@ vtkSmartPointer<vtkPolyData> Prepare(vtkPolyData* surface, const char* name)
 //------------------------------------------------------------------------------
 vtkChainMailSurfaceMotion::vtkChainMailSurfaceMotion()
 {
-  this->SetNumberOfInputPorts(2);
+  this->SetNumberOfInputPorts(3);
 }
 
 //------------------------------------------------------------------------------
-int vtkChainMailSurfaceMotion::FillInputPortInformation(int, vtkInformation* info)
+int vtkChainMailSurfaceMotion::FillInputPortInformation(int port, vtkInformation* info)
 {
+  info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), port == 2);
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
   return 1;
 }
@@ -125,27 +161,24 @@ int vtkChainMailSurfaceMotion::RequestData(
     std::string how = "matched by the order of their points";
     if (isOneMesh)
     {
-      if (before->GetNumberOfPoints() != after->GetNumberOfPoints())
-      {
-        throw InputError("Before has " + std::to_string(before->GetNumberOfPoints()) + " points and After has " +
-                         std::to_string(after->GetNumberOfPoints()) +
-                         ": they are not one mesh. Set Match to closest points.");
-      }
+      const auto byOrder = Subtract(after, before, "After", "Set Match to closest points.");
       ways.resize(static_cast<std::size_t>(before->GetNumberOfPoints()));
       for (std::size_t n = 0; n < ways.size(); ++n)
       {
-        double rest[3];
-        double there[3];
-        before->GetPoint(static_cast<vtkIdType>(n), rest);
-        after->GetPoint(static_cast<vtkIdType>(n), there);
-        vtkMath::Subtract(there, rest, ways[n].data());
+        byOrder->GetTuple(static_cast<vtkIdType>(n), ways[n].data());
       }
     }
     else
     {
-      before = Prepare(before, "Before");
+      vtkSmartPointer<vtkDoubleArray> moved;
+      if (vtkPolyData* start = vtkPolyData::GetData(inputVector[2], 0))
+      {
+        CheckFinite(start, "Start");
+        moved = Subtract(start, before, "Start", "Start is Before with its points moved, as ChainMail Carry makes it.");
+      }
+      before = Prepare(before, "Before", moved);
       after = Prepare(after, "After");
-      vtkChainMail::ClosestPoints closest(before, after);
+      vtkChainMail::ClosestPoints closest(before, after, before->GetPointData()->GetArray(0));
       closest.Match(this->Iterations, this->Smoothing,
         [&](double share)
         {

@@ -7,7 +7,8 @@
  * (equal numbers of points, as a program leaves them that deforms a mesh) each point goes to its counterpart. Else
  * points are matched by closest points, both ways, with smoothing:
  *
- * 1. The first guess is the shift of the centre of area.
+ * 1. The first guess is the shift of the centre of volume (of area, where one of them is not closed), or the `Start`
+ *    (port 2).
  * 2. Each point of the moved first surface looks for the closest point of the second; and each point of the second for
  * the closest one of the first, which pulls at the corners of the triangle that it finds. A point takes the mean of
  * both.
@@ -19,11 +20,15 @@
  * turns, no point of it seems to move. What is known of such motion has to come from elsewhere, as from landmarks. Nor
  * can they tell one side of a thin gap from the other where the surface moves by more than the gap.
  *
+ * Mechanics knows better than smoothing how tissue goes along. So the first surface may be matched again as it came out
+ * of a deformation: that is the `Start`, as vtkChainMailCarry makes it of `Before`. With Iterations 1 and Smoothing 0
+ * each point then goes to the second surface from where its tissue is, which may have slid meanwhile.
+ *
  * The output is for the `Probes` of vtkChainMailDeformation: points of the first surface with `Displacement`, `Radius`
  * and `Tolerance`; one for each voxel is plenty (Spacing). Matched surfaces are noisy, so give them a Tolerance. The
  * surfaces have to be whole in one process.
  *
- * @sa vtkChainMailLandmarks vtkChainMailFieldProbes
+ * @sa vtkChainMailCarry vtkChainMailLandmarks vtkChainMailFieldProbes
  */
 
 #ifndef vtkChainMailSurfaceMotion_h
@@ -47,6 +52,15 @@ public:
    */
   void SetAfterConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(1, output); }
   void SetAfterData(vtkDataObject* data) { this->SetInputData(1, data); }
+  ///@}
+
+  ///@{
+  /**
+   * The first surface where it is to be matched from, port 2: its points, moved. May be empty. Where points go by their
+   * order it is not read.
+   */
+  void SetStartConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(2, output); }
+  void SetStartData(vtkDataObject* data) { this->SetInputData(2, data); }
   ///@}
 
   enum Matches

@@ -2,6 +2,7 @@
 #include "ClosestPoints.h"
 
 #include "vtkCellArray.h"
+#include "vtkDataArray.h"
 #include "vtkGenericCell.h"
 #include "vtkMath.h"
 #include "vtkNew.h"
@@ -11,7 +12,9 @@
 #include "vtkTriangle.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
+#include <utility>
 
 namespace vtkChainMail
 {
@@ -21,13 +24,45 @@ namespace
 
 using Vector = std::array<double, 3>;
 
-/// The closest point of a surface, as the corners of its triangle and their weights.
+/// The closest point of a surface, as the corners of its triangle and their weights, which are 0 to 1 and add up to 1.
 struct Foot
 {
   Vector Place;
   std::array<vtkIdType, 3> Corners;
   Vector Weights;
 };
+
+/// Of a triangle that is hardly more than a line, weights come out of any size, or not at all: then the nearest corner
+/// stands for the place. Others miss their range by rounding.
+void MakeConvex(Foot& foot, vtkPolyData* surface)
+{
+  double sum = 0.0;
+  bool isInside = true;
+  for (double& weight : foot.Weights)
+  {
+    isInside = isInside && weight > -1e-3 && weight < 1.0 + 1e-3; // false for NaN
+    weight = std::max(weight, 0.0);
+    sum += weight;
+  }
+  if (isInside && sum > 0.5)
+  {
+    for (double& weight : foot.Weights)
+    {
+      weight /= sum;
+    }
+    return;
+  }
+  std::array<double, 3> distances;
+  for (std::size_t c = 0; c < 3; ++c)
+  {
+    double corner[3];
+    surface->GetPoint(foot.Corners[c], corner);
+    distances[c] = vtkMath::Distance2BetweenPoints(corner, foot.Place.data());
+  }
+  foot.Weights = { { 0.0, 0.0, 0.0 } };
+  foot.Weights[static_cast<std::size_t>(std::min_element(distances.begin(), distances.end()) - distances.begin())] =
+    1.0;
+}
 
 /// For each of some points the closest one of a surface.
 std::vector<Foot> FeetOf(vtkPoints* points, vtkPolyData* surface)
@@ -51,6 +86,7 @@ std::vector<Foot> FeetOf(vtkPoints* points, vtkPolyData* surface)
         double squared = 0.0;
         locator->FindClosestPoint(place, foot.Place.data(), cell, id, part, squared);
         surface->GetCell(id, cell);
+        foot.Weights.fill(vtkMath::Nan()); // there are none of a triangle without area
         double parametric[3];
         double closest[3];
         cell->EvaluatePosition(foot.Place.data(), closest, part, parametric, squared, foot.Weights.data());
@@ -58,18 +94,46 @@ std::vector<Foot> FeetOf(vtkPoints* points, vtkPolyData* surface)
         {
           foot.Corners[c] = cell->GetPointId(c);
         }
+        MakeConvex(foot, surface);
       }
     });
   return feet;
 }
 
-/// The centre of area.
-Vector CentreOf(vtkPolyData* surface)
+/// Whether a surface has an inside: its edges belong to two triangles, once in each direction. Programs that decimate
+/// surfaces leave slits, so some edges may be amiss.
+bool IsClosed(vtkPolyData* surface)
+{
+  std::vector<std::pair<vtkIdType, vtkIdType>> there;
+  std::vector<std::pair<vtkIdType, vtkIdType>> back;
+  vtkIdType size = 0;
+  const vtkIdType* corners = nullptr;
+  vtkCellArray* triangles = surface->GetPolys();
+  for (triangles->InitTraversal(); triangles->GetNextCell(size, corners);)
+  {
+    for (vtkIdType c = 0; c < size; ++c)
+    {
+      const vtkIdType next = corners[(c + 1) % size];
+      there.emplace_back(corners[c], next);
+      back.emplace_back(next, corners[c]);
+    }
+  }
+  std::sort(there.begin(), there.end());
+  std::sort(back.begin(), back.end());
+  std::vector<std::pair<vtkIdType, vtkIdType>> open;
+  std::set_difference(there.begin(), there.end(), back.begin(), back.end(), std::back_inserter(open));
+  return open.size() <= there.size() / 50;
+}
+
+/// The centre of volume of closed surfaces, else of area, which folds of a surface draw to themselves.
+Vector CentreOf(vtkPolyData* surface, bool isClosed)
 {
   Vector centre = { { 0.0, 0.0, 0.0 } };
   double whole = 0.0;
   vtkIdType size = 0;
   const vtkIdType* corners = nullptr;
+  double middle[3]; // volumes are counted from there, for the sake of rounding
+  surface->GetCenter(middle);
   vtkCellArray* triangles = surface->GetPolys();
   for (triangles->InitTraversal(); triangles->GetNextCell(size, corners);)
   {
@@ -77,17 +141,20 @@ Vector CentreOf(vtkPolyData* surface)
     for (int c = 0; c < 3; ++c)
     {
       surface->GetPoint(corners[c], p[c]);
+      vtkMath::Subtract(p[c], middle, p[c]);
     }
-    const double area = vtkTriangle::TriangleArea(p[0], p[1], p[2]);
-    whole += area;
+    // A triangle stands for itself, or for the tetrahedron between it and the middle.
+    const double part =
+      isClosed ? vtkMath::Determinant3x3(p[0], p[1], p[2]) / 6.0 : vtkTriangle::TriangleArea(p[0], p[1], p[2]);
+    whole += part;
     for (int a = 0; a < 3; ++a)
     {
-      centre[a] += area * (p[0][a] + p[1][a] + p[2][a]) / 3.0;
+      centre[a] += part * (p[0][a] + p[1][a] + p[2][a]) / (isClosed ? 4.0 : 3.0);
     }
   }
-  for (double& value : centre)
+  for (int a = 0; a < 3; ++a)
   {
-    value /= whole > 0.0 ? whole : 1.0;
+    centre[a] = middle[a] + (whole != 0.0 ? centre[a] / whole : 0.0);
   }
   return centre;
 }
@@ -95,7 +162,7 @@ Vector CentreOf(vtkPolyData* surface)
 }
 
 //------------------------------------------------------------------------------
-ClosestPoints::ClosestPoints(vtkPolyData* before, vtkPolyData* after)
+ClosestPoints::ClosestPoints(vtkPolyData* before, vtkPolyData* after, vtkDataArray* start)
   : Before(before)
   , After(after)
   , Moved(vtkSmartPointer<vtkPolyData>::New())
@@ -128,8 +195,18 @@ ClosestPoints::ClosestPoints(vtkPolyData* before, vtkPolyData* after)
     this->FirstNeighbour.push_back(static_cast<vtkIdType>(this->Neighbours.size()));
   }
 
-  const Vector from = CentreOf(before);
-  const Vector to = CentreOf(after);
+  if (start)
+  {
+    for (std::size_t n = 0; n < this->Displacements.size(); ++n)
+    {
+      start->GetTuple(static_cast<vtkIdType>(n), this->Displacements[n].data());
+    }
+    this->Move();
+    return;
+  }
+  const bool areClosed = IsClosed(before) && IsClosed(after);
+  const Vector from = CentreOf(before, areClosed);
+  const Vector to = CentreOf(after, areClosed);
   const Vector shift = { { to[0] - from[0], to[1] - from[1], to[2] - from[2] } };
   std::fill(this->Displacements.begin(), this->Displacements.end(), shift);
   this->Move();

@@ -17,8 +17,9 @@ namespace vtkChainMail
 class ClosestPoints
 {
 public:
-  /// Surfaces of triangles, each point once.
-  ClosestPoints(vtkPolyData* before, vtkPolyData* after);
+  /// Surfaces of triangles, each point once. With `start`, an array of displacements of the first one's points,
+  /// matching begins there, else with the shift of the centre.
+  ClosestPoints(vtkPolyData* before, vtkPolyData* after, vtkDataArray* start);
 
   /// Finds the displacements. `progress` gets the share that is done and says whether to go on.
   void Match(int iterations, int smoothing, const std::function<bool(double)>& progress);
