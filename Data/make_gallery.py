@@ -528,18 +528,19 @@ def finger(volumes):
 
 
 def jaw(volumes):
-    """A jaw that is pulled open, with bones that slide and with bones that turn: the bones alone."""
+    """A jaw that a pose opens: the skin, and the bones alone."""
     eight = lambda points: [((v + 1024) / 16.0, *rest) for v, *rest in points]  # as the scan's 8 bits
-    colours, opacities = (eight(points) for points in preset("CT bone"))
-    panels = []
-    for rotations, label in ((None, "at rest"), (0, "Rotations off"), (1, "Rotations on")):
-        scene = scenes.opened_jaw(volumes, rotations or 0)
-        source, deformation = update(scene)
-        focus = middle(scene.image) + np.array([0, -8, -14])
-        panel = Panel(300, 300, (0.86, 0.89, 0.93)).look(focus + np.array([560.0, -260.0, 30.0]), focus, (0, 0, 1), 17.0)
-        panel.volume(source if rotations is None else pv.OutputPort(deformation, 0), "MetaImage", colours, opacities, 1.0)
-        panels.append(panel.title(label, place=(0.03, 0.04), size=13).pixels())
-    return [panels]
+    scene = scenes.posed_jaw(volumes)
+    source, deformation = update(scene)
+    focus = middle(scene.image) + np.array([0, 0, -12])
+    rows = [], []
+    for shown, label in ((source, "at rest"), (pv.OutputPort(deformation, 0), "posed")):
+        for row, name in zip(rows, ("CT skin", "CT bone")):
+            colours, opacities = (eight(points) for points in preset(name))
+            panel = Panel(430, 430, (0.86, 0.89, 0.93)).look(focus + np.array([600.0, -520.0, 40.0]), focus, (0, 0, 1), 19.0)
+            panel.volume(shown, "MetaImage", colours, opacities, 1.0)
+            row.append(panel.title(label, place=(0.03, 0.04), size=13).pixels())
+    return list(rows)
 
 
 def spine(volumes):

@@ -314,22 +314,32 @@ def bent_finger(rotations, size=(112, 40, 44)):
 
 
 JAW_JOINTS = (51, 103, 66), (151, 108, 66)  # voxels between the jaw and the skull
-CHIN = (103, 33, 4)
+CHIN, CROWN = (103, 33, 4), (100, 124, 193)
 
 
-def opened_jaw(folder, rotations):
-    """The lower half of a head, whose chin is pulled down and back. Around the joints, which have two voxels between bones, all
-    tissue is soft, bone too."""
-    crop = vtkExtractVOI()
-    crop.SetInputData(read_scan(folder, "head_vhf_ct"))
-    crop.SetVOI(0, 199, 0, 219, 0, 109)
-    crop.Update()
-    image = crop.GetOutput()
-    material = [(35.0, 0.5), (60.0, 0.5), (68.0, 0.4), (85.0, 0.2), (100.0, 0.0)]
-    joints = [dict(Center=place_of(image, joint).tolist(), Radius=17.0, Constraint=0.8) for joint in JAW_JOINTS]
-    return Scene(image, [grab(place_of(image, CHIN), (0, 2.7, -16))], material=material, regions=joints, TissueThreshold=35.0,
-                 BackgroundValue=0.0, AnchoredFaces=[0, 0, 0, 0, 0, 1], OutputPadding=16, ModelReduction=2,
-                 RelaxationPreset="Balanced", Rotations=rotations)
+def posed_jaw(folder, degrees=20.0):
+    """A head whose jaw turns about the axis through its joints, with a mouth that a blade has opened: it is closed in the scan, and
+    nothing there tells one lip or one gum from the other."""
+    image = read_scan(folder, "head_vhf_ct")
+
+    def in_mouth(x, y):
+        """A place on the plane between the lips, which rises to the back."""
+        return place_of(image, (x, y, 31.0 + 0.19 * y)).tolist()
+
+    def blade(x0, x1, y0, y1):
+        return in_mouth(x0, y0), in_mouth(x1, y0), in_mouth(x0, y1)
+
+    left, right, jaw, skull = (place_of(image, index) for index in (*JAW_JOINTS, CHIN, CROWN))
+    axis, middle = (right - left) / np.linalg.norm(right - left), (left + right) / 2
+    # Around the middle of the joints, seen from the chin, by Rodrigues' formula.
+    angle, arm = np.radians(degrees), jaw - middle
+    turned = (np.cos(angle) * arm + np.sin(angle) * np.cross(axis, arm) + (1 - np.cos(angle)) * axis.dot(arm) * axis)
+    pose = dict(Position=jaw.tolist(), Target=(middle + turned).tolist(), Turns=1, Rotation=(degrees * axis).tolist())
+    stays = dict(Position=skull.tolist(), Target=skull.tolist(), Turns=1)
+    material = [(25.0, 0.8), (85.0, 0.8), (100.0, 0.08), (101.0, 0.0)]
+    return Scene(image, [pose, stays], cuts=[blade(80, 122, -5, 30), blade(70, 135, 30, 45), blade(62, 148, 45, 85)],
+                 material=material, TissueThreshold=25.0, Rotations=1, JointSize=2, JointConstraint=1.0, JointMargin=8,
+                 AnchoredFaces=[1, 1, 1, 1, 0, 1], RelaxationPreset="Balanced", OutputPadding=24, BackgroundValue=0.0)
 
 
 def bent_spine(folder, degrees=18.0):
