@@ -83,7 +83,6 @@ if off > 1e-9:
 # That matrix is what the bone does.
 LoadState(os.path.join(folder, "moved.pvsm"))
 deformation = FindSource("ChainMailDeformation1")
-deformation.ModelArrays = ["Displacement"]
 deformation.UpdatePipeline()
 figures = servermanager.Fetch(OutputPort(deformation, 0)).GetFieldData()
 if figures.GetAbstractArray("Error"):
