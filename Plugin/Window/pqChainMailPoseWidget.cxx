@@ -8,8 +8,11 @@
 #include "pqServerManagerModel.h"
 
 #include "vtk3DWidgetRepresentation.h"
+#include "vtkActor.h"
+#include "vtkBoundingBox.h"
 #include "vtkBoxRepresentation.h"
 #include "vtkCommand.h"
+#include "vtkMath.h"
 #include "vtkPVDataInformation.h"
 #include "vtkPropCollection.h"
 #include "vtkSMNewWidgetRepresentationProxy.h"
@@ -26,13 +29,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace
 {
 // Half the box where there is no bone, as a share of the scan's diagonal, and in mm where there is no scan either.
 constexpr double EmptyShare = 0.05;
 constexpr double EmptyHalf = 10.0;
-constexpr int FaceHandles = 6;
 }
 
 //------------------------------------------------------------------------------
@@ -132,12 +135,30 @@ void pqChainMailPoseWidget::hideHandles()
   {
     return;
   }
+  // VTK has a switch for all seven alone. The ball is the one in their midst.
   vtkNew<vtkPropCollection> props;
   box->GetActors(props);
-  const int first = props->GetNumberOfItems() - FaceHandles - 1;
-  for (int n = 0; first >= 0 && n < FaceHandles; ++n)
+  std::vector<vtkActor*> handles;
+  vtkBoundingBox around;
+  props->InitTraversal();
+  while (vtkProp* prop = props->GetNextProp())
   {
-    vtkProp::SafeDownCast(props->GetItemAsObject(first + n))->VisibilityOff();
+    auto* actor = vtkActor::SafeDownCast(prop);
+    if (actor && actor->GetProperty() == box->GetHandleProperty())
+    {
+      handles.push_back(actor);
+      around.AddPoint(actor->GetCenter());
+    }
+  }
+  double middle[3] = { 0.0, 0.0, 0.0 };
+  around.GetCenter(middle);
+  const auto fromMiddle = [&middle](vtkActor* handle)
+  { return vtkMath::Distance2BetweenPoints(handle->GetCenter(), middle); };
+  const auto ball = std::min_element(handles.begin(), handles.end(),
+    [&fromMiddle](vtkActor* one, vtkActor* other) { return fromMiddle(one) < fromMiddle(other); });
+  for (auto handle = handles.begin(); handle != handles.end(); ++handle)
+  {
+    (*handle)->SetVisibility(handle == ball);
   }
   box->SetOutlineCursorWires(0);
 }

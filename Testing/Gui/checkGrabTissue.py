@@ -46,9 +46,25 @@ if len(undone[filter_]["Probes"]) != 2 or second in last or len(last[filter_]["P
 if ("ChainMailForearm", "ChainMailForearm1") not in example or len(example["ChainMailDeformation", "ChainMailDeformation2"]["Probes"]) != 1:
     sys.exit("FAILED: the example has %s" % sorted(example))
 
+# Dragging, buttons and Apply leave what is not theirs as it is in a script.
+scripted = ChainMailDeformation(Input=OpenDataFile(os.path.join(folder, "scan.vti")))
+SaveState(os.path.join(folder, "scripted.pvsm"))
+theirs = {"Input", "Probes", "Cuts", "Carves", "MaterialFunction", "Report", "ProbeReached", "NeedsUpdate"}
+for name, found in pasted[filter_].items():
+    expected = state("scripted.pvsm")[filter_][name]
+    if name not in theirs and found != expected:
+        sys.exit("FAILED: after drag and buttons %s is %s, in a script %s" % (name, found, expected))
+if last[filter_]["LabelArrays"] != ["CT"]:
+    sys.exit("FAILED: chosen in the panel, LabelArrays is %s" % last[filter_]["LabelArrays"])
+
 ResetSession()
 LoadState(os.path.join(folder, "state.pvsm"))
 deformation = FindSource("ChainMailDeformation1")
+if sorted(deformation.ModelArrays) != ["Cluster", "Displacement", "Element"]:
+    sys.exit("FAILED: chosen in the panel, ModelArrays is %s" % list(deformation.ModelArrays))
+model = servermanager.Fetch(deformation, idx=1).GetPointData()
+if [model.GetArray(name) is not None for name in ("Cluster", "Constraint", "Displacement", "Element")] != [True, False, True, True]:
+    sys.exit("FAILED: the model at rest has %s" % [model.GetArrayName(n) for n in range(model.GetNumberOfArrays())])
 if [len(getattr(deformation, name)) for name in ("Probes", "Cuts", "Carves")] != [1, 1, 1]:
     sys.exit("FAILED: the filter has %d probes, %d cuts, %d carves" % (
         len(deformation.Probes), len(deformation.Cuts), len(deformation.Carves)))
@@ -72,7 +88,7 @@ if not (asked > 5 and reached > 0.9 * asked):
 # The drag left the filter as it was set: from rest, without blade and drill, it gives what was saved then.
 if probe.Position[2] < 10:
     sys.exit("FAILED: the probe is at %s after the drag" % list(probe.Position))
-deformation.Cuts, deformation.Carves, deformation.AnchoredFaces = [], [], [1] * 6
+deformation.Cuts, deformation.Carves, deformation.AnchoredFaces, deformation.LabelArrays = [], [], [1] * 6, []
 if (values(OutputPort(deformation, 0)) != dragged).any() or not (dragged != before).any():
     sys.exit("FAILED: after the drag the window shows something else than a script")
 

@@ -49,6 +49,7 @@ deformation = made["ChainMailDeformation"][0]
 if deformation["Rotations"] != ["1"] or deformation["BodyArray"] != ["values_input_1"] or deformation["JointConstraint"] != ["1"]:
     sys.exit("FAILED: the deformation has Rotations %s, BodyArray %s, JointConstraint %s" % tuple(
         deformation[name] for name in ("Rotations", "BodyArray", "JointConstraint")))
+length = np.linalg.norm
 start, turned, moved, undone = (pose(name) for name in ("made", "turned", "moved", "undone"))
 label = int(start["Body"][0])
 labels = servermanager.Fetch(XMLImageDataReader(FileName=[os.path.join(folder, "labels.vti")]))
@@ -61,8 +62,12 @@ bounds = np.array(boxes[0]["bounds"])
 if not (np.allclose(bounds[::2], low) and np.allclose(bounds[1::2], high) and np.allclose(start["Position"], (low + high) / 2)):
     sys.exit("FAILED: the box is %s around a bone from %s to %s" % (bounds, low, high))
 
+# Of its handles only the ball in the middle is there.
+for box in boxes:
+    if len(box["handles"]) != 1 or box["handles"][0] > 1e-6 * length(high - low):
+        sys.exit("FAILED: the box has handles %s mm from its middle" % box["handles"])
+
 # Turned it has not moved, moved it has not turned; and it did both.
-length = np.linalg.norm
 if not (length(turned["Rotation"]) > 1 and length(turned["Target"] - start["Target"]) < 1e-9):
     sys.exit("FAILED: turned, the pose is %s" % turned)
 if not (length(moved["Target"] - turned["Target"]) > 1 and length(moved["Rotation"] - turned["Rotation"]) < 1e-9):
@@ -83,7 +88,6 @@ if off > 1e-9:
 # That matrix is what the bone does.
 LoadState(os.path.join(folder, "moved.pvsm"))
 deformation = FindSource("ChainMailDeformation1")
-deformation.ModelArrays = ["Displacement"]
 deformation.UpdatePipeline()
 figures = servermanager.Fetch(OutputPort(deformation, 0)).GetFieldData()
 if figures.GetAbstractArray("Error"):

@@ -1,4 +1,5 @@
-"""makeBones.py FOLDER: writes a scan of two bones in soft tissue in air, scan.vti, and their labels, labels.vti."""
+"""makeBones.py FOLDER: writes a scan of two bones in soft tissue in air, scan.vti, their labels, labels.vti, and the scan without
+them, soft.vti."""
 
 import os
 import sys
@@ -15,7 +16,7 @@ scan[3:-3, 3:-3, 3:-3] = 40
 for label, slices in ((4, slice(10, 22)), (5, slice(23, 35))):
     scan[slices, 12:28, 14:34] = 900
     labels[slices, 12:28, 14:34] = label
-for name, values in (("scan", scan), ("labels", labels)):
+for name, values in (("scan", scan), ("labels", labels), ("soft", np.minimum(scan, 40))):
     image = vtkImageData()
     image.SetDimensions(SIZE)
     image.SetSpacing(2, 2, 2)

@@ -1,5 +1,5 @@
 """ParaView's client with a server of one process and of two: the plugin is found in any order of loading, and pulling,
-settling, Reset, errors and their correction give the bits that one process alone gives. Settling is done by the lines of
+settling, Reset, errors and their correction, and the pose of a bone give the bits that one process alone gives. Settling is done by the lines of
 the README."""
 
 import os
@@ -62,9 +62,9 @@ def play(results):
     require(deformation.GetPropertyValue("AvailableDevices"), "the server has no device")
     kept = {}
 
-    def keep(name):
+    def keep(name, proxy=deformation):
         for port, array in ((0, "RTData"), (1, "Displacement")):
-            kept[name + " " + array] = points_of(deformation, port, array)
+            kept[name + " " + array] = points_of(proxy, port, array)
         require(not reported, "%s: %s", name, reported)
         print(name, flush=True)
 
@@ -99,6 +99,17 @@ def play(results):
     keep("corrected")
     probe.Target = [3, 1, 2]
     keep("moved")
+
+    # A bone in the middle, where two processes meet.
+    ball = Calculator(Input=wavelet, ResultArrayName="Constraint", Function="if(coordsX^2 + coordsY^2 + coordsZ^2 < 13, 0, 0.25)")
+    pose = ChainMailPose(Position=[0, 0, 0], Target=[0, 0, 0], Rotation=[0, 4, 10])
+    posed = ChainMailDeformation(Input=ball, Probes=[pose], Scalars=["POINTS", "RTData"], ConstraintArray="Constraint",
+                                 TissueThreshold=60, Rotations=1, RelaxationIterations=5)
+    keep("turned", posed)
+    posed.UpdatePropertyInformation()
+    require("turned by 10.8 of 10.8 degrees" in posed.Report, "the bone is where the report says %s", posed.Report)
+    pose.Target = [0.5, 0, 0.25]
+    keep("turned and moved", posed)
     np.savez(results, **kept)
 
 
