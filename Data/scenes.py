@@ -336,7 +336,7 @@ def posed_jaw(folder, degrees=20.0):
     turned = (np.cos(angle) * arm + np.sin(angle) * np.cross(axis, arm) + (1 - np.cos(angle)) * axis.dot(arm) * axis)
     pose = dict(Position=jaw.tolist(), Target=(middle + turned).tolist(), Turns=1, Rotation=(degrees * axis).tolist())
     stays = dict(Position=skull.tolist(), Target=skull.tolist(), Turns=1)
-    material = [(25.0, 0.8), (85.0, 0.8), (100.0, 0.08), (101.0, 0.0)]
+    material = [(25.0, 0.8), (88.0, 0.8), (96.0, 0.12), (97.0, 0.0)]
     return Scene(image, [pose, stays], cuts=[blade(80, 122, -5, 30), blade(70, 135, 30, 45), blade(62, 148, 45, 85)],
                  material=material, TissueThreshold=25.0, Rotations=1, JointSize=2, JointConstraint=1.0, JointMargin=8,
                  AnchoredFaces=[1, 1, 1, 1, 0, 1], RelaxationPreset="Balanced", OutputPadding=24, BackgroundValue=0.0)

@@ -147,7 +147,7 @@ Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const
     mayStop -= gains ? 0 : 1;
     most = wave == 0 ? most + lacking.furtherWaves : most;
     before = lacking.lack;
-    settle(anyTurns);
+    settle(anyTurns, !gains);
     // Where turning helps nothing, a wave that asks for all would only be taken back.
     if (wave == 0 && !anyTurns && tryShare(leastGain, waves, handles, lacking, checkpoint, further.iterations) < 0.1)
     {

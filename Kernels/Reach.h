@@ -17,8 +17,8 @@ struct Further
 };
 
 /// Lets tissue settle between one wave and the next: a little or, where probes turn, until what is around them has
-/// followed.
-using Settle = std::function<void(bool anyTurns)>;
+/// followed. `thoroughly`: after a wave that gained nothing.
+using Settle = std::function<void(bool anyTurns, bool thoroughly)>;
 
 /// Lets the waves of probes that came less far than asked travel again, for as long as they gain. Waves move bones and
 /// do not turn them, and where elements turn, what a probe can reach grows with the rotation of bones. Probes that turn

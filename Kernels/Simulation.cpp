@@ -103,7 +103,7 @@ private:
   std::vector<Handles::Grabbed> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
   void softChanged();
   std::vector<Handles::SharedBody> sharedBodies(const std::vector<Handles::Pointer>& handles);
-  template <typename F> void settleAround(const F& sweep);
+  template <typename F> void settleAround(const F& sweep, bool thoroughly);
   Relaxer& relaxer();
   void tissueChanged();
 
@@ -390,11 +390,11 @@ PropagateResult Simulation::Impl::propagate(int iterations)
             nullptr, sweeps, tolerance, [&](int) { checkpoint(); } };
           return this->relaxer().run(task);
         };
-        const auto settle = [&](bool anyTurns)
+        const auto settle = [&](bool anyTurns, bool thoroughly)
         {
           if (anyTurns)
           {
-            this->settleAround(sweep);
+            this->settleAround(sweep, thoroughly);
             return;
           }
           // Sweeps that turn bones about as far as a wave moves them: fewer where coarser grids have turned them
@@ -419,16 +419,16 @@ PropagateResult Simulation::Impl::propagate(int iterations)
 }
 
 /// Lets tissue around probes that turn rotate with them, by `sweep(sweeps, tolerance)`, until further sweeps lower the
-/// energy little. That is near the probes, where coarser grids do not help, and what hardly moves can wait for the
-/// sweeps after the last wave.
-template <typename F> void Simulation::Impl::settleAround(const F& sweep)
+/// energy little. That is near the probes, so that coarser grids help little, and what hardly moves can wait for the
+/// sweeps after the last wave; but not where a wave gained nothing.
+template <typename F> void Simulation::Impl::settleAround(const F& sweep, bool thoroughly)
 {
   constexpr int first = 8;
   constexpr int more = 16;
   constexpr int mostRounds = 8;
   constexpr double little = 0.1;
-  constexpr double tolerance = 0.005;
-  this->relaxer().restart(false);
+  const double tolerance = thoroughly ? 0.0 : 0.005;
+  this->relaxer().restart(thoroughly);
   sweep(first, tolerance);
   double energy = this->energy();
   for (int round = 0; round < mostRounds; ++round)

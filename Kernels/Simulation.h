@@ -124,7 +124,7 @@ public:
   ///
   /// A probe that `turns` takes what it grabs from x to c + displacement + R (x - c), with c its centre and R its
   /// rotation, and elements with it rotate by R. With each rigid element it grabs all of the rigid cluster, which then
-  /// is where R has it exactly, unless the probe is soft, and elements of a constraint up to 0.15 in its notches: those
+  /// is where R has it exactly, unless the probe is soft, and elements of a constraint up to 0.12 in its notches: those
   /// with two links to it or to others of these, up to three layers. The rotations of other elements settle with the
   /// tissue. It needs Settings::rotations and constraints that are the same for all axes.
   void hold(const std::vector<Probe>& probes);

@@ -244,7 +244,7 @@ std::vector<std::vector<std::size_t>> elementsAround(
 
 std::vector<std::size_t> withNotches(const Bricks& bricks, std::vector<std::size_t> elements)
 {
-  constexpr float stiff = 0.15f; // a constraint: links of less do not stretch by a step of Waves::longestTurn
+  constexpr float stiff = 0.12f; // a constraint: links of less do not stretch by a step of Waves::longestTurn
   constexpr int layers = 3;
   const Grid& grid = bricks.model().grid();
   const auto constraintOf = [&](const Index3& at)
