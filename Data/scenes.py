@@ -331,7 +331,7 @@ def posed_jaw(folder, degrees=20.0):
 
     left, right, jaw, skull = (place_of(image, index) for index in (*JAW_JOINTS, CHIN, CROWN))
     axis, middle = (right - left) / np.linalg.norm(right - left), (left + right) / 2
-    # Around the middle of the joints, seen from the chin, by Rodrigues' formula.
+    # Where the turn about the middle of the joints takes the chin, by Rodrigues' formula.
     angle, arm = np.radians(degrees), jaw - middle
     turned = (np.cos(angle) * arm + np.sin(angle) * np.cross(axis, arm) + (1 - np.cos(angle)) * axis.dot(arm) * axis)
     pose = dict(Position=jaw.tolist(), Target=(middle + turned).tolist(), Turns=1, Rotation=(degrees * axis).tolist())

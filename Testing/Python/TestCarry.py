@@ -5,12 +5,11 @@ against what the deformation shows of arrays that it has itself."""
 import os
 
 import numpy as np
-from harness import (DATA, OUTPUT, Reports, add_array, expect_error, make_image, points_of, produce, require,  # noqa: F401
+from harness import (DATA, OUTPUT, Reports, add_array, expect_error, make_image, make_points, points_of, produce, require,  # noqa: F401
                      run_pvpython, same_bits, update)
 from paraview.simple import *
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 import sys
 sys.path.insert(0, DATA)
 from make_forearm import make_forearm  # noqa: E402
@@ -24,14 +23,6 @@ ct = points_of(phantom, "CT").reshape(n[::-1])
 z, y, x = np.meshgrid(*(np.arange(size) for size in ct.shape), indexing="ij")
 labels = np.where(ct >= AIR, 1 + (x // 9 + y // 9 + z // 9) % 5, 0).astype(np.uint8)
 smooth = np.where(ct >= AIR, 200 + 50 * np.sin(x / 7) + 40 * np.cos(y / 6) + 30 * np.sin(z / 9), 0).astype(np.float32)
-
-
-def points_as_data(places):
-    points = vtkPoints()
-    points.SetData(numpy_to_vtk(np.ascontiguousarray(places, dtype=float), deep=1))
-    data = vtkPolyData()
-    data.SetPoints(points)
-    return data
 
 
 def places_of(proxy):
@@ -49,7 +40,7 @@ def carried(data, deformation, **properties):
 
 
 def moved(places, deformation, **properties):
-    return places_of(carried(points_as_data(places), deformation, **properties))
+    return places_of(carried(make_points(places), deformation, **properties))
 
 
 def largest(difference):
@@ -179,8 +170,8 @@ deformation, volume, rest, there = play(
 path = os.path.join(OUTPUT, "Carry-model.vti")
 SaveData(path, proxy=OutputPort(deformation, 1), DataMode="Binary")
 blocks = vtkMultiBlockDataSet()
-blocks.SetBlock(0, points_as_data(there[::997]))
-blocks.SetBlock(1, points_as_data(there[5::997]))
+blocks.SetBlock(0, make_points(there[::997]))
+blocks.SetBlock(1, make_points(there[5::997]))
 back = ChainMailCarry(Input=produce(blocks), Deformation=OpenDataFile(path), Direction="Backward")
 reports = Reports(back)
 back.UpdatePipeline()
@@ -192,7 +183,7 @@ for number, expected in enumerate((rest[::997], rest[5::997])):
     require(len(places) > 50 and far.mean() < 0.02, "%d of %d landmarks do not come back from a file's model", far.sum(), len(far))
 
 # The first output in place of the second one is an error that says so, and the update after it works.
-carry = ChainMailCarry(Input=produce(points_as_data(rest[::997])), Deformation=OutputPort(deformation, 0))
+carry = ChainMailCarry(Input=produce(make_points(rest[::997])), Deformation=OutputPort(deformation, 0))
 expect_error(carry, Reports(carry), "Connect the second output of ChainMail Deformation, the model at rest")
 carry.Deformation = OutputPort(deformation, 1)
 reports = Reports(carry)

@@ -5,19 +5,16 @@ What was free to choose (material, radii, tolerances, rounds) was chosen on halv
 TUNED; `pvpython TestLungs.py tune` shows what else they would have chosen. The results are those of the halves by the seeds REPORTED, which had no part in it;
 and of the surface alone, which is given no landmark, with the same choice."""
 
-import itertools
 import os
 import random
 import sys
 import zlib
 
 import numpy as np
-from harness import EVERY, Reports, make_image, produce, require, skip
+from harness import EVERY, Reports, make_image, make_points, produce, require, skip
 from paraview import servermanager
 from paraview.simple import *
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkImagingCore import vtkImageCast
 from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
 
@@ -35,14 +32,6 @@ def half(seed):
     """The landmarks that are given, and those that are predicted."""
     given = sorted(random.Random(seed).sample(range(51), GIVEN))
     return given, [n for n in range(51) if n not in given]
-
-
-def as_points(places):
-    points = vtkPoints()
-    points.SetData(numpy_to_vtk(np.ascontiguousarray(places, dtype=float), deep=1))
-    data = vtkPolyData()
-    data.SetPoints(points)
-    return data
 
 
 def places_of(proxy):
@@ -110,7 +99,7 @@ class Lung:
         self.deformation.Rotations, self.deformation.PoissonRatio = rotations, poisson
         probes, moved = [], None
         if given:
-            known = ChainMailLandmarks(From=produce(as_points(self.rest[given])), To=produce(as_points(self.there[given])),
+            known = ChainMailLandmarks(From=produce(make_points(self.rest[given])), To=produce(make_points(self.there[given])),
                                        Radius=landmarks[0], Tolerance=landmarks[1])
             probes = [known]
         for n in range(rounds + 1):
@@ -132,7 +121,7 @@ class Lung:
                 carried = self.carry(self.now)
                 carried.UpdatePipeline()
                 moved = produce(servermanager.Fetch(carried))
-        ends = places_of(self.carry(produce(as_points(self.rest))))
+        ends = places_of(self.carry(produce(make_points(self.rest))))
         return np.linalg.norm(ends - self.there, axis=1)
 
     def halves(self, seeds, **choice):

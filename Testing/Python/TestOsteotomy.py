@@ -5,11 +5,9 @@ import os
 import sys
 
 import numpy as np
-from harness import Reports, add_array, make_image, points_of, produce, require, skip, update
+from harness import Reports, add_array, make_image, make_points, points_of, produce, require, skip, update
 from paraview.simple import *
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 try:
     import scipy.sparse.linalg  # noqa: F401
@@ -88,18 +86,12 @@ require(chin.sum() > 300 and (bone & ~chin).sum() > 1000, "the phantom has no ch
 
 
 def data_of(points, squares=None, **arrays):
-    data, places = vtkPolyData(), vtkPoints()
-    places.SetData(numpy_to_vtk(np.ascontiguousarray(points, float), deep=1))
-    data.SetPoints(places)
+    data = make_points(points, **arrays)
     if squares:
         polygons = vtkCellArray()
         for n in range(squares):
             polygons.InsertNextCell(4, [4 * n, 4 * n + 1, 4 * n + 2, 4 * n + 3])
         data.SetPolys(polygons)
-    for name, values in arrays.items():
-        array = numpy_to_vtk(np.ascontiguousarray(values, float), deep=1)
-        array.SetName(name)
-        data.GetPointData().AddArray(array)
     return data
 
 

@@ -4,12 +4,9 @@ within its limits, the rest of the scan at rest; the inverse poses bring all bac
 import time
 
 import numpy as np
-from harness import Reports, expect_error, field, points_of, produce, require, scan, skip, update
+from harness import Reports, expect_error, field, make_points, points_of, produce, require, scan, skip, update
 from paraview import servermanager
 from paraview.simple import *
-from vtkmodules.util.numpy_support import numpy_to_vtk
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 VERTEBRAE = range(25, 34)
 DEGREES = 5.0
@@ -23,19 +20,6 @@ def matrix_of(vector):
     x, y, z = np.asarray(vector) / np.linalg.norm(vector)
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-
-
-def probes(places, **arrays):
-    points = vtkPoints()
-    points.SetDataTypeToDouble()
-    points.SetData(numpy_to_vtk(np.asarray(places, float), deep=1))
-    data = vtkPolyData()
-    data.SetPoints(points)
-    for name, values in arrays.items():
-        array = numpy_to_vtk(np.ascontiguousarray(values, float), deep=1)
-        array.SetName(name)
-        data.GetPointData().AddArray(array)
-    return data
 
 
 if not scan("abdomen_labels"):
@@ -63,7 +47,7 @@ def places_of(mask):
 
 centres = np.array([places_of(label == n).mean(axis=0) for n in VERTEBRAE])
 axes = np.array([[DEGREES, 0, 0] if n % 2 else [0, 0, -DEGREES] for n in VERTEBRAE])
-source = produce(probes(centres, Displacement=0 * centres, Rotation=axes, Body=list(VERTEBRAE)))
+source = produce(make_points(centres, Displacement=0 * centres, Rotation=axes, Body=list(VERTEBRAE)))
 deformation.Probes = [source]
 began = time.time()
 volume, model = update(deformation, reports)
@@ -85,7 +69,7 @@ far = np.linalg.norm(moved, axis=-1)
 require((np.linalg.norm(field(volume, "ProbeTorque"), axis=1) > 0).all(), "no torque")
 
 # The same by one pull of the same tissue, for its time.
-pull = produce(probes(centres, Displacement=0 * centres + [0.0, 1.5, 0.0], Body=list(VERTEBRAE)))
+pull = produce(make_points(centres, Displacement=0 * centres + [0.0, 1.5, 0.0], Body=list(VERTEBRAE)))
 deformation.Probes = [pull]
 began = time.time()
 update(deformation, reports)
@@ -97,7 +81,7 @@ deformation.Mode = "Interactive"
 deformation.Probes = [source]
 update(deformation, reports)
 for step in range(2):
-    source.GetClientSideObject().SetOutput(probes(centres, Displacement=0 * centres, Rotation=(1 - step) * 0.5 * axes,
+    source.GetClientSideObject().SetOutput(make_points(centres, Displacement=0 * centres, Rotation=(1 - step) * 0.5 * axes,
                                                   Body=list(VERTEBRAE)))
     source.MarkModified(source)
     volume, model = update(deformation, reports)
@@ -113,12 +97,12 @@ deformation.BodyArray = ""
 expect_error(deformation, reports, "BodyArray", "Labels")
 deformation.BodyArray = "Labels"
 for body, part in ((200, "label 200"), (0, "from 1 on"), (2.5, "2.5")):
-    deformation.Probes = [produce(probes(centres[:1], Displacement=0 * centres[:1], Rotation=axes[:1], Body=[body]))]
+    deformation.Probes = [produce(make_points(centres[:1], Displacement=0 * centres[:1], Rotation=axes[:1], Body=[body]))]
     expect_error(deformation, reports, part)
-deformation.Probes = [produce(probes(centres[:1], Displacement=0 * centres[:1], Rotation=axes[:1] * np.nan))]
+deformation.Probes = [produce(make_points(centres[:1], Displacement=0 * centres[:1], Rotation=axes[:1] * np.nan))]
 expect_error(deformation, reports, "Rotation", "finite")
 deformation.Probes = [source]
-source.GetClientSideObject().SetOutput(probes(centres, Displacement=0 * centres, Rotation=axes, Body=list(VERTEBRAE)))
+source.GetClientSideObject().SetOutput(make_points(centres, Displacement=0 * centres, Rotation=axes, Body=list(VERTEBRAE)))
 source.MarkModified(source)
 deformation.Rotations = 0
 expect_error(deformation, reports, "Turn Rotations on")

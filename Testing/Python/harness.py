@@ -12,7 +12,8 @@ from paraview.simple import TrivialProducer
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.util.vtkConstants import VTK_STRING
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 
 SKIPPED = 125
 # All scenes, as run-all.sh --all wants them; else those that say most.
@@ -99,6 +100,19 @@ def add_array(image, values, name):
     array = numpy_to_vtk(flat, deep=1)
     array.SetName(name)
     image.GetPointData().AddArray(array)
+
+
+def make_points(places, **arrays):
+    """A point set with point arrays, all in double precision."""
+    points = vtkPoints()
+    points.SetData(numpy_to_vtk(np.ascontiguousarray(places, dtype=float), deep=1))
+    data = vtkPolyData()
+    data.SetPoints(points)
+    for name, values in arrays.items():
+        array = numpy_to_vtk(np.ascontiguousarray(values, dtype=float), deep=1)
+        array.SetName(name)
+        data.GetPointData().AddArray(array)
+    return data
 
 
 def produce(data):
