@@ -146,6 +146,7 @@ int vtkChainMailSurfaceMotion::RequestData(
   vtkPolyData* output = vtkPolyData::GetData(outputVector, 0);
   vtkSmartPointer<vtkPolyData> before = vtkPolyData::GetData(inputVector[0], 0);
   vtkSmartPointer<vtkPolyData> after = vtkPolyData::GetData(inputVector[1], 0);
+  vtkPolyData* start = vtkPolyData::GetData(inputVector[2], 0);
   this->Report.clear();
   try
   {
@@ -158,7 +159,7 @@ int vtkChainMailSurfaceMotion::RequestData(
     const bool isOneMesh =
       this->Match == MATCH_SAME_POINTS || (this->Match == MATCH_AUTOMATIC && AreOneMesh(before, after));
     std::vector<std::array<double, 3>> ways;
-    std::string how = "matched by the order of their points";
+    std::string how = std::string("matched by the order of their points") + (start ? ", without Start" : "");
     if (isOneMesh)
     {
       const auto byOrder = Subtract(after, before, "After", "Set Match to closest points.");
@@ -171,7 +172,7 @@ int vtkChainMailSurfaceMotion::RequestData(
     else
     {
       vtkSmartPointer<vtkDoubleArray> moved;
-      if (vtkPolyData* start = vtkPolyData::GetData(inputVector[2], 0))
+      if (start)
       {
         CheckFinite(start, "Start");
         moved = Subtract(start, before, "Start", "Start is Before with its points moved, as ChainMail Carry makes it.");

@@ -270,6 +270,9 @@ int TestChainMailSurfaceMotion(int, char*[])
   check.Contains(log.TakeErrors(), "Start is Before with its points moved", "a start of another mesh");
   filter->SetInputData(before);
   filter->SetMatchToAutomatic();
+  filter->SetAfterData(turned);
+  filter->Update();
+  check.Contains(filter->GetReport(), "by the order of their points, without Start", "a start that is not needed");
   filter->SetStartData(nullptr);
   filter->SetIterations(10);
   filter->SetSmoothing(5);
