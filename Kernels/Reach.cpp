@@ -1,6 +1,7 @@
 #include "Reach.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -119,6 +120,64 @@ double tryShare(
   return (lacking.lack - lackingOf(handles).lack) / (share * lacking.lack);
 }
 
+/// Whether a voxel lies in a joint of two bodies, or right beside the links that a free one is without.
+bool isAtJoint(const Model& model, std::size_t voxel)
+{
+  if (model.isJoint(voxel))
+  {
+    return true;
+  }
+  const std::vector<Model::Link>& links = model.linksOfJoints();
+  const Grid& grid = model.grid();
+  const Index3 at = grid.indexOf(voxel);
+  for (int k = std::max(0, at[2] - 1); k <= std::min(grid.size[2] - 1, at[2] + 1); ++k)
+  {
+    for (int j = std::max(0, at[1] - 1); j <= std::min(grid.size[1] - 1, at[1] + 1); ++j)
+    {
+      for (int i = std::max(0, at[0] - 1); i <= std::min(grid.size[0] - 1, at[0] + 1); ++i)
+      {
+        const auto link = std::lower_bound(links.begin(), links.end(), Model::Link(grid.at(i, j, k), 0));
+        if (link != links.end() && link->first == grid.at(i, j, k))
+        {
+          return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
+bool isRigid(const Model& model, std::size_t voxel)
+{
+  const Index3 at = model.grid().indexOf(voxel);
+  std::array<float, 3> constraint{};
+  model.row(at[0], at[1], at[2], 1, constraint.data());
+  return constraint[0] == 0.0f;
+}
+
+/// The joints on a path of voxels, where it leads from one body to another: a voxel of either.
+std::vector<std::pair<std::size_t, std::size_t>> jointsOn(const std::vector<std::size_t>& path, const Model& model)
+{
+  std::vector<std::pair<std::size_t, std::size_t>> joints;
+  std::optional<std::size_t> body; // the last voxel of one so far
+  bool crosses = false;
+  for (const std::size_t voxel : path)
+  {
+    if (!isRigid(model, voxel))
+    {
+      crosses = crosses || isAtJoint(model, voxel);
+      continue;
+    }
+    if (body && crosses)
+    {
+      joints.emplace_back(*body, voxel);
+    }
+    body = voxel;
+    crosses = false;
+  }
+  return joints;
+}
+
 }
 
 Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const Checkpoint& checkpoint)
@@ -185,6 +244,7 @@ HeldBy findHolder(
     return heldBy;
   }
   heldBy.bone = grip->rigidly;
+  heldBy.joints = model.isDivided() ? jointsOn(grip->path, model) : heldBy.joints;
   for (std::size_t n = 0; n < all.size(); ++n)
   {
     if (!all[n]->isSoft() && std::binary_search(all[n]->voxels.begin(), all[n]->voxels.end(), grip->voxel))

@@ -65,6 +65,19 @@ public:
     return engine;
   }
 
+  /// Where a voxel is, by its indices from the image's first one on.
+  Vector3 VoxelToWorld(const chainmail::Index3& at) const
+  {
+    double engine[3];
+    double world[3];
+    for (int a = 0; a < 3; ++a)
+    {
+      engine[a] = this->First[a] + at[a] * this->Spacing[a];
+    }
+    this->VectorToWorld(engine, world);
+    return { this->Origin[0] + world[0], this->Origin[1] + world[1], this->Origin[2] + world[2] };
+  }
+
   Vector3 VectorToEngine(const double world[3]) const
   {
     const double* d = this->Direction.data();

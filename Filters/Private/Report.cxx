@@ -81,6 +81,7 @@ std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* 
 void Report::Set(const Scene& scene, const Session& session, vtkFieldData* fields)
 {
   const Findings& found = session.GetFindings();
+  this->Space = scene.Space;
   this->Held = found.Held;
   this->Arrived = found.Propagation.finished;
   this->Settles = scene.How.Settles.Iterations > 0;
@@ -192,8 +193,32 @@ std::string Report::AboutBodies(const Session& session) const
 
 std::string Report::WhatHolds(const Probe& probe, const Session& session) const
 {
-  const std::string holder = this->Holder(session.GetSimulation().heldBy(probe.Held));
-  return holder.empty() ? holder : ": held" + holder;
+  const chainmail::HeldBy heldBy = session.GetSimulation().heldBy(probe.Held);
+  const std::string holder = this->Holder(heldBy);
+  return holder.empty() ? holder : ": held" + holder + this->AboutJoints(heldBy, session);
+}
+
+std::string Report::AboutJoints(const chainmail::HeldBy& holder, const Session& session) const
+{
+  vtkDataArray* labels = session.GetTissue().Bodies.Array;
+  const auto nameOf = [&](std::size_t voxel)
+  {
+    const vtkIdType label = labels ? LabelAt(labels, static_cast<vtkIdType>(voxel)) : 0;
+    if (label != 0)
+    {
+      return "label " + std::to_string(label);
+    }
+    const chainmail::Vector3 place = this->Space->VoxelToWorld(session.GetModel().grid().indexOf(voxel));
+    return "the bone at " + chainmail::written(place);
+  };
+  std::string text;
+  for (const auto& [one, other] : holder.joints)
+  {
+    text += (text.empty() ? " of " : ", of ") + nameOf(one) + " and " + nameOf(other);
+  }
+  return holder.joints.empty()       ? text
+         : holder.joints.size() == 1 ? "; the joint" + text + " is at its limit"
+                                     : "; the joints" + text + " are at their limits";
 }
 
 std::string Report::Holder(const chainmail::HeldBy& holder) const

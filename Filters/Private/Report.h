@@ -4,10 +4,12 @@
 #ifndef Report_h
 #define Report_h
 
+#include "Frame.h"
 #include "HowFar.h"
 #include "Scene.h"
 #include "Session.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,6 +50,10 @@ private:
   /// By what it is held, as the end of a sentence.
   std::string Holder(const chainmail::HeldBy& holder) const;
 
+  /// The joints between that are at their limits, as the end of a sentence.
+  std::string AboutJoints(const chainmail::HeldBy& holder, const Session& session) const;
+
+  std::optional<Frame> Space;
   std::vector<Probe> Probes;
   std::vector<std::size_t> Held; ///< for each that the simulation holds, its number among all
   bool Arrived = false;          ///< whether all waves have come to their ends

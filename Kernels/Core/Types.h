@@ -120,6 +120,8 @@ struct HeldBy
   std::size_t probe = 0; ///< with Probe: the number of that other probe
   int face = 0;          ///< with Face: that face, as in Anchors::faces
   bool bone = false;     ///< the bone in the probe's grip is itself held there; else tissue between stretches no more
+  /// The joints at their limits on the way to what holds it, from the probe on: a voxel (Grid::at) of either body.
+  std::vector<std::pair<std::size_t, std::size_t>> joints;
 };
 
 /// A body of rigid tissue, which moves as one: a rigid cluster (along x, where constraints differ by axis).

@@ -24,8 +24,9 @@ public:
   {
     std::vector<float> constraint; ///< signed, in the order of `local`
     std::vector<float> displacement;
-    std::vector<float> spins; ///< 3 values an element, where elements turn
-    std::vector<double> key;  ///< the lowest known so far, see search()
+    std::vector<float> spins;      ///< 3 values an element, where elements turn
+    std::vector<double> key;       ///< the lowest known so far, see search()
+    std::vector<std::size_t> from; ///< the element before it on the path of that key; itself where the path begins
   };
 
   Tissue(Bricks& bricks, int axis)
@@ -48,6 +49,7 @@ public:
     here.displacement.assign(count, 0.0f);
     here.spins.assign(this->bricks_.spins() ? 3 * count : 0, 0.0f);
     here.key.assign(count, std::numeric_limits<double>::infinity());
+    here.from.assign(count, 0);
     std::vector<float> row(static_cast<std::size_t>(this->bricks_.size()[0] * axes));
     for (const Bricks::Row& part : this->bricks_.rows(brick))
     {
@@ -113,20 +115,35 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
   const Grid& grid = bricks.model().grid();
   Tissue tissue(bricks, axis);
   std::priority_queue<Entry> queue;
-  const auto offer = [&](const Index3& at, double key, bool soft)
+  const auto offer = [&](const Index3& at, std::size_t from, double key, bool soft)
   {
     Tissue::Brick& brick = tissue.at(bricks.brickAt(at[0], at[1], at[2]));
     const std::uint32_t local = bricks.local(at[0], at[1], at[2]);
     if (key < brick.key[local] && key <= room)
     {
       brick.key[local] = key;
+      brick.from[local] = from;
       queue.push({ key, soft, grid.at(at[0], at[1], at[2]) });
     }
   };
   for (const std::size_t voxel : handle.voxels)
   {
-    offer(grid.indexOf(voxel), 0.0, false);
+    offer(grid.indexOf(voxel), voxel, 0.0, false);
   }
+  const auto pathTo = [&](std::size_t voxel)
+  {
+    std::vector<std::size_t> path{ voxel };
+    for (bool begins = false; !begins;)
+    {
+      const Index3 at = grid.indexOf(path.back());
+      const std::size_t from = tissue.at(bricks.brickAt(at[0], at[1], at[2])).from[bricks.local(at[0], at[1], at[2])];
+      begins = from == path.back();
+      path.push_back(from);
+    }
+    path.pop_back();
+    std::reverse(path.begin(), path.end());
+    return path;
+  };
   while (!queue.empty())
   {
     const Entry entry = queue.top();
@@ -140,7 +157,7 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
     }
     if (std::signbit(brick.constraint[local]) || others.count(entry.voxel) > 0)
     {
-      return Grip{ entry.voxel, !entry.soft };
+      return Grip{ entry.voxel, !entry.soft, pathTo(entry.voxel) };
     }
     const float own = brick.constraint[local];
     const double place = brick.displacement[local];
@@ -153,7 +170,7 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
         {
           const double limit = rule::linkLimit(own, beside.constraint[there]);
           const double stretch = beside.displacement[there] - place - tissue.wantedApart(at, next, direction);
-          offer(next, entry.key + std::max(0.0, limit + sign * stretch), entry.soft || limit > 0.0);
+          offer(next, entry.voxel, entry.key + std::max(0.0, limit + sign * stretch), entry.soft || limit > 0.0);
         }
       });
   }

@@ -2,7 +2,9 @@
 
 #include "Handles.h"
 
+#include <cstddef>
 #include <optional>
+#include <vector>
 
 namespace chainmail
 {
@@ -10,8 +12,9 @@ namespace chainmail
 /// The held element that ended the search for what holds a probe.
 struct Grip
 {
-  std::size_t voxel; ///< an anchored element, or one in another handle
-  bool rigidly;      ///< the path to it is rigid: it holds the bone in the probe's grip
+  std::size_t voxel;             ///< an anchored element, or one in another handle
+  bool rigidly;                  ///< the path to it is rigid: it holds the bone in the probe's grip
+  std::vector<std::size_t> path; ///< the elements of the path, from the handle to `voxel`
 };
 
 /// Finds what keeps a handle h from going further along one axis: the nearest held element s to which a path of links

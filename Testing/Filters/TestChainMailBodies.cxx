@@ -122,6 +122,25 @@ int TestChainMailBodies(int, char*[])
     check.Contains(
       report, labels ? "label 10 (900 voxels) by the face x- of the scan" : "body 0 (900 voxels) by the face", where);
     check.Contains(report, labels ? "label 50 (891 voxels) by Probe 1" : "body 4 (891 voxels) by Probe 1", where);
+    check.That(report.find("limit") == std::string::npos, where + "no joint is at its limit");
+
+    // Too far for the joints, all of which are on the way to the face; free ones are where their sleeves are tight.
+    filter->SetInputDataObject(1, PullTip(100.0));
+    for (const double constraint : { 0.5, 1.0 })
+    {
+      filter->SetJointConstraint(constraint);
+      update(where + "too far");
+      check.Contains(filter->GetReport(),
+        labels
+          ? "; the joints of label 50 and label 40, of label 40 and label 30, of label 30 and label 20, of label 20 "
+            "and label 10 are at their limits.\n"
+          : " are at their limits.\n",
+        where + "joints, constraint " + std::to_string(constraint));
+      check.Equal(std::string(filter->GetReport()).find("; the joints of the bone at (") != std::string::npos, !labels,
+        where + "bodies without labels by their places");
+    }
+    filter->SetJointConstraint(0.5);
+    filter->SetInputDataObject(1, PullTip(1.0));
   }
 
   // Labels to the last digit.
