@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <unordered_set>
 
 namespace chainmail
 {
@@ -102,6 +103,7 @@ private:
   void moved();
   std::vector<Handles::Grabbed> grab(const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
   void softChanged();
+  std::vector<std::size_t> withFreeNotches(std::vector<std::size_t> body);
   std::vector<Handles::SharedBody> sharedBodies(const std::vector<Handles::Pointer>& handles);
   template <typename F> void settleAround(const F& sweep, bool thoroughly);
   Relaxer& relaxer();
@@ -198,6 +200,27 @@ void Simulation::Impl::softChanged()
   this->relaxer().restart(true);
 }
 
+/// A body with stiff tissue in its notches, where no probe holds that.
+std::vector<std::size_t> Simulation::Impl::withFreeNotches(std::vector<std::size_t> body)
+{
+  std::unordered_set<std::size_t> held;
+  for (const Handles::Pointer& handle : this->handles_.all())
+  {
+    if (!handle->isSoft())
+    {
+      held.insert(handle->voxels.begin(), handle->voxels.end());
+    }
+  }
+  for (const std::size_t voxel : body)
+  {
+    held.erase(voxel);
+  }
+  body = withNotches(this->bricks_, std::move(body));
+  body.erase(
+    std::remove_if(body.begin(), body.end(), [&](std::size_t voxel) { return held.count(voxel) > 0; }), body.end());
+  return body;
+}
+
 /// The bodies that are free, of which some of these handles hold elements, and nothing else does.
 std::vector<Handles::SharedBody> Simulation::Impl::sharedBodies(const std::vector<Handles::Pointer>& handles)
 {
@@ -240,7 +263,7 @@ std::vector<Handles::SharedBody> Simulation::Impl::sharedBodies(const std::vecto
     if (!isOthers)
     {
       std::sort(shared.voxels.begin(), shared.voxels.end());
-      shared.voxels = clusters.withClusters(shared.voxels, 0);
+      shared.voxels = this->withFreeNotches(clusters.withClusters(shared.voxels, 0));
       found.push_back(std::move(shared));
     }
   }

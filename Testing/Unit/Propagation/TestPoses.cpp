@@ -311,6 +311,29 @@ TEST(Poses, StiffTissueInANotchGoesAlong)
     1e-5);
   simulation.relax(40, 0.0);
   EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
+
+  // So it does where several probes ask for the turn.
+  simulation.reset();
+  std::vector<Probe> corners;
+  for (const Index3& at : { Index3{ 7, 11, 5 }, Index3{ 9, 5, 11 }, Index3{ 7, 11, 11 }, Index3{ 9, 9, 9 } })
+  {
+    Probe corner = pose(scene, at, {});
+    const Vector3 goal = moved(corner.position, probe.centre, probe.rotation, {});
+    for (int a = 0; a < 3; ++a)
+    {
+      corner.displacement[a] = goal[a] - corner.position[a];
+    }
+    corner.turns = false;
+    corners.push_back(corner);
+  }
+  const std::vector<ProbeResult> results = simulation.pull(corners);
+  for (std::size_t n = 0; n < corners.size(); ++n)
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      EXPECT_NEAR(results[n].reached[a], corners[n].displacement[a], 1e-4) << n;
+    }
+  }
 }
 
 // In a reduced model rigid voxels are at the pose, too.
