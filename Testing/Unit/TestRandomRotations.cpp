@@ -1,5 +1,5 @@
 // Random lives of random tissue that rotates, with bones, joints, a Poisson's ratio, cuts, drags of all kinds, probes
-// that turn what they hold, and soft ones.
+// that turn what they hold, soft ones, ones that hold a whole body, and all policies where they conflict.
 // After every update numbers are finite, links keep to their limits, relaxation has not raised the energy, and the
 // update took a bounded number of launches.
 //
@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <optional>
 
 namespace
@@ -139,7 +140,23 @@ Surface randomBlade(const Scene& scene, Random& random)
   return blade;
 }
 
-void changeProbes(std::vector<Probe>& probes, const Scene& scene, Random& random)
+/// Lets a probe hold all voxels of a label, bone or not.
+void holdBody(Probe& probe, int label, const std::vector<std::int32_t>& labels)
+{
+  std::vector<std::size_t> voxels;
+  for (std::size_t n = 0; n < labels.size(); ++n)
+  {
+    if (labels[n] == label)
+    {
+      voxels.push_back(n);
+    }
+  }
+  probe.voxels = std::make_shared<const std::vector<std::size_t>>(std::move(voxels));
+  probe.body = static_cast<std::uint64_t>(label);
+}
+
+void changeProbes(
+  std::vector<Probe>& probes, const Scene& scene, const std::vector<std::int32_t>& labels, Random& random)
 {
   if (probes.empty() || (probes.size() < 5 && random.oneIn(6)))
   {
@@ -151,6 +168,10 @@ void changeProbes(std::vector<Probe>& probes, const Scene& scene, Random& random
     for (int a = 0; a < 3; ++a)
     {
       probe.centre[a] = probe.position[a] + random(-2.0, 2.0);
+    }
+    if (random.oneIn(3))
+    {
+      holdBody(probe, random.between(1, 2), labels);
     }
   }
   else if (random.oneIn(12))
@@ -224,6 +245,8 @@ void live(std::uint64_t seed)
   settings.modelReduction = !joints.wanted() && random.oneIn(8) ? 2 : 1;
   Simulation simulation(scene.model(joints), settings);
   simulation.setCoarseToFine(random.oneIn(2));
+  simulation.setPropagation(PropagationMethod::Envelope,
+    random.of({ ConflictPolicy::Limit, ConflictPolicy::Limit, ConflictPolicy::Latest, ConflictPolicy::Share }));
   int calls = 0;
   simulation.setProgress([&](double) { return ++calls < mostCalls; });
 
@@ -231,7 +254,7 @@ void live(std::uint64_t seed)
   std::vector<Probe> probes;
   for (int update = random.between(6, 30); update > 0; --update)
   {
-    changeProbes(probes, scene, random);
+    changeProbes(probes, scene, labels, random);
     drag.advance(probes, random);
     if (random.oneIn(15))
     {
@@ -250,6 +273,10 @@ void live(std::uint64_t seed)
     const double energy = simulation.measure().energy;
     simulation.relax(random.between(1, 60), random.of({ 0.0, 1e-3 }));
     expectInOrder(simulation, energy);
+    for (std::size_t n = 0; n < probes.size(); ++n)
+    {
+      simulation.heldBy(n);
+    }
     if (testing::Test::HasFailure())
     {
       return;
