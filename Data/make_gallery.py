@@ -527,20 +527,34 @@ def finger(volumes):
     return list(rows)
 
 
+def before_and_after(scene, name, looks, camera, size):
+    """A scene at rest and deformed, in a row for each look: colours and opacities."""
+    source, deformation = update(scene)
+    rows = [[] for _ in looks]
+    for shown, label in ((source, "at rest"), (pv.OutputPort(deformation, 0), "posed")):
+        for row, (colours, opacities) in zip(rows, looks):
+            panel = Panel(*size, (0.86, 0.89, 0.93)).look(*camera)
+            panel.volume(shown, name, colours, opacities, 1.0)
+            row.append(panel.title(label, place=(0.03, 0.04), size=13).pixels())
+    return rows
+
+
+def hand(volumes):
+    """A finger that two poses bend: the skin, and the bones alone."""
+    scene = scenes.posed_hand()
+    focus = middle(scene.image) + np.array([2.0, 0.0, -12.0])
+    camera = focus + np.array([260.0, -330.0, 250.0]), focus, (0, 0, 1), 20.0
+    return before_and_after(scene, "CT", [(SKIN_COLOURS, SKIN_OPACITIES), preset("CT bone")], camera, (430, 300))
+
+
 def jaw(volumes):
     """A jaw that a pose opens: the skin, and the bones alone."""
     eight = lambda points: [((v + 1024) / 16.0, *rest) for v, *rest in points]  # as the scan's 8 bits
     scene = scenes.posed_jaw(volumes)
-    source, deformation = update(scene)
     focus = middle(scene.image) + np.array([0, 0, -12])
-    rows = [], []
-    for shown, label in ((source, "at rest"), (pv.OutputPort(deformation, 0), "posed")):
-        for row, name in zip(rows, ("CT skin", "CT bone")):
-            colours, opacities = (eight(points) for points in preset(name))
-            panel = Panel(430, 430, (0.86, 0.89, 0.93)).look(focus + np.array([600.0, -520.0, 40.0]), focus, (0, 0, 1), 19.0)
-            panel.volume(shown, "MetaImage", colours, opacities, 1.0)
-            row.append(panel.title(label, place=(0.03, 0.04), size=13).pixels())
-    return list(rows)
+    camera = focus + np.array([600.0, -520.0, 40.0]), focus, (0, 0, 1), 19.0
+    looks = [[eight(points) for points in preset(name)] for name in ("CT skin", "CT bone")]
+    return before_and_after(scene, "MetaImage", looks, camera, (430, 430))
 
 
 def spine(volumes):
@@ -596,7 +610,7 @@ def bend(volumes):
     return strip(scene, middle(scene.image) + np.array([-4, 0, 2]), (30.0, -260.0, 60.0), (210, 150), 15.5)
 
 
-pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, bend, jaw, spine, film]
+pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, bend, hand, jaw, spine, film]
 needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct", "jaw": "head_vhf_ct", "spine": "abdomen_labels"}
 
 

@@ -313,6 +313,81 @@ def bent_finger(rotations, size=(112, 40, 44)):
                  AnchoredFaces=[1, 0, 0, 0, 0, 0], RelaxationPreset="Accurate", Rotations=rotations)
 
 
+# Of the generated hand: the joints of each finger from the wrist to the end of the last bone, thumb first, on the level z = HAND.
+HAND = 24.0
+FINGERS = [np.array([(*place, HAND) for place in finger], float) for finger in (
+    [(-20, 34), (38, 8), (70, -8), (92, -14)],
+    [(-20, 40), (72, 26), (112, 20), (135, 17), (153, 15)],
+    [(-20, 46), (75, 46), (119, 46), (146, 46), (164, 46)],
+    [(-20, 52), (72, 65), (113, 71), (138, 74), (155, 77)],
+    [(-20, 58), (65, 82), (96, 92), (114, 98), (129, 103)])]
+
+
+def make_hand():
+    """A hand whose wrist goes on beyond the face x-, and the labels of its bones: 10 n + m is the m-th bone of finger n from the
+    wrist on, the thumb being 1. In the palm and on the fingers lie 2 mm of fat and skin."""
+    size, first = np.array([184, 150, 48]), np.array([0.0, -28.0, 0.0])
+    places = np.stack(np.meshgrid(*(first[a] + np.arange(size[a]) for a in range(3)), indexing="ij"), axis=-1).transpose(2, 1, 0, 3)
+
+    def outside(start, end, radii):
+        """How far outside a rod with round ends, which tapers, a place is."""
+        along = end - start
+        share = np.clip((places - start) @ along / along.dot(along), 0.0, 1.0)
+        return np.linalg.norm(places - start - share[..., None] * along, axis=-1) - (radii[0] + share * (radii[1] - radii[0]))
+
+    def inside(distance):
+        """Of a voxel, the share."""
+        return np.clip(0.5 - distance, 0.0, 1.0)
+
+    closeness, bone, labels = np.zeros(places.shape[:3]), np.zeros(places.shape[:3]), np.zeros(places.shape[:3], np.uint8)
+    for n, joints in enumerate(FINGERS, 1):
+        for m, (start, end) in enumerate(zip(joints[:-1], joints[1:]), 1):
+            thickness = [12.0, 9.0, 8.0, 7.0, 6.0][m - 1 : m + 1]
+            closeness += np.exp(-outside(start, end, thickness) / 2.0)  # a union that fills the webs
+            along = (end - start) / np.linalg.norm(end - start)
+            radius = [4.5, 4.0, 3.5, 3.0][m - 1]
+            share = inside(outside(start + (radius + 1.0) * along, end - (radius + 1.0) * along, (radius, radius)))
+            labels[share > bone] = 10 * n + m
+            bone = np.maximum(bone, share)
+    distance = -2.0 * np.log(np.maximum(closeness, 1e-30))
+    scan = -1000.0 + 900.0 * inside(distance) + 140.0 * inside(distance + 2.0)
+    scan = scan + bone * (1100.0 - scan) + np.random.default_rng(5).normal(0.0, 4.0, scan.shape)
+    image = make_image(scan.astype(np.int16), "CT", origin=first)
+    add_array(image, np.where(scan > 301.0, labels, 0).astype(np.uint8), "Bones")
+    return image
+
+
+def turn(degrees, axis):
+    """A rotation, by Rodrigues' formula."""
+    cross = np.cross(np.eye(3), np.asarray(axis, float) / np.linalg.norm(axis))
+    angle = np.radians(degrees)
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
+def posed_hand(finger=3, degrees=30.0):
+    """A generated hand whose finger bends by `degrees` at each of two joints, and is straight from there on. The palm's bones,
+    which a face of the scan holds, and the other fingers stay."""
+    def pose(place, target, angle, axis, label):
+        return dict(Position=place.tolist(), Target=target.tolist(), Turns=1, Rotation=(angle * axis).tolist(), Body=label)
+
+    joints = FINGERS[finger - 1]
+    axis = np.cross((0.0, 0.0, -1.0), joints[2] - joints[1])
+    axis /= np.linalg.norm(axis)
+    probes, here = [], joints[1]
+    for m, angle in zip(range(2, len(joints)), (degrees, 2 * degrees, 2 * degrees)):
+        middle, motion = (joints[m - 1] + joints[m]) / 2, turn(angle, axis)
+        probes.append(pose(middle, here + motion @ (middle - joints[m - 1]), angle, axis, 10 * finger + m))
+        here = here + motion @ (joints[m] - joints[m - 1])
+    for n, others in enumerate(FINGERS, 1):
+        for m in range(2, len(others)):
+            if n != finger:
+                middle = (others[m - 1] + others[m]) / 2
+                probes.append(pose(middle, middle, 0.0, axis, 10 * n + m))
+    return Scene(make_hand(), probes, material=[(AIR, 0.8), (200.0, 0.8), (300.0, 0.1), (301.0, 0.0)], TissueThreshold=AIR,
+                 BodyArray="Bones", JointConstraint=1.0, Rotations=1, RelaxationPreset="Balanced", OutputPadding=56,
+                 BackgroundValue=-1024.0, AnchoredFaces=[1, 0, 0, 0, 0, 0])
+
+
 JAW_JOINTS = (51, 103, 66), (151, 108, 66)  # voxels between the jaw and the skull
 CHIN, CROWN = (103, 33, 4), (100, 124, 193)
 
