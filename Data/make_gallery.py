@@ -557,6 +557,16 @@ def jaw(volumes):
     return before_and_after(scene, "MetaImage", looks, camera, (430, 430))
 
 
+def chin(volumes):
+    """A chin that a saw has freed and a pose moves forward: the skin, the bones alone, and a section."""
+    eight = lambda points: [((v + 1024) / 16.0, *rest) for v, *rest in points]  # as the scan's 8 bits
+    scene = scenes.advanced_chin(volumes)
+    focus = middle(scene.image) + np.array([0, -40, -60])
+    camera = focus + np.array([430.0, -520.0, 40.0]), focus, (0, 0, 1), 13.0
+    looks = [[eight(points) for points in preset(name)] for name in ("CT skin", "CT bone")]
+    return before_and_after(scene, "MetaImage", looks, camera, (430, 380))
+
+
 def spine(volumes):
     """Vertebrae that bend to the side, each by a pose of its own: the bones alone, and a section."""
     colours, opacities = preset("CT bone")
@@ -610,8 +620,8 @@ def bend(volumes):
     return strip(scene, middle(scene.image) + np.array([-4, 0, 2]), (30.0, -260.0, 60.0), (210, 150), 15.5)
 
 
-pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, bend, hand, jaw, spine, film]
-needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct", "jaw": "head_vhf_ct", "spine": "abdomen_labels"}
+pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, bend, hand, jaw, chin, spine, film]
+needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct", "jaw": "head_vhf_ct", "chin": "head_vhf_ct", "spine": "abdomen_labels"}
 
 
 def file_of(name):

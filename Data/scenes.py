@@ -392,18 +392,20 @@ JAW_JOINTS = (51, 103, 66), (151, 108, 66)  # voxels between the jaw and the sku
 CHIN, CROWN = (103, 33, 4), (100, 124, 193)
 
 
-def posed_jaw(folder, degrees=20.0):
-    """A head whose jaw turns about the axis through its joints, with a mouth that a blade has opened: it is closed in the scan, and
-    nothing there tells one lip or one gum from the other."""
-    image = read_scan(folder, "head_vhf_ct")
-
+def mouth_cuts(image):
+    """Blades that open the mouth of head_vhf_ct: it is closed in the scan, and nothing there tells one lip or one gum from the
+    other."""
     def in_mouth(x, y):
         """A place on the plane between the lips, which rises to the back."""
         return place_of(image, (x, y, 31.0 + 0.19 * y)).tolist()
 
-    def blade(x0, x1, y0, y1):
-        return in_mouth(x0, y0), in_mouth(x1, y0), in_mouth(x0, y1)
+    sides = (80, 122, -5, 30), (70, 135, 30, 45), (62, 148, 45, 85)
+    return [(in_mouth(x0, y0), in_mouth(x1, y0), in_mouth(x0, y1)) for x0, x1, y0, y1 in sides]
 
+
+def posed_jaw(folder, degrees=20.0):
+    """A head whose jaw turns about the axis through its joints, with a mouth that a blade has opened."""
+    image = read_scan(folder, "head_vhf_ct")
     left, right, jaw, skull = (place_of(image, index) for index in (*JAW_JOINTS, CHIN, CROWN))
     axis, middle = (right - left) / np.linalg.norm(right - left), (left + right) / 2
     # Where the turn about the middle of the joints takes the chin, by Rodrigues' formula.
@@ -412,9 +414,22 @@ def posed_jaw(folder, degrees=20.0):
     pose = dict(Position=jaw.tolist(), Target=(middle + turned).tolist(), Turns=1, Rotation=(degrees * axis).tolist())
     stays = dict(Position=skull.tolist(), Target=skull.tolist(), Turns=1)
     material = [(25.0, 0.8), (88.0, 0.8), (96.0, 0.12), (97.0, 0.0)]
-    return Scene(image, [pose, stays], cuts=[blade(80, 122, -5, 30), blade(70, 135, 30, 45), blade(62, 148, 45, 85)],
+    return Scene(image, [pose, stays], cuts=mouth_cuts(image),
                  material=material, TissueThreshold=25.0, Rotations=1, JointSize=2, JointConstraint=1.0, JointMargin=8,
                  AnchoredFaces=[1, 1, 1, 1, 0, 1], RelaxationPreset="Balanced", OutputPadding=24, BackgroundValue=0.0)
+
+
+def advanced_chin(folder, way=(0.0, -8.0, 0.0), degrees=5.0):
+    """A head whose chin two saw cuts free from the jaw; it goes forward, and turns about the axis x. The cuts go on into the tissue
+    around, as surgeons free it there, and the mouth is open; jaw and skull are in one piece, which the upper face of the scan
+    holds."""
+    image = read_scan(folder, "head_vhf_ct")
+    cuts = [[place_of(image, index).tolist() for index in ((x, 24, -2), (x, 66, -2), (x, 24, 30))] for x in (92.5, 114.5)]
+    chin = place_of(image, (103, 33, 4))
+    pose = dict(Position=chin.tolist(), Target=(chin + way).tolist(), Turns=1, Rotation=[degrees, 0.0, 0.0])
+    material = [(25.0, 0.8), (88.0, 0.8), (96.0, 0.12), (97.0, 0.0)]
+    return Scene(image, [pose], cuts=cuts + mouth_cuts(image), material=material, TissueThreshold=25.0, Rotations=1, AnchoredFaces=[1, 1, 1, 1, 0, 1],
+                 RelaxationPreset="Balanced", OutputPadding=16, BackgroundValue=0.0)
 
 
 def bent_spine(folder, degrees=18.0):
