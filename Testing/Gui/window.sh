@@ -43,8 +43,8 @@ play() {
     "$CHAINMAIL_PARAVIEW" --dr "${@:2}" --test-directory="$1" --test-script="$1/events.xml" --exit >"$1/log.txt" 2>&1
 }
 
-# The errors that ParaView reported in a FOLDER; fails where there are none.
-errors() { grep -E 'ERR\||ERROR:|error:' "$1/log.txt"; }
+# The errors that ParaView and the plugin (critical:) reported in a FOLDER; fails where there are none.
+errors() { grep -E 'ERR\||ERROR:|error:|critical:' "$1/log.txt"; }
 
 # The process of the window that the background job PLAYER plays in.
 window_process() {
