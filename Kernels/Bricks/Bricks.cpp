@@ -12,7 +12,7 @@ Index3 defaultBrickSize(const DeviceInfo& device)
 {
   // CPUs: a vector of 16 or two of 8 for each row and colour, and bricks that fit the second-level cache. GPUs: two
   // elements of a colour for each of 256 work-items.
-  return device.manyItems ? Index3{ 16, 8, 8 } : Index3{ 32, 8, 8 };
+  return device.takesManyItems() ? Index3{ 16, 8, 8 } : Index3{ 32, 8, 8 };
 }
 
 namespace
@@ -69,12 +69,12 @@ Bricks::Bricks(
 
 int Bricks::width(bool vectors) const
 {
-  return vectors && !this->context_->info().manyItems ? std::min(8, this->size_[0] / 2) : 1;
+  return vectors && !this->context_->info().takesManyItems() ? std::min(8, this->size_[0] / 2) : 1;
 }
 
 std::size_t Bricks::workItems(bool vectors) const
 {
-  if (vectors && !this->context_->info().manyItems)
+  if (vectors && !this->context_->info().takesManyItems())
   {
     return 1; // vectors make it wide enough; a lone item has all registers and needs neither atomics nor barriers
   }
@@ -91,7 +91,7 @@ std::string Bricks::definesOfRows(const Spins* spins) const
 {
   const DeviceInfo& device = this->context_->info();
   const int longest = device.floatsAtOnce < 16 ? this->width(true) : 16;
-  return this->definesFor(device.manyItems ? 1 : std::min(longest, this->size_[0] / 2), spins);
+  return this->definesFor(device.takesManyItems() ? 1 : std::min(longest, this->size_[0] / 2), spins);
 }
 
 std::string Bricks::definesFor(int width, const Spins* spins) const

@@ -36,17 +36,13 @@ std::string trimmed(std::string text)
   return first == std::string::npos ? std::string() : text.substr(first, last - first + 1);
 }
 
-bool startsWith(const std::string& text, const char* beginning)
-{
-  return text.compare(0, std::char_traits<char>::length(beginning), beginning) == 0;
-}
-
 /// Whether a platform is PoCL, which all tests are run on, the driver of a maker of GPUs, or the kernels as C++.
 bool isKnown(const std::string& platform)
 {
   const char* const known[] = { "Portable Computing Language", "NVIDIA", "AMD Accelerated", "Intel(R) OpenCL Graphics",
     "Intel(R) OpenCL HD Graphics", "Apple", "ARM Platform", "QUALCOMM", "Host C++" };
-  return std::any_of(std::begin(known), std::end(known), [&](const char* name) { return startsWith(platform, name); });
+  return std::any_of(std::begin(known), std::end(known),
+    [&](const char* name) { return platform.compare(0, std::char_traits<char>::length(name), name) == 0; });
 }
 
 DeviceInfo describe(const cl::Device& device)
@@ -56,7 +52,6 @@ DeviceInfo describe(const cl::Device& device)
   info.platform = trimmed(cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>());
   info.driver = trimmed(device.getInfo<CL_DRIVER_VERSION>());
   info.gpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
-  info.manyItems = info.gpu || startsWith(info.name, "llvmpipe");
   info.globalMemory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.maxAllocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   info.computeUnits = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();

@@ -16,10 +16,6 @@ struct DeviceInfo
   std::string platform;
   std::string driver; ///< its version
   bool gpu = false;
-  /// Whether kernels take the shape for GPUs: many work-items without vectors, none of which works for long, in place
-  /// of one with vectors for all of a brick. So they do on GPUs, and on llvmpipe, the processor as Mesa's drivers have
-  /// it: there the loops of a work-item end after 65,535 turns, without a word.
-  bool manyItems = false;
   /// Whether the engine is known to work there: processors of PoCL, GPUs by the driver of their maker, and GPUs that
   /// were tried on this machine (Trial.h).
   bool proven = false;
@@ -27,6 +23,11 @@ struct DeviceInfo
   std::size_t maxAllocation = 0; ///< largest single buffer [bytes]
   unsigned computeUnits = 0;
   unsigned floatsAtOnce = 0; ///< in the vectors that the device has instructions for
+
+  /// Whether kernels take the shape for GPUs: many work-items without vectors, none of which works for long, in place
+  /// of one with vectors for all of a brick. So they do on GPUs, and on llvmpipe, the processor as Mesa's drivers have
+  /// it: there the loops of a work-item end after 65,535 turns, without a word.
+  bool takesManyItems() const { return this->gpu || this->name.compare(0, 8, "llvmpipe") == 0; }
 };
 
 /// Whether a device goes before another: proven GPUs, proven processors, the other GPUs, the other processors, and each

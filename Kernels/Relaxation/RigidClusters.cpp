@@ -551,8 +551,9 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
   }
 
   context.launch(context.kernel("clusters.cl", defines, "clusterMove"), this->active_.size(),
-    context.info().manyItems ? 16 : 1, turn.log, turn.turn, this->heads_, static_cast<cl_int>(elasticity.limited),
-    omega, still, this->partial_, this->places_, this->moves_, this->softList(), this->bricks_.softLinks());
+    context.info().takesManyItems() ? 16 : 1, turn.log, turn.turn, this->heads_,
+    static_cast<cl_int>(elasticity.limited), omega, still, this->partial_, this->places_, this->moves_,
+    this->softList(), this->bricks_.softLinks());
 
   context.launchOver(context.kernel("clusters.cl", defines, "clusterScatter"), this->memberList_.size(), turn.activity,
     turn.turn, this->members_, this->heads_, this->places_, this->moves_, this->bricks_.pitch(),

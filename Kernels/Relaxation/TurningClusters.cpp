@@ -257,11 +257,11 @@ void TurningClusters::relax(
   const std::string defines = this->bricks_.defines(false) + this->bricks_.ofSoftLinks();
   const auto kernel = [&](const char* name) { return context.kernel("turnclusters.cl", defines, name); };
   const std::size_t clusters = this->list_.size();
-  const std::size_t items = context.info().manyItems ? 64 : 1;
+  const std::size_t items = context.info().takesManyItems() ? 64 : 1;
   const cl_int isLimited = limited ? 1 : 0;
   const Spins& spins = *this->bricks_.spins();
 
-  if (!context.info().manyItems && lists.linkCount <= fewLinks)
+  if (!context.info().takesManyItems() && lists.linkCount <= fewLinks)
   {
     context.launch(kernel("turnClusters"), clusters, items, turn.activity, turn.log, turn.turn, isLimited, omega, still,
       lists.chunks, lists.links, lists.ways, lists.heads, lists.members, static_cast<cl_uint>(lists.memberCount),

@@ -54,6 +54,21 @@ TEST(Device, ProvenOnesAreBest)
   }
 }
 
+// llvmpipe ends the loops of a work-item early, which those of batches of sweeps would not survive. Check `rusticl`
+// shows that results are right there.
+TEST(Device, GpusAndLlvmpipeTakeManyWorkItems)
+{
+  DeviceInfo info;
+  info.name = "pthread-haswell-AMD EPYC";
+  EXPECT_FALSE(info.takesManyItems());
+  info.name = "llvmpipe (LLVM 15.0.6, 256 bits)";
+  EXPECT_TRUE(info.takesManyItems());
+  info.name = "NVIDIA H200";
+  EXPECT_FALSE(info.takesManyItems()) << "the name says nothing of other devices";
+  info.gpu = true;
+  EXPECT_TRUE(info.takesManyItems());
+}
+
 TEST(Device, NoTwoHaveOneName)
 {
   const auto names = [](std::vector<std::pair<std::string, std::string>> all)

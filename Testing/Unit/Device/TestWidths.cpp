@@ -2,7 +2,6 @@
 // by many without. Both have to give the same bits.
 
 #include "ChildProcess.h"
-#include "Device.h"
 #include "Inclusion.h"
 
 #include <CL/cl.h>
@@ -81,21 +80,6 @@ int playAll()
 
 const ChildPart widthsPart("widths", playAll);
 
-/// Ends with 2 where there is no llvmpipe.
-int askLlvmpipe()
-{
-  for (const DeviceInfo& device : listDevices())
-  {
-    if (device.name.find("llvmpipe") != std::string::npos)
-    {
-      return device.gpu ? 3 : device.manyItems ? 1 : 0;
-    }
-  }
-  return 2;
-}
-
-const ChildPart llvmpipePart("llvmpipe", askLlvmpipe);
-
 }
 
 TEST(Widths, AGpuAndAProcessorGiveTheSameBits)
@@ -112,17 +96,4 @@ TEST(Widths, AGpuAndAProcessorGiveTheSameBits)
   ASSERT_NE(gpu.output.rfind("outcome"), std::string::npos);
   ASSERT_NE(processor.output.rfind("outcome"), std::string::npos);
   EXPECT_EQ(outcome(gpu), outcome(processor));
-}
-
-// Its loops end after 65,535 turns, which a batch of sweeps exceeds in the shape for processors. Check `rusticl` shows
-// that results are right then.
-TEST(Widths, LlvmpipeAsAProcessorTakesTheShapeForGpus)
-{
-  const ChildResult child =
-    runChild({ { "RUSTICL_ENABLE", "llvmpipe" }, { "RUSTICL_DEVICE_TYPE", "cpu" } }, "llvmpipe");
-  if (child.status > 1)
-  {
-    GTEST_SKIP() << "rusticl is not there";
-  }
-  EXPECT_EQ(child.status, 1) << child.output;
 }
