@@ -658,6 +658,7 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << "\n";
   os << indent << "BackgroundValue: " << this->BackgroundValue << "\n";
   os << indent << "OutputPadding: " << this->OutputPadding << "\n";
+  os << indent << "SmoothCuts: " << (this->SmoothCuts ? "On" : "Off") << "\n";
   os << indent << "PullBack: " << (this->PullBack ? "On" : "Off") << "\n";
   os << indent << "Device: " << (this->Device.empty() ? "(best)" : this->Device) << "\n";
   os << indent << "BrickSize: " << this->BrickSize[0] << " " << this->BrickSize[1] << " " << this->BrickSize[2] << "\n";

@@ -23,7 +23,8 @@
  *    (u_a(i) - u_a(j))^2 / D_a(i,j), under (C) and with probes and anchors held. Soft probes, those with a tolerance T,
  *    hold nothing: each element i that one grips adds (u_a(i) - t_a)^2 / T to the energy, for every axis.
  * 4. Resampling: output voxel y shows the material at X with X + u(X) = y. Voxels that did not change are copies of the
- *    input, bit for bit; voxels that tissue left show BackgroundValue.
+ *    input, bit for bit; voxels that tissue left show BackgroundValue, and those at cut and carved surfaces a mixture
+ *    (SmoothCuts).
  *
  * Method after "Parallel deformation of heterogeneous ChainMail models: application to interactive deformation of large
  * medical volumes" by Rodriguez, Leon and Arroyo, whose propagation and relaxation are here as PROPAGATION_TIMESTAMP
@@ -71,15 +72,15 @@
  *   `Displacement` (3 components, [mm]; needed unless every point is an anchor), `Radius` (optional, [mm], default 0:
  *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is), `Tolerance` (optional,
  *   [mm], default 0; above 0 the probe is soft: relaxation weighs it against tissue, so that nothing moves with
- *   RelaxationIterations 0). With the point array `Rotation` (3 components: a rotation vector along the axis, as long as
- *   the angle [degrees], of any length) a probe also rotates what it grabs, about `Centre` (3 components, optional,
+ *   RelaxationIterations 0). With the point array `Rotation` (3 components: a rotation vector along the axis, as long
+ * as the angle [degrees], of any length) a probe also rotates what it grabs, about `Centre` (3 components, optional,
  *   [mm], default the point itself): it goes from x to Centre + Displacement + R (x - Centre). With each rigid element
  *   it then grips the whole rigid cluster, which goes exactly there unless the probe is soft; the rotations of other
- *   elements settle. `Body` (optional) is the label of BodyArray whose voxels it grips in place of what is at the point,
- *   with the rigid clusters that these are part of; -1: what is at the point. A rotation needs Rotations, a constraint
- *   that is the same along all axes and PropagationIterations 0. An element has one holder, and any number of soft
- *   probes besides. Of a soft probe `ProbeReached` is the mean over its elements, and `ProbeForce` what its links pull
- *   with. A probe whose tissue other probes hold, or whose tissue was carved away, moves nothing and is warned about
+ *   elements settle. `Body` (optional) is the label of BodyArray whose voxels it grips in place of what is at the
+ * point, with the rigid clusters that these are part of; -1: what is at the point. A rotation needs Rotations, a
+ * constraint that is the same along all axes and PropagationIterations 0. An element has one holder, and any number of
+ * soft probes besides. Of a soft probe `ProbeReached` is the mean over its elements, and `ProbeForce` what its links
+ * pull with. A probe whose tissue other probes hold, or whose tissue was carved away, moves nothing and is warned about
  *   once. Warnings count the probes that they are about and name the first few.
  * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades.
  * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
@@ -142,9 +143,10 @@
  *
  * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
- * tissue can fold over itself; the resampling then shows one layer. There may be at most 2^31 voxels with padding. More
- * processes make it neither faster nor the image larger. A knife that moves between two updates works where updates
- * find it, not along its way. A saved pipeline has no state of MODE_INTERACTIVE: it starts from rest.
+ * tissue can fold over itself; the resampling then shows one layer. Cut surfaces are shown in steps of a voxel where
+ * two of them meet in a cell, and vtkChainMailCarry goes by these steps. There may be at most 2^31 voxels with padding.
+ * More processes make it neither faster nor the image larger. A knife that moves between two updates works where
+ * updates find it, not along its way. A saved pipeline has no state of MODE_INTERACTIVE: it starts from rest.
  * @sa vtkChainMailProbeSource vtkChainMailCarry
  */
 
@@ -193,8 +195,8 @@ public:
 
   /**
    * Gives an image the grid of the scan, the point array `Cluster`, as the model at rest would have it now whatever
-   * ModelArrays says, and the BodyArray, if there is one. Returns false where nothing is known: before the first update,
-   * after one that failed, and on a process for which another one computes.
+   * ModelArrays says, and the BodyArray, if there is one. Returns false where nothing is known: before the first
+   * update, after one that failed, and on a process for which another one computes.
    */
   bool GetBodies(vtkImageData* image);
 
@@ -601,6 +603,18 @@ public:
 
   ///@{
   /**
+   * Whether cut and carved surfaces are shown where the blade went: a voxel there shows tissue in the share of it that
+   * lies on the tissue's side, and BackgroundValue in the rest. So surfaces are smooth at any angle. Off: each voxel
+   * shows one or the other, by the element that is nearest, in steps of a voxel. Labels, all arrays with
+   * INTERPOLATION_NEAREST and PullBack are never mixed. They go by which share is larger. Default: on.
+   */
+  vtkSetMacro(SmoothCuts, bool);
+  vtkGetMacro(SmoothCuts, bool);
+  vtkBooleanMacro(SmoothCuts, bool);
+  ///@}
+
+  ///@{
+  /**
    * Whether output 0 has the array PullBack: 12 bytes a voxel, and as much for the update that comes next. It is the
    * way back that resampling takes, so cuts and carves are in it, as no displacement of the model at rest has them.
    * Default: off.
@@ -692,6 +706,7 @@ private:
   std::vector<std::string> LabelArrays;
   double BackgroundValue;
   int OutputPadding = 0;
+  bool SmoothCuts = true;
   bool PullBack = false;
   std::string Device;
   int BrickSize[3] = { 0, 0, 0 };

@@ -74,7 +74,7 @@ public:
   RigidClusters& rigidClusters();
   Statistics measure();
   double energy();
-  Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since);
+  Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts);
   Bricks& voxels();
 
   /// Runs a public call.
@@ -585,7 +585,8 @@ Statistics Simulation::Impl::measure()
   return statistics;
 }
 
-Resampled Simulation::Impl::resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since)
+Resampled Simulation::Impl::resample(
+  const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts)
 {
   for (const int p : padding)
   {
@@ -597,7 +598,7 @@ Resampled Simulation::Impl::resample(const Index3& padding, const BoxVisitor& vi
   this->voxels();
   const WhileCompiling report([this] { this->reportCompiling(true); });
   return this->resampling_.run(
-    padding, since, [this](double share) { this->checkpoint(share); }, visit);
+    padding, since, cuts, [this](double share) { this->checkpoint(share); }, visit);
 }
 
 Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& settings)
@@ -769,9 +770,10 @@ void Simulation::links(std::uint8_t* out, bool ofPictures) const
   this->impl_->readout_.links(out, ofPictures);
 }
 
-Resampled Simulation::resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since) const
+Resampled Simulation::resample(
+  const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts) const
 {
-  return this->impl_->called([&] { return this->impl_->resample(padding, visit, since); });
+  return this->impl_->called([&] { return this->impl_->resample(padding, visit, since, cuts); });
 }
 
 }

@@ -198,8 +198,10 @@ public:
   /// on every side. `visit` gets boxes that do not overlap and that together cover every voxel that may show something
   /// else than at an earlier resampling with this padding, named by its number; with `since` 0, every voxel that
   /// changed. Tissue that is displaced by less than a millionth of a voxel on every axis counts as at rest. Throws
-  /// InputError where a padding is negative or there was no such resampling.
-  Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since = 0) const;
+  /// InputError where a padding is negative or there was no such resampling; another way to show cut surfaces than at
+  /// the last one starts anew, as another padding does.
+  Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since = 0,
+    CutSurfaces cuts = CutSurfaces::Stepped) const;
 
 private:
   class Impl;

@@ -57,12 +57,12 @@ public:
     chainmail::inParallel(boxes.size(),
       [&](std::size_t n)
       {
-        boxes[n].forVoxels(
-          [&](const std::array<int, 3>& voxel, const float* offset)
+        boxes[n].forCovered(
+          [&](const std::array<int, 3>& voxel, const float* offset, float coverage)
           {
-            if (isOld || !isAtRest(offset))
+            if (isOld || !isAtRest(offset) || coverage < 1.0f)
             {
-              this->SampleVoxel(voxel, offset);
+              this->SampleVoxel(voxel, offset, coverage);
             }
           });
       });
@@ -203,11 +203,11 @@ private:
     }
   }
 
-  void SampleVoxel(const std::array<int, 3>& voxel, const float* offset)
+  void SampleVoxel(const std::array<int, 3>& voxel, const float* offset, float coverage)
   {
     T* out = this->Out + this->Components * this->G.OutputId(voxel[0], voxel[1], voxel[2]);
     const bool rests = isAtRest(offset);
-    if (std::isnan(offset[0]) || (rests && !this->G.IsInput(voxel)))
+    if (std::isnan(offset[0]) || (rests && !this->G.IsInput(voxel)) || (this->Nearest && coverage < 0.5f))
     {
       std::copy(this->Background.begin(), this->Background.end(), out);
     }
@@ -218,6 +218,29 @@ private:
     else
     {
       this->SampleAt(voxel, offset, out);
+    }
+    if (coverage < 1.0f && !this->Nearest)
+    {
+      this->MixIn(1.0 - coverage, out);
+    }
+  }
+
+  /// Mixes a share of the background into values. What is not finite mixes with nothing: the larger share stays.
+  void MixIn(double share, T* out) const
+  {
+    for (int c = 0; c < this->Components; ++c)
+    {
+      const T background = this->Background[c];
+      const double difference = ToDouble(background, out[c]) - ToDouble(out[c], out[c]);
+      if (std::isfinite(difference))
+      {
+        const double base = IsWide ? 0.0 : static_cast<double>(out[c]);
+        out[c] = FromDouble(base + share * difference, out[c]);
+      }
+      else if (share > 0.5)
+      {
+        out[c] = background;
+      }
     }
   }
 

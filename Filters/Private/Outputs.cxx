@@ -94,7 +94,7 @@ std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(const Scene& scene)
 bool Outputs::Sampled::operator==(const Sampled& other) const
 {
   const auto all = [](const Sampled& s)
-  { return std::tie(s.Array, s.Time, s.Size, s.Padding, s.Nearest, s.Still, s.Builds); };
+  { return std::tie(s.Array, s.Time, s.Size, s.Padding, s.Nearest, s.Still, s.SmoothCuts, s.Builds); };
   const bool sameBackground =
     this->Background == other.Background || (std::isnan(this->Background) && std::isnan(other.Background));
   return all(*this) == all(other) && sameBackground && this->NotMeasured == other.NotMeasured;
@@ -133,6 +133,7 @@ void Outputs::ChooseSamplers(const Scene& scene)
       one.Background = scene.BackgroundValue;
       one.NotMeasured = { scene.LowPadding, scene.Tissue.HighPadding };
     }
+    one.SmoothCuts = scene.SmoothCuts;
     one.Builds = this->Source.GetBuilds();
     const auto same = std::find(before.begin(), before.end(), one);
     const Grids grids{ one.Size, one.Padding };
@@ -155,9 +156,9 @@ void Outputs::ChooseSamplers(const Scene& scene)
   {
     this->PullBack.reset();
   }
-  else if (!this->PullBack || !this->PullBack->IsFor(grids, scene.Space, this->Source.GetBuilds()))
+  else if (!this->PullBack || !this->PullBack->IsFor(grids, scene.Space, scene.SmoothCuts, this->Source.GetBuilds()))
   {
-    this->PullBack = std::make_unique<PullBackSampler>(grids, scene.Space, this->Source.GetBuilds());
+    this->PullBack = std::make_unique<PullBackSampler>(grids, scene.Space, scene.SmoothCuts, this->Source.GetBuilds());
   }
 }
 
@@ -188,7 +189,7 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
         one->Sample(boxes);
       }
     },
-    since);
+    since, scene.SmoothCuts ? chainmail::CutSurfaces::Smooth : chainmail::CutSurfaces::Stepped);
 
   this->WarnAboutLostArrays(scene.Image);
   if (vtkAbstractArray* ghosts = scene.Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))

@@ -69,6 +69,7 @@ private:
     std::array<int, 3> Padding;
     bool Nearest;
     bool Still;
+    bool SmoothCuts;
     double Background = vtkMath::Nan();
     PaddingValues NotMeasured;
     int Builds;

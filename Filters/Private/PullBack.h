@@ -31,17 +31,18 @@ public:
   static constexpr const char* Name = "PullBack";
 
   /// `builds`: the number of the simulation whose resamplings come.
-  PullBackSampler(const Grids& grids, const Frame& frame, int builds)
+  PullBackSampler(const Grids& grids, const Frame& frame, bool smoothCuts, int builds)
     : G(grids)
     , Space(frame)
+    , SmoothCuts(smoothCuts)
     , Builds(builds)
   {
   }
 
-  bool IsFor(const Grids& grids, const Frame& frame, int builds) const
+  bool IsFor(const Grids& grids, const Frame& frame, bool smoothCuts, int builds) const
   {
     return this->G.Size == grids.Size && this->G.Padding == grids.Padding && this->Space == frame &&
-           this->Builds == builds;
+           this->SmoothCuts == smoothCuts && this->Builds == builds;
   }
 
   std::uint64_t Begin() override { return this->Since = this->Buffers.Begin(); }
@@ -130,6 +131,7 @@ private:
 
   Grids G;
   Frame Space;
+  bool SmoothCuts;
   int Builds;
   OutputBuffers Buffers;
   std::uint64_t Since = 0; // see ArraySampler::Begin()

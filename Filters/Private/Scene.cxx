@@ -224,6 +224,7 @@ Scene::Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const Chosen
   , ModelArrays(filter->GetModelArraySelection())
   , PropagationTimes(filter->GetPropagationTimes())
   , PullBack(filter->GetPullBack())
+  , SmoothCuts(filter->GetSmoothCuts())
   , BackgroundValue(filter->GetBackgroundValue())
   , Nearest(Choice("Interpolation", filter->GetInterpolation(), { "Linear", "Nearest" }) ==
             vtkChainMailDeformation::INTERPOLATION_NEAREST)

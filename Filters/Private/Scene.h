@@ -143,6 +143,7 @@ struct Scene
   vtkDataArraySelection* ModelArrays;
   bool PropagationTimes;
   bool PullBack;
+  bool SmoothCuts;
   chainmail::Index3 Padding{};
   double BackgroundValue;  // of the scalars
   double LowPadding = 0.0; // up to here scalars are padding, and not tissue

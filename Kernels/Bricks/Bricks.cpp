@@ -31,6 +31,7 @@ Bricks::Bricks(
   , context_(std::move(context))
   , model_(std::move(model))
   , links_(*this)
+  , cutDistances_(*this)
   , turning_(turning)
 {
   this->status_.assign(this->table_.size(), Status::Air);
@@ -578,6 +579,7 @@ void Bricks::mend()
   this->shownCut_ = cl::Buffer();
   const std::set<int> carved = this->links_.carvedBricks();
   this->links_.clear();
+  this->cutDistances_.clear();
   const std::size_t axes = this->model_->axes();
   const std::size_t count = this->elements_;
   std::vector<float> constraints(axes * count);

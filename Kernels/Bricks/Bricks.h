@@ -2,6 +2,7 @@
 
 #include "BrickTable.h"
 #include "Context.h"
+#include "CutDistances.h"
 #include "Links.h"
 #include "Model.h"
 #include "SharedTable.h"
@@ -246,6 +247,8 @@ public:
 
   const Links& links() const { return this->links_; }
   bool anyCut() const { return this->links_.anyCut(); }
+  CutDistances& cutDistances() { return this->cutDistances_; }
+  const CutDistances& cutDistances() const { return this->cutDistances_; }
   std::uint8_t cutBits(int i, int j, int k) const { return this->links_.cutBits(i, j, k); }
   /// See Links::remove().
   bool removeLink(int i, int j, int k, int direction) { return this->links_.remove(i, j, k, direction); }
@@ -371,6 +374,7 @@ private:
   std::vector<std::pair<int, int>> exchanged_; ///< pairs of slots whose bricks took each other's
   std::vector<char> touched_;                  ///< for each slot with a state
   Links links_;
+  CutDistances cutDistances_;
   cl::Buffer shownCut_; ///< as `cut`, but without what is missing at joints alone; only where that is any
   Field before_{ 3, sizeof(float), "the displacement before a wave" };
   Turning turning_;

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -171,6 +172,13 @@ struct Statistics
   std::size_t deviceBytes = 0;
 };
 
+/// How a resampling shows the surfaces along which tissue was cut or carved.
+enum class CutSurfaces
+{
+  Stepped, ///< half way between two elements: a voxel shows tissue or none
+  Smooth   ///< where the blade went: a voxel shows tissue in the share that lies on the tissue's side of it
+};
+
 /// A box of output voxels and where their material comes from, as an offset of 3 floats a voxel, in voxels: the
 /// material at voxel y came from y + offset. 0: y shows what it showed before. NaN: tissue left y and none came.
 struct ResampledBox
@@ -179,20 +187,39 @@ struct ResampledBox
   Index3 size{};
   const float* offset = nullptr; ///< of the lowest voxel
   Index3 step{};                 ///< floats from there to the offset of the next voxel along each axis
+  /// The coverage of the lowest voxel: the share of it, 0 to 1, that shows tissue and not what lies behind a cut
+  /// surface. Those of others lie a third as far away as their offsets. Null: it is 1 everywhere. Below one half the
+  /// voxel's middle lies outside tissue, and its offset leads to the tissue beside it.
+  const float* coverage = nullptr;
 
   std::size_t voxels() const { return static_cast<std::size_t>(this->size[0]) * this->size[1] * this->size[2]; }
 
-  /// Calls f(voxel, offset) for each voxel, along x first. `offset` points to the 3 floats.
+  /// Calls f(voxel, offset) for each voxel, along x first. `offset` points to the 3 floats, which are NaN where the
+  /// voxel's middle lies outside tissue.
   template <typename F> void forVoxels(F&& f) const
+  {
+    this->forCovered(
+      [&f](const Index3& voxel, const float* at, float coverage)
+      {
+        constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+        const float nothing[3] = { nan, nan, nan };
+        f(voxel, coverage < 0.5f ? nothing : at);
+      });
+  }
+
+  /// Calls f(voxel, offset, coverage) for each voxel, along x first.
+  template <typename F> void forCovered(F&& f) const
   {
     for (int k = 0; k < this->size[2]; ++k)
     {
       for (int j = 0; j < this->size[1]; ++j)
       {
-        const float* at = this->offset + j * this->step[1] + k * this->step[2];
-        for (int i = 0; i < this->size[0]; ++i, at += this->step[0])
+        const std::ptrdiff_t begin = j * this->step[1] + k * this->step[2];
+        for (int i = 0; i < this->size[0]; ++i)
         {
-          f(Index3{ { this->first[0] + i, this->first[1] + j, this->first[2] + k } }, at);
+          const std::ptrdiff_t at = begin + i * this->step[0];
+          f(Index3{ { this->first[0] + i, this->first[1] + j, this->first[2] + k } }, this->offset + at,
+            this->coverage ? this->coverage[at / 3] : 1.0f);
         }
       }
     }

@@ -102,7 +102,7 @@ Ranges::Range& Ranges::of(int brick)
   return this->ranges_[this->numbers_[brick]];
 }
 
-BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole) const
+BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole, int beyond) const
 {
   // The air of a cell follows the elements around it, so all that moves the cell lies one voxel further at most. A cell
   // lies between the places of its corners.
@@ -146,8 +146,8 @@ BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole) const
   const bool moves = all.low != Range().low || all.high != Range().high;
   for (int a = 0; a < 3; ++a)
   {
-    first[a] += std::floor(all.low[a]) - (moves ? margin : 0);
-    last[a] += std::ceil(all.high[a]) + (moves ? margin : 0);
+    first[a] += std::floor(all.low[a]) - std::max(beyond, moves ? margin : 0);
+    last[a] += std::ceil(all.high[a]) + std::max(beyond, moves ? margin : 0);
   }
   return frame.between(first, last, frame.low, frame.high);
 }
@@ -168,8 +168,9 @@ BrickBox Ranges::cells(int brick, const OutputFrame& frame) const
 }
 
 std::vector<BrickReach> findReaches(
-  const Bricks& bricks, const OutputFrame& frame, const Survey& survey, const Ranges& ranges)
+  const Bricks& bricks, const OutputFrame& frame, const Survey& survey, const Ranges& ranges, CutSurfaces cuts)
 {
+  const Index3& size = bricks.model().grid().size;
   std::vector<BrickReach> reaches;
   for (const int brick : survey.displaced())
   {
@@ -177,9 +178,17 @@ std::vector<BrickReach> findReaches(
   }
   for (const int brick : bricks.links().carvedBricks())
   {
-    // A carved element leaves its voxel.
-    BrickBox own;
-    own.include(frame.bricks.indexOf(frame.at(bricks.origin(brick))));
+    // A carved element leaves its voxel, and where cut surfaces are smooth those around it are others in part.
+    const int beyond = cuts == CutSurfaces::Smooth ? reachOfCarves : 0;
+    const Index3 origin = bricks.origin(brick);
+    Vector3 first;
+    Vector3 last;
+    for (int a = 0; a < 3; ++a)
+    {
+      first[a] = origin[a] - beyond;
+      last[a] = origin[a] + bricks.size()[a] - 1 + beyond;
+    }
+    const BrickBox own = frame.between(first, last, { 0, 0, 0 }, { size[0] - 1, size[1] - 1, size[2] - 1 });
     reaches.push_back({ own, own });
   }
   return reaches;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "Survey.h"
+#include "Types.h"
 
 #include <algorithm>
 #include <array>
@@ -95,8 +96,8 @@ public:
   Ranges(const Bricks& bricks, const Survey& survey);
 
   /// The output bricks where what is shown depends on the tissue of one brick: where cells may be, or come from, that
-  /// its displaced elements move; in `whole` bricks as if they all were displaced.
-  BrickBox shown(int brick, const OutputFrame& frame, bool whole) const;
+  /// its displaced elements move; in `whole` bricks as if they all were displaced. All `beyond` voxels further.
+  BrickBox shown(int brick, const OutputFrame& frame, bool whole, int beyond = 0) const;
   /// The bricks whose cells the displaced elements of one brick move.
   BrickBox cells(int brick, const OutputFrame& frame) const;
   /// Whether links or elements of a brick were missing.
@@ -126,8 +127,11 @@ struct BrickReach
   BrickBox voxels; ///< bricks of the output where these may arrive or which they may leave
 };
 
+/// How far from a carved element [voxels] what is shown depends on it, where cut surfaces are smooth.
+constexpr int reachOfCarves = 3;
+
 /// What all displaced tissue makes necessary, and all that was carved away.
 std::vector<BrickReach> findReaches(
-  const Bricks& bricks, const OutputFrame& frame, const Survey& survey, const Ranges& ranges);
+  const Bricks& bricks, const OutputFrame& frame, const Survey& survey, const Ranges& ranges, CutSurfaces cuts);
 
 }

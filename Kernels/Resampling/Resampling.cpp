@@ -3,6 +3,7 @@
 #include "Error.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace chainmail
 {
@@ -25,18 +26,21 @@ constexpr std::size_t keptBytes = std::size_t(1) << 22;
 constexpr std::size_t mostCells = std::size_t(1) << 28;
 
 /// The part of the output brick at `origin` that lies within the output. `offset` is where the brick's own offsets
-/// begin, and `step` how far apart they lie.
-ResampledBox clipped(
-  const OutputFrame& frame, const Index3& origin, const Index3& size, const float* offset, const Index3& step)
+/// begin, and `step` how far apart they lie. `coverage` is null, or where that of the brick begins.
+ResampledBox clipped(const OutputFrame& frame, const Index3& origin, const Index3& size, const float* offset,
+  const Index3& step, const float* coverage)
 {
   ResampledBox box;
   box.offset = offset;
   box.step = step;
+  box.coverage = coverage;
   for (int a = 0; a < 3; ++a)
   {
     box.first[a] = std::max(origin[a], frame.low[a]);
     box.size[a] = std::min(origin[a] + size[a] - 1, frame.high[a]) - box.first[a] + 1;
-    box.offset += (box.first[a] - origin[a]) * step[a];
+    const int skipped = (box.first[a] - origin[a]) * step[a];
+    box.offset += skipped;
+    box.coverage = coverage ? box.coverage + skipped / 3 : nullptr;
   }
   return box;
 }
@@ -96,7 +100,7 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
 {
   Context& context = this->bricks_.context();
   const Grid& grid = this->bricks_.model().grid();
-  const std::string defines = this->bricks_.defines(true);
+  const std::string defines = this->bricks_.defines(true) + (this->covers_ ? " -DSMOOTH_CUTS" : "");
   const std::size_t items = this->bricks_.workItems(true);
   const std::size_t voxels = batch.firsts.size() * this->bricks_.elementsPerBrick();
   const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
@@ -107,6 +111,10 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
     this->bricks_.shown(), std::make_tuple(int4(grid.size), int4(flat)));
   const auto boxes =
     std::make_tuple(int4(batch.firstVoxel), int4(batch.bricks.size), int4(batch.firstCell), int4(batch.cells.size));
+  const std::size_t sampled = sizeof(cl_uint) * (this->covers_ ? voxels : 1);
+  const cl::Buffer& covered = this->coverage_.sized(context, sampled);
+  const cl::Buffer& behind = this->behind_.sized(context, sampled);
+  const auto smooth = std::tuple_cat(this->bricks_.cutDistances().arguments(), std::tie(covered, behind));
   const cl::Buffer& list = this->list_.holding(context, batch.sources);
   const cl::Buffer& places = this->places_.holding(context, batch.places);
   // There is room for the disputes of nearly all scenes. Where more tissue lies over itself it is gone over once more.
@@ -118,9 +126,12 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
     context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
     context.queue().enqueueFillBuffer(disputed, cl_uchar(0), 0, voxels);
     context.queue().enqueueFillBuffer(noted, cl_uint(0), 0, sizeof(cl_uint));
+    context.queue().enqueueFillBuffer(covered, cl_uint(0), 0, sampled);
+    context.queue().enqueueFillBuffer(behind, cl_uint(0), 0, sampled);
     // A processor runs the work-items of a group in turn anyway. Where one does all, it knows what it wrote before.
     context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(),
-      this->bricks_.width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, disputed, found, noted, room);
+      this->bricks_.width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, disputed, found, noted, room,
+      smooth);
     context.queue().enqueueReadBuffer(noted, CL_TRUE, 0, sizeof(cl_uint), &disputes);
   } while (disputes > room);
   if (disputes > 0)
@@ -128,7 +139,7 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
     context.launchOver(context.kernel("cover.cl", defines, "settle"), disputes, claims, this->disputes_.get(), found);
   }
   context.launch(context.kernel("cover.cl", defines, "leave"), batch.firsts.size(), items, tissue,
-    this->firsts_.holding(context, batch.firsts), claims, found);
+    this->firsts_.holding(context, batch.firsts), claims, found, covered, behind);
   return found;
 }
 
@@ -152,9 +163,10 @@ void Resampling::noteChanges(const OutputFrame& frame)
       continue;
     }
     const bool whole = this->ranges_.isCut(brick) || present.isCut(brick);
+    const int beyond = whole && this->cuts_ == CutSurfaces::Smooth ? reachOfCarves : 0;
     for (const Ranges* ranges : { &this->ranges_, &present })
     {
-      const BrickBox box = ranges->shown(brick, frame, whole);
+      const BrickBox box = ranges->shown(brick, frame, whole, beyond);
       box.each(frame.bricks, [&](std::size_t n) { this->changedAt_[n] = now; });
     }
   }
@@ -162,15 +174,16 @@ void Resampling::noteChanges(const OutputFrame& frame)
   this->last_ = now;
 }
 
-Resampled Resampling::run(
-  const Index3& padding, std::uint64_t since, const std::function<void(double)>& checkpoint, const BoxVisitor& visit)
+Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurfaces cuts,
+  const std::function<void(double)>& checkpoint, const BoxVisitor& visit)
 {
   const Grid& grid = this->bricks_.model().grid();
   const Index3 size = this->bricks_.size();
   const OutputFrame frame(grid, padding, size);
-  if (this->changedAt_.empty() || padding != this->padding_)
+  if (this->changedAt_.empty() || padding != this->padding_ || cuts != this->cuts_)
   {
     this->padding_ = padding;
+    this->cuts_ = cuts;
     this->changedAt_.assign(frame.bricks.voxels(), 0);
     this->first_ = this->last_ + 1;
     this->last_ = 0;
@@ -181,7 +194,7 @@ Resampled Resampling::run(
   }
   this->noteChanges(frame);
 
-  const std::vector<BrickReach> reaches = findReaches(this->bricks_, frame, this->survey_, this->ranges_);
+  const std::vector<BrickReach> reaches = findReaches(this->bricks_, frame, this->survey_, this->ranges_, cuts);
   std::vector<char> isReached(frame.bricks.voxels(), 0);
   for (const BrickReach& reach : reaches)
   {
@@ -200,7 +213,7 @@ Resampled Resampling::run(
     const Index3 origin = frame.origin(n);
     if (!isReached[n])
     {
-      resting.push_back(clipped(frame, origin, size, rest.data(), {}));
+      resting.push_back(clipped(frame, origin, size, rest.data(), {}, nullptr));
       continue;
     }
     wanted.push_back(n);
@@ -215,8 +228,11 @@ Resampled Resampling::run(
   }
   // The kernels also have to read the tissue at rest where displaced tissue arrives.
   this->bricks_.know(tissue);
+  this->covers_ = cuts == CutSurfaces::Smooth && !this->bricks_.cutDistances().all().empty();
+  this->bricks_.cutDistances().toDevice(this->bricks_.context());
   this->locateAll(frame, reaches, wanted, checkpoint, visit);
-  for (Scratch* scratch : { &this->claims_, &this->disputed_, &this->disputes_, &this->offsets_ })
+  for (Scratch* scratch :
+    { &this->claims_, &this->disputed_, &this->disputes_, &this->offsets_, &this->coverage_, &this->behind_ })
   {
     scratch->trim(keptBytes);
   }
@@ -250,11 +266,17 @@ void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickReac
       batch = makeBatch(this->bricks_, frame, reaches, wanted, begin, end);
     }
     const Context::View<float> offsets(this->bricks_.context(), this->locate(batch), 0, 3 * perBrick * (end - begin));
+    std::optional<Context::View<float>> coverage;
+    if (this->covers_)
+    {
+      coverage.emplace(this->bricks_.context(), this->coverage_.get(), 0, perBrick * (end - begin));
+    }
     boxes.clear();
     for (std::size_t n = begin; n < end; ++n)
     {
       const float* offset = offsets.get() + 3 * perBrick * (n - begin);
-      boxes.push_back(clipped(frame, frame.origin(wanted[n]), size, offset, step));
+      boxes.push_back(clipped(frame, frame.origin(wanted[n]), size, offset, step,
+        coverage ? coverage->get() + perBrick * (n - begin) : nullptr));
     }
     visit(boxes);
   }

@@ -17,8 +17,8 @@ public:
   explicit Resampling(Bricks& bricks);
 
   /// See Simulation::resample().
-  Resampled run(
-    const Index3& padding, std::uint64_t since, const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
+  Resampled run(const Index3& padding, std::uint64_t since, CutSurfaces cuts,
+    const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
 
   /// Some bricks of the output that are handled at once.
   struct Batch
@@ -36,7 +36,8 @@ private:
   void noteChanges(const OutputFrame& frame);
   void locateAll(const OutputFrame& frame, const std::vector<BrickReach>& reaches,
     const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
-  /// Finds the offsets of all voxels of a batch, brick by brick, 3 floats each.
+  /// Finds the offsets of all voxels of a batch, brick by brick, 3 floats each, and their coverage, where cut surfaces
+  /// are smooth.
   const cl::Buffer& locate(const Batch& batch);
 
   Bricks& bricks_;
@@ -44,7 +45,9 @@ private:
   Survey::Look first_ = 1; ///< of the looks with the present padding,
   Survey::Look last_ = 0;  ///< and the last
   Index3 padding_{};
-  Ranges ranges_; ///< as of the last run
+  CutSurfaces cuts_ = CutSurfaces::Stepped;
+  bool covers_ = false; ///< whether voxels of this run have a coverage
+  Ranges ranges_;       ///< as of the last run
   /// For each brick of the output the last look that found that it may show something else than at the look before.
   std::vector<Survey::Look> changedAt_;
   Scratch list_{ "the list of bricks" };
@@ -54,6 +57,8 @@ private:
   Scratch disputed_{ "resampling" };
   Scratch disputes_{ "resampling" };
   Scratch offsets_{ "resampling" };
+  Scratch coverage_{ "resampling" };
+  Scratch behind_{ "resampling" };
 };
 
 }

@@ -19,6 +19,11 @@ typedef struct
   uint mostDisputes;
   bool alone; // the group is a single work-item
   int3 brick; // the first of the cells of the group
+#ifdef SMOOTH_CUTS
+  volatile global uint* covered; // these two have one value for each voxel of the listed bricks, see SAMPLES
+  volatile global uint* behind;
+  float3 sampling; // the width of the box of samples [voxels], 0 along a flat axis
+#endif
 } Output;
 
 // A claim that was the lowest so far for a voxel that others had claimed before: five words after the first of
@@ -106,6 +111,89 @@ inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corner
   }
 }
 
+#ifdef SMOOTH_CUTS
+
+// A voxel is sampled at points of which each has a bit in two words: in `covered`, set where tissue near a cut surface
+// covers the point, and in `behind`, set where the point lies behind the surface of such tissue and the voxel's middle
+// before it. AT_SURFACE is set there where any point lies behind a surface.
+//
+// The points are those of a Kronecker sequence (M. Roberts' R3: powers of the root of g^4 = g + 1), the same on both
+// sides of the middle. No plane has many of them, so coverage grows in small steps at any angle. They fill a box of 1.5
+// voxels: the gradients of what is shown, by which it is lit, are then half as far off as with a box of one voxel.
+#define SAMPLES 31
+#define MIDDLE_SAMPLE 15
+#define AT_SURFACE 0x80000000u
+#define SAMPLED 1.5f // [voxels]
+
+// How far from a cell its map tells what lies behind its surface, and how much cells overlap, as each finds its samples by
+// a linear map of its own.
+#define BEHIND 1.3f
+#define SAMPLE_SLACK 0.03f
+
+// The bits of samples, from `first` on, that have their lane set.
+RULE uint sampleBits(mask set, int first)
+{
+  float powers[WIDTH];
+  for (int lane = 0; lane < WIDTH; ++lane)
+  {
+    powers[lane] = 1 << lane;
+  }
+  return (uint)sumOf(select((real)(0.0f), LOAD(powers), set)) << first;
+}
+
+// Samples a voxel: x is its middle, in local coordinates of a cell, and `map` the cell's in all lanes. Returns whether
+// the middle lies behind the cell's surface, and some of the voxel before it.
+inline bool sampleVoxel(const Output* o, const Cell* cell, int component, const CellMap* map, float3 x, int voxel)
+{
+  const float powers[3] = { 0.81917251f, 0.67104361f, 0.54970048f }; // of 1 / g
+  const float middle[3] = { x.x, x.y, x.z }, sampling[3] = { o->sampling.x, o->sampling.y, o->sampling.z };
+  const float least[3] = { cell->least.x, cell->least.y, cell->least.z };
+  const float most[3] = { cell->most.x, cell->most.y, cell->most.z };
+  uint covered = 0, behind = 0;
+  for (int first = 0; first < SAMPLES; first += WIDTH)
+  {
+    const mask number = laneNumbers() + first;
+    real step[3], at[3], beyond = (real)(-INFINITY); // the cell's faces
+    UNROLL
+    for (int a = 0; a < 3; ++a)
+    {
+      const real along = TO_FLOAT(number - MIDDLE_SAMPLE) * powers[a];
+      step[a] = (along - floor(along + 0.5f)) * sampling[a];
+    }
+    UNROLL
+    for (int a = 0; a < 3; ++a)
+    {
+      at[a] = middle[a] + step[a] + DOT(map->back[a], step);
+      at[a] = min(max(at[a], (real)(least[a])), (real)(most[a]));
+      beyond = max(beyond, fabs(at[a] - 0.5f) - 0.5f);
+    }
+    mask within = (beyond <= SAMPLE_SLACK) & (number < SAMPLES);
+    if (cell->isDivided)
+    {
+      const mask isBehind = distanceOf(cell, component, at) < 0.0f;
+      behind |= sampleBits(isBehind & (beyond <= BEHIND) & (number < SAMPLES), first);
+      within &= isBehind == 0;
+    }
+    else if (!cell->whole)
+    {
+      within &= isShareOf(cell, component, at);
+    }
+    covered |= SOME(within) ? sampleBits(within, first) : 0;
+  }
+  if (covered)
+  {
+    atomic_or(o->covered + voxel, covered);
+  }
+  const bool isMiddleBehind = cell->isDivided && behind >> MIDDLE_SAMPLE & 1;
+  if (behind)
+  {
+    atomic_or(o->behind + voxel, AT_SURFACE | (isMiddleBehind ? 0 : behind));
+  }
+  return covered && isMiddleBehind;
+}
+
+#endif
+
 // WIDTH inversions. Each lane is about one voxel and one cell, from whose lowest corner the target is measured.
 typedef struct
 {
@@ -116,13 +204,19 @@ typedef struct
 } Lanes;
 
 // Takes those voxels that lie in their cells. `cell` is null, or a cell for all lanes of which only the share of one
-// component counts.
-RULE void takeInside(const Output* o, const CellMap* map, const Lanes* lanes, const Cell* cell, int component)
+// component counts. A cell that `rests` takes no voxels but those of which a part alone lies in it.
+RULE void takeInside(
+  const Output* o, const CellMap* map, const Lanes* lanes, const Cell* cell, int component, bool rests)
 {
   const real target[3] = { LOAD(lanes->target[0]), LOAD(lanes->target[1]), LOAD(lanes->target[2]) };
   real x[3];
   const mask inside = inverted(map, target, LOAD(lanes->voxel) >= 0, x);
-  if (!SOME(inside))
+#ifdef SMOOTH_CUTS
+  const bool samples = cell && cell->isNearCut;
+#else
+  const bool samples = false;
+#endif
+  if (!samples && !SOME(inside))
   {
     return;
   }
@@ -138,12 +232,25 @@ RULE void takeInside(const Output* o, const CellMap* map, const Lanes* lanes, co
   for (int lane = 0; lane < WIDTH; ++lane)
   {
     const float3 place = (float3)(found[0][lane], found[1][lane], found[2][lane]);
-    if (hits[lane] && (!cell || isShareOf(cell, component, place)))
+    const float3 way = (float3)(offset[0][lane], offset[1][lane], offset[2][lane]);
+#ifdef SMOOTH_CUTS
+    if (samples && lanes->voxel[lane] >= 0 && all(fabs(place) < 2.0f))
+    {
+      if (sampleVoxel(o, cell, component, map, place, lanes->voxel[lane]))
+      {
+        // The voxel's middle lies behind the surface: tissue beside it gives way to any other.
+        hits[lane] = isTaken(o, lanes->voxel[lane], BORDER + lanes->key[lane], way);
+        continue;
+      }
+    }
+    hits[lane] = hits[lane] && !rests;
+#endif
+    const real at[3] = { (real)(place.x), (real)(place.y), (real)(place.z) };
+    if (hits[lane] && (!cell || SOME(isShareOf(cell, component, at))))
     {
       const int nearest = (place.x > 0.5f) | (place.y > 0.5f) << 1 | (place.z > 0.5f) << 2;
       const uint border = lanes->elements[lane] >> nearest & 1 ? 0 : BORDER;
-      hits[lane] = isTaken(
-        o, lanes->voxel[lane], border + lanes->key[lane], (float3)(offset[0][lane], offset[1][lane], offset[2][lane]));
+      hits[lane] = isTaken(o, lanes->voxel[lane], border + lanes->key[lane], way);
     }
     else
     {
@@ -232,7 +339,16 @@ inline void coverComponent(
     rests = rests && all(u[n] == 0.0f);
     air |= cell->component[n] == component && !(cell->elements >> n & 1) ? 1u << n : 0;
   }
-  if (rests)
+#ifdef SMOOTH_CUTS
+  const bool samples = cell->isNearCut;
+  const uint tissue = cell->isDivided ? cell->elements | cell->carved : cell->elements;
+  const float around = samples ? 0.5f * SAMPLED + SLACK : SLACK;
+#else
+  const bool samples = false;
+  const uint tissue = cell->elements;
+  const float around = SLACK;
+#endif
+  if (rests && !samples)
   {
     return;
   }
@@ -240,7 +356,7 @@ inline void coverComponent(
   for (int lane = 0; lane < WIDTH; ++lane)
   {
     lanes.key[lane] = keyOf(o, cell->base) + component;
-    lanes.elements[lane] = cell->elements;
+    lanes.elements[lane] = tissue;
   }
   real corners[3][8];
   for (int n = 0; n < 8; ++n)
@@ -253,8 +369,8 @@ inline void coverComponent(
   mapOf(corners, (mask)(smooth ? -1 : 0), &map);
   const int3 base = cell->base, end = o->boxFirst.xyz + o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
   const int3 flat = t->flat.xyz;
-  const int3 first = select(max(convert_int3(ceil(low - SLACK)) + base, o->boxFirst.xyz), base, flat != 0);
-  const int3 last = select(min(convert_int3(floor(high + SLACK)) + base, end), base, flat != 0);
+  const int3 first = select(max(convert_int3(ceil(low - around)) + base, o->boxFirst.xyz), base, flat != 0);
+  const int3 last = select(min(convert_int3(floor(high + around)) + base, end), base, flat != 0);
   int used = 0;
   for (int3 voxel = first; all(voxel <= last);)
   {
@@ -275,9 +391,13 @@ inline void coverComponent(
       {
         lanes.voxel[lane] = -1;
       }
-      takeInside(o, &map, &lanes, cell, component);
+      takeInside(o, &map, &lanes, cell, component, rests);
       used = 0;
     }
+  }
+  if (rests)
+  {
+    return;
   }
   takeCorners(t, o, cell->base, air, u, lanes.key[0]);
 }
@@ -286,6 +406,9 @@ APART void coverCell(const Tissue* t, const Output* o, local const Part* part, i
 {
   Cell cell = cellOf(t, base, cornerBits(t, part->elements, at));
   findComponents(t, &cell);
+#ifdef SMOOTH_CUTS
+  findSurface(t, &cell);
+#endif
   for (int component = 0; component < 8; ++component)
   {
     if (isOwn(&cell, component, component))
@@ -444,7 +567,7 @@ RULE void takeReached(
     {
       STORE(LOAD(targets[round][a]), lanes->target[a]);
     }
-    takeInside(o, map, lanes, 0, 0);
+    takeInside(o, map, lanes, 0, 0, false);
   }
 }
 
@@ -530,7 +653,7 @@ APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 a
   {
     return;
   }
-  ulong full = ~(ulong)0, some = 0, moved = 0, ambiguous = 0, cut = any(t->flat.xyz != 0) ? ~(ulong)0 : 0;
+  ulong full = ~(ulong)0, some = 0, moved = 0, ambiguous = 0, cut = any(t->flat.xyz != 0) ? ~(ulong)0 : 0, nearCut = 0;
   UNROLL
   for (int n = 0; n < 4; ++n)
   {
@@ -542,8 +665,12 @@ APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 a
 #ifdef CUTS
     cut |= part->cut[row] | part->cut[row] >> 1;
 #endif
+#ifdef SMOOTH_CUTS
+    nearCut |= part->nearCut[row] | part->nearCut[row] >> 1;
+#endif
   }
-  uint wanted = (uint)((near & some & (moved | ~full)) >> at.x) & ((1u << WIDTH) - 1);
+  cut |= nearCut; // these cells are sampled one by one
+  uint wanted = (uint)((near & some & (moved | ~full | nearCut)) >> at.x) & ((1u << WIDTH) - 1);
   const uint whole = (uint)((full & ~cut) >> at.x);
   const mask elements = elementsOfRow(part, at);
   int onePiece[WIDTH];
@@ -577,12 +704,23 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
   global const float* displacement, global const float* constraint, global const uchar* cut, int4 size, int4 flat,
   int4 boxFirst, int4 boxBricks, int4 cellsFirst, int4 cellsSize, global const int* places,
   volatile global uint* claims, global uchar* disputed, global float* offsets, volatile global uint* disputes,
-  uint mostDisputes)
+  uint mostDisputes, global const int* distanceRows, global const ushort* distances, volatile global uint* covered,
+  volatile global uint* behind)
 {
+#ifdef SMOOTH_CUTS
+  const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut, distanceRows,
+    distances };
+#else
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
+#endif
   const int3 origin = brickAt(list[get_group_id(0)], strideY, strideZ) * (int3)(BX, BY, BZ);
   const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, disputed, offsets, disputes,
-    mostDisputes, get_local_size(0) == 1, origin };
+    mostDisputes, get_local_size(0) == 1, origin
+#ifdef SMOOTH_CUTS
+    ,
+    covered, behind, select((float3)(SAMPLED), (float3)(0.0f), flat.xyz != 0)
+#endif
+  };
   local Part part;
   for (int n = 0; n < PARTS; ++n)
   {
@@ -627,6 +765,20 @@ inline void leaveVoxel(const Tissue* t, int3 voxel, uint claim, global float* of
   }
 }
 
+#ifdef SMOOTH_CUTS
+
+// The coverage of a voxel. Where its middle lies in tissue near a cut surface, all but the samples that this tissue has
+// behind it and that no other covers. Where its middle lies behind a surface, or in air, the samples that tissue near
+// surfaces covers. Other tissue covers all of a voxel.
+RULE float coverageOf(uint covered, uint behind, uint claim)
+{
+  const bool isBeside = claim >= BORDER && claim < RESTS;
+  const uint open = covered >> MIDDLE_SAMPLE & 1 ? behind : isBeside && behind & AT_SURFACE ? ~0u : 0;
+  return 1.0f - popcount(open & ~covered & ~AT_SURFACE) / (float)SAMPLES;
+}
+
+#endif
+
 #if WIDTH > 1
 
 // Leaves 2 * WIDTH voxels along x together, if tissue has claimed them all, or if they are unclaimed, lie in the grid and
@@ -670,15 +822,23 @@ RULE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, global const uint
 
 #define LEFT_AT_ONCE (WIDTH > 1 ? 2 * WIDTH : 1)
 
-// Goes over the voxels of the listed output bricks. `firsts` holds the lowest voxel of each brick.
+// Goes over the voxels of the listed output bricks. `firsts` holds the lowest voxel of each brick. `covered` becomes the
+// coverage, as bits of a float.
 kernel void leave(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
-  global const uint* claims, global float* offsets)
+  global const uint* claims, global float* offsets, global uint* covered, global const uint* behind)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const int3 first = firsts[get_group_id(0)].xyz;
   claims += get_group_id(0) * (size_t)ELEMENTS;
   offsets += 3 * get_group_id(0) * (size_t)ELEMENTS;
+#ifdef SMOOTH_CUTS
+  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  {
+    global uint* const at = covered + get_group_id(0) * (size_t)ELEMENTS + n;
+    *at = as_uint(coverageOf(*at, behind[get_group_id(0) * (size_t)ELEMENTS + n], claims[n]));
+  }
+#endif
 #if WIDTH > 1
   const bool inGrid = all(first >= 0) && all(first < size.xyz);
 #endif

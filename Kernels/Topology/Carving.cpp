@@ -2,9 +2,11 @@
 
 #include "Measurement.h"
 #include "Rays.h"
+#include "SurfaceDistance.h"
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace chainmail
 {
@@ -195,6 +197,18 @@ std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surf
   allDisplaced(bricks, solid, figures, found);
   allAtRest(bricks, solid, figures, found);
   std::sort(found.begin(), found.end());
+  if (!found.empty())
+  {
+    std::set<int> numbers;
+    for (const std::size_t voxel : found)
+    {
+      const Index3 at = bricks.model().grid().indexOf(voxel);
+      numbers.insert(bricks.brickAt(at[0], at[1], at[2]));
+    }
+    const std::vector<int> cutBricks(numbers.begin(), numbers.end());
+    // While the elements that go are still where they are now.
+    setSurfaceDistances(bricks, cutBricks, Places::around(bricks, cutBricks), surface.points, surface.triangles);
+  }
   bricks.removeElements(found);
   return found;
 }

@@ -66,7 +66,8 @@ Surface incision()
 void look(const Simulation& simulation)
 {
   simulation.measure();
-  simulation.resample({ 0, 0, 0 }, [](const std::vector<ResampledBox>&) {});
+  simulation.resample(
+    { 0, 0, 0 }, [](const std::vector<ResampledBox>&) {}, 0, CutSurfaces::Smooth);
 }
 
 /// What takes long to compile and is used last comes first: whoever updates at the same time begins with the rest.

@@ -100,6 +100,7 @@ int TestChainMailDefaults(int, char*[])
   number("PropagationIterations", filter->GetPropagationIterations());
   word("vtkGetMacro(ConflictPolicy,", conflicts[filter->GetConflictPolicy()]);
   word("vtkGetMacro(PropagationTimes,", filter->GetPropagationTimes() ? "on" : "off");
+  word("vtkGetMacro(SmoothCuts,", filter->GetSmoothCuts() ? "on" : "off");
   word("vtkGetMacro(PullBack,", filter->GetPullBack() ? "on" : "off");
   std::string modelArrays;
   vtkDataArraySelection* const selection = filter->GetModelArraySelection();
@@ -204,6 +205,7 @@ int TestChainMailDefaults(int, char*[])
     { "BackgroundValue", [&] { filter->SetBackgroundValue(-1000.0); } },
     { "BackgroundValue NaN", [&] { filter->SetBackgroundValue(std::nan("")); } },
     { "OutputPadding", [&] { filter->SetOutputPadding(3); } },
+    { "SmoothCuts", [&] { filter->SmoothCutsOff(); } },
     { "PullBack", [&] { filter->PullBackOn(); } },
     { "Device", [&] { filter->SetDevice("some"); } },
     { "BrickSize", [&] { filter->SetBrickSize(8, 4, 2); } },
@@ -255,7 +257,7 @@ int TestChainMailDefaults(int, char*[])
       "ConflictPolicy: Latest", "PropagationTimes: On", "ModelArrays: Displacement Element no Constraint Cluster",
       "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "PoissonRatio: 0.3", "RelaxationIterations: 7",
       "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3",
-      "PullBack: On", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
+      "SmoothCuts: Off", "PullBack: On", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

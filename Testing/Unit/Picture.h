@@ -10,6 +10,7 @@ struct Picture
   chainmail::Index3 padding{};
   chainmail::Index3 size{};
   std::vector<float> offset;
+  std::vector<float> coverage; ///< 1 where it said nothing
   std::vector<int> visits;
 
   std::size_t at(int i, int j, int k) const
@@ -35,6 +36,8 @@ struct Picture
     const float* o = offset.data() + 3 * this->at(i, j, k);
     return { o[0], o[1], o[2] };
   }
+  /// The share of a voxel that shows something.
+  double covered(int i, int j, int k) const { return this->vacated(i, j, k) ? 0.0 : this->coverage[this->at(i, j, k)]; }
   bool vacated(int i, int j, int k) const { return std::isnan(offset[3 * this->at(i, j, k)]); }
 
   template <typename F> void each(F&& f) const
@@ -52,7 +55,8 @@ struct Picture
   }
 };
 
-inline Picture resample(const chainmail::Simulation& simulation, const chainmail::Index3& padding = { 0, 0, 0 })
+inline Picture resample(const chainmail::Simulation& simulation, const chainmail::Index3& padding = { 0, 0, 0 },
+  chainmail::CutSurfaces cuts = chainmail::CutSurfaces::Stepped)
 {
   Picture picture;
   picture.padding = padding;
@@ -62,15 +66,25 @@ inline Picture resample(const chainmail::Simulation& simulation, const chainmail
   }
   const std::size_t voxels = static_cast<std::size_t>(picture.size[0]) * picture.size[1] * picture.size[2];
   picture.offset.assign(3 * voxels, 0.0f);
+  picture.coverage.assign(voxels, 1.0f);
   picture.visits.assign(voxels, 0);
-  simulation.resample(padding, visitEach(
-                                 [&](const chainmail::Index3& voxel, const float* o)
-                                 {
-                                   ASSERT_TRUE(picture.contains(voxel[0], voxel[1], voxel[2]))
-                                     << "a voxel outside of the output";
-                                   const std::size_t v = picture.at(voxel[0], voxel[1], voxel[2]);
-                                   ASSERT_EQ(++picture.visits[v], 1) << "boxes overlap";
-                                   std::copy(o, o + 3, picture.offset.begin() + 3 * v);
-                                 }));
+  simulation.resample(
+    padding,
+    [&](const std::vector<chainmail::ResampledBox>& boxes)
+    {
+      for (const chainmail::ResampledBox& box : boxes)
+      {
+        box.forCovered(
+          [&](const chainmail::Index3& voxel, const float* o, float coverage)
+          {
+            ASSERT_TRUE(picture.contains(voxel[0], voxel[1], voxel[2])) << "a voxel outside of the output";
+            const std::size_t v = picture.at(voxel[0], voxel[1], voxel[2]);
+            ASSERT_EQ(++picture.visits[v], 1) << "boxes overlap";
+            std::copy(o, o + 3, picture.offset.begin() + 3 * v);
+            picture.coverage[v] = coverage;
+          });
+      }
+    },
+    0, cuts);
   return picture;
 }

@@ -1,0 +1,241 @@
+#include "SurfaceDistance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+namespace chainmail
+{
+
+namespace
+{
+
+Vector3 minus(const Vector3& a, const Vector3& b)
+{
+  return { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
+}
+
+double dot(const Vector3& a, const Vector3& b)
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// The vector product, of length 1.
+Vector3 normalOf(const Vector3& a, const Vector3& b)
+{
+  const Vector3 n{ a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
+  const double length = std::sqrt(dot(n, n));
+  return { n[0] / length, n[1] / length, n[2] / length };
+}
+
+/// A triangle in double precision [voxels].
+struct Triangle
+{
+  explicit Triangle(const std::array<Fixed3, 3>& corners)
+    : exact(corners)
+  {
+    for (int n = 0; n < 3; ++n)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        this->corner[n][a] = static_cast<double>(corners[n][a]) / unitsPerVoxel;
+      }
+    }
+    this->normal = normalOf(minus(this->corner[1], this->corner[0]), minus(this->corner[2], this->corner[0]));
+    for (int n = 0; n < 3; ++n)
+    {
+      this->edge[n] = minus(this->corner[(n + 1) % 3], this->corner[n]);
+      this->outward[n] = normalOf(this->edge[n], this->normal);
+    }
+  }
+
+  /// From its plane.
+  double signedDistance(const Vector3& place) const { return dot(this->normal, minus(place, this->corner[0])); }
+
+  /// From the triangle itself.
+  double squaredDistance(const Vector3& place) const
+  {
+    const double height = this->signedDistance(place);
+    double nearest = std::numeric_limits<double>::infinity();
+    bool isOver = true;
+    for (int n = 0; n < 3; ++n)
+    {
+      const Vector3 from = minus(place, this->corner[n]);
+      isOver = isOver && dot(this->outward[n], from) <= 0.0;
+      const double share = dot(from, this->edge[n]) / dot(this->edge[n], this->edge[n]);
+      const double along = std::min(1.0, std::max(0.0, share));
+      const Vector3 off{ from[0] - along * this->edge[n][0], from[1] - along * this->edge[n][1],
+        from[2] - along * this->edge[n][2] };
+      nearest = std::min(nearest, dot(off, off));
+    }
+    return isOver ? height * height : nearest;
+  }
+
+  ExactTriangle exact;
+  std::array<Vector3, 3> corner;
+  std::array<Vector3, 3> edge;
+  Vector3 normal;
+  std::array<Vector3, 3> outward;
+};
+
+/// The distances of a brick's grid points from their nearest triangles so far.
+struct Nearest
+{
+  std::vector<double> squared;
+  std::vector<double> distance; ///< from the triangle's plane, signed
+};
+
+/// Calls f(first voxel) for the bricks that meet a box of voxels.
+template <typename F> void forBricks(const Index3& first, const Index3& last, const Index3& size, const F& f)
+{
+  for (int k = first[2] / size[2]; k * size[2] <= last[2]; ++k)
+  {
+    for (int j = first[1] / size[1]; j * size[1] <= last[1]; ++j)
+    {
+      for (int i = first[0] / size[0]; i * size[0] <= last[0]; ++i)
+      {
+        f(Index3{ i * size[0], j * size[1], k * size[2] });
+      }
+    }
+  }
+}
+
+/// Where a grid point is now: air moves as the elements beside it do, on average.
+Vector3 placeOf(const Bricks& bricks, const Places& places, const Index3& at)
+{
+  if (!places.anyMoved() || bricks.isElement(at))
+  {
+    return places.at(at[0], at[1], at[2]);
+  }
+  Vector3 sum{};
+  int count = 0;
+  for (int d = 0; d < 6; ++d)
+  {
+    Index3 next = at;
+    next[d / 2] += d % 2 == 0 ? -1 : 1;
+    if (bricks.model().grid().contains(next[0], next[1], next[2]) && bricks.isElement(next))
+    {
+      const Vector3 place = places.at(next[0], next[1], next[2]);
+      for (int a = 0; a < 3; ++a)
+      {
+        sum[a] += place[a] - next[a];
+      }
+      ++count;
+    }
+  }
+  Vector3 place{ double(at[0]), double(at[1]), double(at[2]) };
+  for (int a = 0; a < 3 && count > 0; ++a)
+  {
+    place[a] += sum[a] / count;
+  }
+  return place;
+}
+
+}
+
+void setSurfaceDistances(Bricks& bricks, const std::vector<int>& cutBricks, const Places& places,
+  const std::vector<Fixed3>& points, const std::vector<std::array<int, 3>>& triangles)
+{
+  constexpr double farthest = CutDistances::farthest;
+  constexpr double certain = 1e-3; // beyond the rounding of places, so that the sign is that of the exact decision
+  const std::vector<char> isNear = bricks.withNeighbours(cutBricks);
+  const Grid& grid = bricks.model().grid();
+  const Index3 size = bricks.size();
+  const Places::Bounds widest = places.widest();
+  std::unordered_map<int, Nearest> found;
+  for (const std::array<int, 3>& ids : triangles)
+  {
+    const Triangle triangle({ points[ids[0]], points[ids[1]], points[ids[2]] });
+    if (triangle.exact.degenerate())
+    {
+      continue;
+    }
+    const auto low = [&](int a, const Places::Bounds& moved)
+    {
+      const double least = std::min({ triangle.corner[0][a], triangle.corner[1][a], triangle.corner[2][a] });
+      return static_cast<int>(std::ceil(std::max(0.0, least - farthest - moved.high[a])));
+    };
+    const auto high = [&](int a, const Places::Bounds& moved)
+    {
+      const double most = std::max({ triangle.corner[0][a], triangle.corner[1][a], triangle.corner[2][a] });
+      return static_cast<int>(std::floor(std::min(grid.size[a] - 1.0, most + farthest - moved.low[a])));
+    };
+    const Index3 first{ low(0, widest), low(1, widest), low(2, widest) };
+    const Index3 last{ high(0, widest), high(1, widest), high(2, widest) };
+    Index3 at;
+    forBricks(first, last, size,
+      [&](const Index3& origin)
+      {
+        const int brick = bricks.brickAt(origin[0], origin[1], origin[2]);
+        if (!isNear[brick])
+        {
+          return;
+        }
+        const Places::Bounds moved = places.bounds(brick);
+        double least = triangle.signedDistance({ double(origin[0]), double(origin[1]), double(origin[2]) });
+        double most = least;
+        Index3 from;
+        Index3 to;
+        for (int a = 0; a < 3; ++a)
+        {
+          from[a] = std::max(origin[a], low(a, moved));
+          to[a] = std::min(origin[a] + size[a] - 1, high(a, moved));
+          const double one = triangle.normal[a] * moved.low[a];
+          const double other = triangle.normal[a] * (size[a] - 1 + moved.high[a]);
+          least += std::min(one, other);
+          most += std::max(one, other);
+        }
+        if (least > farthest || most < -farthest)
+        {
+          return;
+        }
+        Nearest& nearest = found[brick];
+        nearest.squared.resize(bricks.elementsPerBrick(), std::numeric_limits<double>::infinity());
+        nearest.distance.resize(bricks.elementsPerBrick());
+        for (at[2] = from[2]; at[2] <= to[2]; ++at[2])
+        {
+          for (at[1] = from[1]; at[1] <= to[1]; ++at[1])
+          {
+            for (at[0] = from[0]; at[0] <= to[0]; ++at[0])
+            {
+              const Vector3 place = placeOf(bricks, places, at);
+              double distance = triangle.signedDistance(place);
+              if (std::fabs(distance) > farthest)
+              {
+                continue;
+              }
+              const double squared = triangle.squaredDistance(place);
+              const std::uint32_t local = bricks.local(at[0], at[1], at[2]);
+              if (squared < nearest.squared[local])
+              {
+                const bool isSure = std::fabs(distance) > certain;
+                distance = isSure ? distance : triangle.exact.side(fixed(place)) * std::max(std::fabs(distance), 1e-9);
+                nearest.squared[local] = squared;
+                nearest.distance[local] = distance;
+              }
+            }
+          }
+        }
+      });
+  }
+  CutDistances& distances = bricks.cutDistances();
+  distances.beginSurface();
+  for (const auto& [brick, nearest] : found)
+  {
+    for (const BrickTable::Row& row : bricks.rows(brick))
+    {
+      const Index3 begin = grid.indexOf(row.voxel);
+      for (int n = 0; n < row.count; ++n)
+      {
+        const std::uint32_t local = row.local(n);
+        if (std::isfinite(nearest.squared[local]))
+        {
+          distances.set(begin[0] + n, begin[1], begin[2], nearest.distance[local]);
+        }
+      }
+    }
+  }
+}
+
+}
