@@ -588,6 +588,37 @@ def spine(volumes):
     return list(rows)
 
 
+def breathing(volumes):
+    """Lungs at two breaths. At the first, landmarks with the way that each goes; at the second, those that were not given,
+    where they are predicted, in the colour of how far that is off: by tissue, and by a radial basis."""
+    import lungs
+
+    lung = lungs.Lung(os.path.join(volumes, "lung"))
+    given, others = lungs.half(1)
+    predicted = lung.predict(given, **lungs.CHOICE)
+    basis = lungs.by_radial_basis(lung.rest, lung.there, given)
+    carried = lung.carry(lung.now)
+    scale = [(0.0, 0.2, 0.55, 0.3), (2.0, 0.95, 0.8, 0.25), (5.0, 0.75, 0.1, 0.1)]
+    panels = []
+    for title, surface, places in (("first breath", lung.now, None), ("second, by tissue", carried, predicted),
+                                   ("second, by a radial basis", lung.then, basis)):
+        focus = (lung.rest if places is None else lung.there).mean(axis=0)
+        panel = Panel(430, 400, (0.94, 0.95, 0.97)).look(focus + np.array([0.0, -900.0, 60.0]), focus, (0, 0, 1), 20.0)
+        panel.show(surface, "Surface", (0.85, 0.6, 0.55), Opacity=0.18)
+        if places is None:
+            for n, (start, end) in enumerate(zip(lung.rest, lung.there)):
+                arrow(panel, start, end - start, BLUE if n in given else (0.35, 0.35, 0.38), 1.6)
+        else:
+            off = np.linalg.norm(places - lung.there, axis=1)[others]
+            dots = pv.Glyph(Input=lungs.points(places[others], off=off), GlyphType="Sphere", ScaleArray=["POINTS", "No scale array"],
+                            ScaleFactor=9.0, GlyphMode="All Points")
+            table = panel.coloured(dots, "off", scale)[1]
+            panel.bar(table, "off [mm]")
+            title += ": %.1f mm" % off.mean()
+        panels.append(panel.title(title, place=(0.03, 0.03), size=13).pixels())
+    return [panels]
+
+
 def strip(scene, focus, camera, size, angle):
     """An animation: key frames of the probes' targets, and a frame of the result at each quarter of the way."""
     source, deformation = scenes.open_scene(scene)
@@ -620,8 +651,8 @@ def bend(volumes):
     return strip(scene, middle(scene.image) + np.array([-4, 0, 2]), (30.0, -260.0, 60.0), (210, 150), 15.5)
 
 
-pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, bend, hand, jaw, chin, spine, film]
-needs = {"figure9": "heart_cta", "figure11head": "head_vhf_ct", "jaw": "head_vhf_ct", "chin": "head_vhf_ct", "spine": "abdomen_labels"}
+pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, bend, hand, jaw, chin, spine, breathing, film]
+needs = {"figure9": "heart_cta.mhd", "figure11head": "head_vhf_ct.mhd", "jaw": "head_vhf_ct.mhd", "chin": "head_vhf_ct.mhd", "spine": "abdomen_labels.mhd", "breathing": "lung/3DCT_lung_baseline_mask.mha"}
 
 
 def file_of(name):
@@ -640,8 +671,8 @@ def main(arguments):
         name = picture.__name__
         if options.names and name not in options.names:
             continue
-        if name in needs and not os.path.isfile(os.path.join(options.volumes, needs[name] + ".mhd")):
-            print("%s: there is no %s.mhd in '%s'" % (name, needs[name], options.volumes))
+        if name in needs and not os.path.isfile(os.path.join(options.volumes, needs[name])):
+            print("%s: there is no %s in '%s'" % (name, needs[name], options.volumes))
             continue
         path = os.path.join(options.output, file_of(name))
         write(arrange(picture(options.volumes)), path)

@@ -69,19 +69,6 @@ std::uint32_t BrickTable::address(int i, int j, int k) const
   return static_cast<std::uint32_t>(this->slot(this->brickAt(i, j, k))) * this->elements_ + this->local(i, j, k);
 }
 
-std::vector<char> BrickTable::withNeighbours(const std::vector<int>& bricks) const
-{
-  std::vector<char> found(this->table_.size(), 0);
-  for (const int brick : bricks)
-  {
-    for (int n = 0; n < 27; ++n)
-    {
-      found[this->beside(brick, n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)] = 1;
-    }
-  }
-  return found;
-}
-
 std::vector<BrickTable::Row> BrickTable::rows(int brick) const
 {
   const Index3 first = this->origin(brick);

@@ -37,8 +37,6 @@ public:
     const int strides[3] = { 1, this->strideY_, this->strideZ_ };
     return brick + (direction % 2 == 0 ? -1 : 1) * strides[direction / 2];
   }
-  /// For each brick whether it is one of these, or one of the 26 around one. They must not lie in the padding.
-  std::vector<char> withNeighbours(const std::vector<int>& bricks) const;
   /// 0 where the brick has no memory, because it holds no tissue or because no deformation has reached it.
   int slot(int brick) const { return this->table_[brick]; }
   int brick(int slot) const { return this->place_[slot]; }

@@ -4,35 +4,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 namespace chainmail
 {
 
-void CutDistances::beginSurface()
+void CutDistances::Brick::add(std::uint32_t local, double squared, double distance)
 {
-  this->surface_ = this->surface_ % CUT_SURFACES + 1;
-}
-
-void CutDistances::set(int i, int j, int k, double distance)
-{
-  std::vector<std::uint16_t>& values = this->values_[this->table_.brickAt(i, j, k)];
-  values.resize(this->table_.elementsPerBrick(), 0);
-  std::uint16_t& value = values[this->table_.local(i, j, k)];
-  const double most = CUT_ZERO - 1;
-  int units = static_cast<int>(std::lround(std::min(std::max(distance * CUT_UNITS, -most), most)));
-  units = units == 0 ? (distance < 0.0 ? -1 : 1) : units;
-  const int before = value % CUT_SURFACE - CUT_ZERO;
-  if (value == 0 || std::abs(units) <= std::abs(before))
+  constexpr double unitsOfSquares = 8192.0; // those of `farthest` fit into 16 bits
+  const auto square = static_cast<std::uint16_t>(std::min(std::lround(squared * unitsOfSquares), 65535L));
+  const double units = distance * CUT_UNITS;
+  const int rounded = static_cast<int>(std::lround(units));
+  const int stored = CUT_ZERO + (rounded != 0 ? rounded : units < 0.0 ? -1 : 1);
+  const auto rank = [](int of, int value) { return std::make_tuple(of, -std::abs(value - CUT_ZERO), value); };
+  std::uint16_t& value = this->values_[local];
+  if (value == 0 || rank(square, stored) < rank(this->squares_[local], value))
   {
-    value = static_cast<std::uint16_t>(this->surface_ * CUT_SURFACE + CUT_ZERO + units);
+    value = static_cast<std::uint16_t>(stored);
+    this->squares_[local] = square;
   }
-}
-
-void CutDistances::clear()
-{
-  this->values_.clear();
-  this->surface_ = 0;
 }
 
 void CutDistances::toDevice(Context& context)
@@ -40,12 +29,12 @@ void CutDistances::toDevice(Context& context)
   std::vector<cl_int> rows(this->table_.slots(), -1);
   std::vector<std::uint16_t> distances;
   cl_int count = 0;
-  for (const auto& [brick, values] : this->values_)
+  for (const auto& [brick, points] : this->bricks_)
   {
     if (this->table_.slot(brick) > 0)
     {
       rows[this->table_.slot(brick)] = count++;
-      distances.insert(distances.end(), values.begin(), values.end());
+      distances.insert(distances.end(), points.values().begin(), points.values().end());
     }
   }
   distances.resize(std::max<std::size_t>(distances.size(), 1), 0); // there is no buffer of no bytes

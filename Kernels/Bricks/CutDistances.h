@@ -27,19 +27,36 @@ public:
   {
   }
 
-  /// Stored as in cutdistance.clh, by brick, in the order of `local`.
-  using Values = std::unordered_map<int, std::vector<std::uint16_t>>;
-  const Values& all() const { return this->values_; }
+  bool any() const { return !this->bricks_.empty(); }
+  void clear() { this->bricks_.clear(); }
 
-  /// Starts a surface, from which the distances of set() are.
-  void beginSurface();
-  /// Sets the distance of a grid point, unless an earlier surface is nearer. A distance of 0 counts as positive.
-  void set(int i, int j, int k, double distance);
-  void clear();
+  /// The grid points of a brick.
+  class Brick
+  {
+  public:
+    explicit Brick(std::size_t points)
+      : values_(points, 0)
+      , squares_(points, 0)
+    {
+    }
 
-  /// Copies the distances to the device for the bricks as they are now.
+    /// Tells a point, given by `local`, its squared distance from a triangle and the signed one from its plane, where 0
+    /// counts as positive. The nearest triangle counts, whatever the order. Of triangles as near, since the point is
+    /// nearest to an edge that they share, it is the one of the larger distance from its plane: it has the right sign.
+    void add(std::uint32_t local, double squared, double distance);
+
+    const std::vector<std::uint16_t>& values() const { return this->values_; }
+
+  private:
+    std::vector<std::uint16_t> values_; ///< as in cutdistance.clh
+    std::vector<std::uint16_t> squares_;
+  };
+
+  Brick& at(int brick) { return this->bricks_.try_emplace(brick, this->table_.elementsPerBrick()).first->second; }
+
+  /// Copies the distances to the device, for the slots as they are now.
   void toDevice(Context& context);
-  /// CUT_DISTANCE_ARGUMENTS of part.clh.
+  /// `distanceRows, distances` of resample.clh.
   auto arguments() const
   {
     return std::tuple<const cl::Buffer&, const cl::Buffer&>(this->rows_.get(), this->distances_.get());
@@ -47,8 +64,7 @@ public:
 
 private:
   const BrickTable& table_;
-  Values values_;
-  int surface_ = 0;
+  std::unordered_map<int, Brick> bricks_;
   Scratch rows_{ "the distances from cuts" };
   Scratch distances_{ "the distances from cuts" };
 };

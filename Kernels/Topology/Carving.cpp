@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 namespace chainmail
 {
@@ -117,6 +116,34 @@ bool isDisplaced(const std::vector<BrickFigures>& figures, int slot)
   return slot > 0 && figures[slot - 1].displaced > 0.0f;
 }
 
+/// Whether a displaced brick lies apart from the solid, by more than so many voxels.
+bool isApart(const Bricks& bricks, const Rays& solid, const BrickFigures& figures, int slot, double margin)
+{
+  const Index3 origin = bricks.origin(bricks.brick(slot));
+  const Index3 end = lastOf(bricks, origin);
+  bool apart = false;
+  for (int a = 0; a < 3; ++a)
+  {
+    apart = apart || (origin[a] + double(figures.low[a]) - margin) * unitsPerVoxel > double(solid.high()[a]) ||
+            (end[a] + double(figures.high[a]) + margin) * unitsPerVoxel < double(solid.low()[a]);
+  }
+  return apart;
+}
+
+/// The displaced bricks of which points may be near the surface.
+std::vector<int> nearbyBricks(const Bricks& bricks, const Rays& solid, const std::vector<BrickFigures>& figures)
+{
+  std::vector<int> found;
+  for (int slot = 1; slot < bricks.slots(); ++slot)
+  {
+    if (isDisplaced(figures, slot) && !isApart(bricks, solid, figures[slot - 1], slot, CutDistances::farthest + 1.0))
+    {
+      found.push_back(slot);
+    }
+  }
+  return found;
+}
+
 /// Adds the elements of all displaced bricks that are inside.
 void allDisplaced(
   Bricks& bricks, const Rays& solid, const std::vector<BrickFigures>& figures, std::vector<std::size_t>& found)
@@ -124,20 +151,12 @@ void allDisplaced(
   std::vector<float> values;
   for (int slot = 1; slot < bricks.slots(); ++slot)
   {
-    const Index3 origin = bricks.origin(bricks.brick(slot));
-    const Index3 end = lastOf(bricks, origin);
-    bool apart = !isDisplaced(figures, slot);
-    for (int a = 0; a < 3; ++a)
+    // One voxel more covers the rounding of the figures.
+    if (isDisplaced(figures, slot) && !isApart(bricks, solid, figures[slot - 1], slot, 1.0))
     {
-      const BrickFigures& brick = figures[slot - 1];
-      // One voxel more covers the rounding of the figures.
-      apart = apart || (origin[a] + double(brick.low[a]) - 1.0) * unitsPerVoxel > double(solid.high()[a]) ||
-              (end[a] + double(brick.high[a]) + 1.0) * unitsPerVoxel < double(solid.low()[a]);
-    }
-    if (!apart)
-    {
+      const Index3 origin = bricks.origin(bricks.brick(slot));
       bricks.readSlot(slot, values);
-      displaced(bricks, solid, origin, end, values, found);
+      displaced(bricks, solid, origin, lastOf(bricks, origin), values, found);
     }
   }
 }
@@ -199,15 +218,9 @@ std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surf
   std::sort(found.begin(), found.end());
   if (!found.empty())
   {
-    std::set<int> numbers;
-    for (const std::size_t voxel : found)
-    {
-      const Index3 at = bricks.model().grid().indexOf(voxel);
-      numbers.insert(bricks.brickAt(at[0], at[1], at[2]));
-    }
-    const std::vector<int> cutBricks(numbers.begin(), numbers.end());
     // While the elements that go are still where they are now.
-    setSurfaceDistances(bricks, cutBricks, Places::around(bricks, cutBricks), surface.points, surface.triangles);
+    addSurfaceDistances(
+      bricks, Places::of(bricks, nearbyBricks(bricks, solid, figures)), surface.points, surface.triangles);
   }
   bricks.removeElements(found);
   return found;

@@ -160,15 +160,7 @@ std::size_t cutLinks(Bricks& bricks, const Surface& surface)
     }
   }
   bricks.uploadCuts();
-  if (removed > 0)
-  {
-    std::vector<int> cutBricks;
-    for (const auto& [brick, bits] : bricks.links().all())
-    {
-      cutBricks.push_back(brick);
-    }
-    setSurfaceDistances(bricks, cutBricks, places, points, surface.triangles);
-  }
+  addSurfaceDistances(bricks, places, points, surface.triangles);
   return removed;
 }
 

@@ -24,15 +24,8 @@ public:
   {
   }
 
-  /// Those in and around some bricks; further away all counts as at rest.
-  static Places around(Bricks& bricks, const std::vector<int>& of)
-  {
-    const std::vector<char> isNear = bricks.withNeighbours(of);
-    std::vector<int> slots = bricks.touchedSlots();
-    slots.erase(std::remove_if(slots.begin(), slots.end(), [&](int slot) { return isNear[bricks.brick(slot)] == 0; }),
-      slots.end());
-    return { bricks, slots };
-  }
+  /// Those of some slots, ascending; elsewhere all counts as at rest.
+  static Places of(Bricks& bricks, const std::vector<int>& slots) { return { bricks, slots }; }
 
   bool anyMoved() const { return !this->moved_.empty(); }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unordered_map>
 
 namespace chainmail
 {
@@ -79,13 +78,6 @@ struct Triangle
   std::array<Vector3, 3> outward;
 };
 
-/// The distances of a brick's grid points from their nearest triangles so far.
-struct Nearest
-{
-  std::vector<double> squared;
-  std::vector<double> distance; ///< from the triangle's plane, signed
-};
-
 /// Calls f(first voxel) for the bricks that meet a box of voxels.
 template <typename F> void forBricks(const Index3& first, const Index3& last, const Index3& size, const F& f)
 {
@@ -99,6 +91,11 @@ template <typename F> void forBricks(const Index3& first, const Index3& last, co
       }
     }
   }
+}
+
+Index3 whole(const Vector3& v)
+{
+  return { static_cast<int>(v[0]), static_cast<int>(v[1]), static_cast<int>(v[2]) };
 }
 
 /// Where a grid point is now: air moves as the elements beside it do, on average.
@@ -134,16 +131,14 @@ Vector3 placeOf(const Bricks& bricks, const Places& places, const Index3& at)
 
 }
 
-void setSurfaceDistances(Bricks& bricks, const std::vector<int>& cutBricks, const Places& places,
-  const std::vector<Fixed3>& points, const std::vector<std::array<int, 3>>& triangles)
+void addSurfaceDistances(Bricks& bricks, const Places& places, const std::vector<Fixed3>& points,
+  const std::vector<std::array<int, 3>>& triangles)
 {
   constexpr double farthest = CutDistances::farthest;
   constexpr double certain = 1e-3; // beyond the rounding of places, so that the sign is that of the exact decision
-  const std::vector<char> isNear = bricks.withNeighbours(cutBricks);
   const Grid& grid = bricks.model().grid();
   const Index3 size = bricks.size();
   const Places::Bounds widest = places.widest();
-  std::unordered_map<int, Nearest> found;
   for (const std::array<int, 3>& ids : triangles)
   {
     const Triangle triangle({ points[ids[0]], points[ids[1]], points[ids[2]] });
@@ -154,87 +149,67 @@ void setSurfaceDistances(Bricks& bricks, const std::vector<int>& cutBricks, cons
     const auto low = [&](int a, const Places::Bounds& moved)
     {
       const double least = std::min({ triangle.corner[0][a], triangle.corner[1][a], triangle.corner[2][a] });
-      return static_cast<int>(std::ceil(std::max(0.0, least - farthest - moved.high[a])));
+      return std::ceil(std::max(0.0, least - farthest - moved.high[a]));
     };
     const auto high = [&](int a, const Places::Bounds& moved)
     {
       const double most = std::max({ triangle.corner[0][a], triangle.corner[1][a], triangle.corner[2][a] });
-      return static_cast<int>(std::floor(std::min(grid.size[a] - 1.0, most + farthest - moved.low[a])));
+      return std::floor(std::min(grid.size[a] - 1.0, most + farthest - moved.low[a]));
     };
-    const Index3 first{ low(0, widest), low(1, widest), low(2, widest) };
-    const Index3 last{ high(0, widest), high(1, widest), high(2, widest) };
-    Index3 at;
-    forBricks(first, last, size,
+    const auto isEmpty = [](const Vector3& first, const Vector3& last)
+    { return first[0] > last[0] || first[1] > last[1] || first[2] > last[2]; };
+    const Vector3 first{ low(0, widest), low(1, widest), low(2, widest) };
+    const Vector3 last{ high(0, widest), high(1, widest), high(2, widest) };
+    if (isEmpty(first, last))
+    {
+      continue;
+    }
+    forBricks(whole(first), whole(last), size,
       [&](const Index3& origin)
       {
         const int brick = bricks.brickAt(origin[0], origin[1], origin[2]);
-        if (!isNear[brick])
-        {
-          return;
-        }
         const Places::Bounds moved = places.bounds(brick);
         double least = triangle.signedDistance({ double(origin[0]), double(origin[1]), double(origin[2]) });
         double most = least;
-        Index3 from;
-        Index3 to;
+        Vector3 from;
+        Vector3 to;
         for (int a = 0; a < 3; ++a)
         {
-          from[a] = std::max(origin[a], low(a, moved));
-          to[a] = std::min(origin[a] + size[a] - 1, high(a, moved));
-          const double one = triangle.normal[a] * moved.low[a];
-          const double other = triangle.normal[a] * (size[a] - 1 + moved.high[a]);
-          least += std::min(one, other);
-          most += std::max(one, other);
+          from[a] = std::max<double>(origin[a], low(a, moved));
+          to[a] = std::min<double>(origin[a] + size[a] - 1, high(a, moved));
+          const double range[4] = { triangle.normal[a] * moved.low[a], triangle.normal[a] * moved.high[a],
+            triangle.normal[a] * (size[a] - 1 + moved.low[a]), triangle.normal[a] * (size[a] - 1 + moved.high[a]) };
+          least += *std::min_element(range, range + 4);
+          most += *std::max_element(range, range + 4);
         }
-        if (least > farthest || most < -farthest)
+        if (isEmpty(from, to) || least > farthest || most < -farthest)
         {
           return;
         }
-        Nearest& nearest = found[brick];
-        nearest.squared.resize(bricks.elementsPerBrick(), std::numeric_limits<double>::infinity());
-        nearest.distance.resize(bricks.elementsPerBrick());
-        for (at[2] = from[2]; at[2] <= to[2]; ++at[2])
+        CutDistances::Brick& distances = bricks.cutDistances().at(brick);
+        const Index3 begin = whole(from);
+        const Index3 end = whole(to);
+        Index3 at;
+        for (at[2] = begin[2]; at[2] <= end[2]; ++at[2])
         {
-          for (at[1] = from[1]; at[1] <= to[1]; ++at[1])
+          for (at[1] = begin[1]; at[1] <= end[1]; ++at[1])
           {
-            for (at[0] = from[0]; at[0] <= to[0]; ++at[0])
+            for (at[0] = begin[0]; at[0] <= end[0]; ++at[0])
             {
               const Vector3 place = placeOf(bricks, places, at);
-              double distance = triangle.signedDistance(place);
-              if (std::fabs(distance) > farthest)
-              {
-                continue;
-              }
+              const double distance = triangle.signedDistance(place);
               const double squared = triangle.squaredDistance(place);
-              const std::uint32_t local = bricks.local(at[0], at[1], at[2]);
-              if (squared < nearest.squared[local])
+              if (squared <= farthest * farthest)
               {
                 const bool isSure = std::fabs(distance) > certain;
-                distance = isSure ? distance : triangle.exact.side(fixed(place)) * std::max(std::fabs(distance), 1e-9);
-                nearest.squared[local] = squared;
-                nearest.distance[local] = distance;
+                const int side = isSure ? 1 : triangle.exact.side(fixed(place));
+                distances.add(bricks.local(at[0], at[1], at[2]), squared,
+                  isSure ? distance : side * std::max(std::fabs(distance), 1e-9));
               }
             }
           }
         }
       });
-  }
-  CutDistances& distances = bricks.cutDistances();
-  distances.beginSurface();
-  for (const auto& [brick, nearest] : found)
-  {
-    for (const BrickTable::Row& row : bricks.rows(brick))
-    {
-      const Index3 begin = grid.indexOf(row.voxel);
-      for (int n = 0; n < row.count; ++n)
-      {
-        const std::uint32_t local = row.local(n);
-        if (std::isfinite(nearest.squared[local]))
-        {
-          distances.set(begin[0] + n, begin[1], begin[2], nearest.distance[local]);
-        }
-      }
-    }
   }
 }
 

@@ -152,6 +152,7 @@ void TestOwnGrid(Checks& check)
   EventLog log(deformation);
   deformation->SetInputData(image);
   deformation->SetMaterialFunction(ConstantMaterial(0.4));
+  deformation->SmoothCutsOff(); // which is how images are carried
   deformation->SetTissueThreshold(10.0);
   deformation->SetAnchoredFaces(0, 0, 0, 0, 0, 1);
   deformation->AddLabelArray("Labels");

@@ -98,6 +98,7 @@ void Configure(vtkChainMailDeformation* filter, vtkImageData* image)
   material->AddPoint(91.0, 0.0);
   filter->SetInputData(image);
   filter->SetMaterialFunction(material);
+  filter->SmoothCutsOff(); // the oracles tell which voxels are inside, and not in which share
   filter->SetTissueThreshold(10.0);
   filter->PropagationTimesOn();
 }

@@ -145,6 +145,7 @@ Result Deform(const Storage& storage, const Settings& settings)
   filter->SetTissueThreshold(10.0);
   filter->SetBackgroundValue(-1.0);
   filter->SetMaterialFunction(material);
+  filter->SmoothCutsOff(); // its samples are not the same along all axes
   filter->SetRelaxationIterations(settings.Iterations);
   filter->SetRelaxationTolerance(1e-6);
   if (settings.Timestamp)

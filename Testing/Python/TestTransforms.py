@@ -77,7 +77,7 @@ cut = Plane(Origin=blade[0].tolist(), Point1=blade[1].tolist(), Point2=blade[2].
 grip = world([i, j, k])
 probe = ChainMailProbe(Position=grip.tolist(), Target=(grip + direction @ [-7.0, 3.0, 4.0]).tolist(), Radius=6.0)
 deformation = ChainMailDeformation(Input=produce(make_image(ct, "CT", spacing, origin, first, direction)), Probes=[probe],
-                                   Cuts=[cut], MaterialPreset="CT (Hounsfield units)", BackgroundValue=AIR, PullBack=1)
+                                   Cuts=[cut], MaterialPreset="CT (Hounsfield units)", BackgroundValue=AIR, PullBack=1, SmoothCuts=0)
 volume, model = update(deformation, Reports(deformation))
 mine = points_of(volume, "CT").reshape(ct.shape)
 back = points_of(volume, "PullBack").reshape(ct.shape + (3,))

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace
 {
@@ -363,6 +364,41 @@ TEST(CutSurfaces, BentTissueIsCutWhereItIs)
             << of(before, 0.5) << ", " << of(before, 0.9) << "\n";
   EXPECT_LT(of(angles, 0.5), 10.0);
   EXPECT_LT(of(angles, 0.9), 25.0);
+}
+
+TEST(CutSurfaces, NeitherTheOrderOfTrianglesMattersNorWhetherTheyComeTogether)
+{
+  const Halves halves({ 1.0, 0.0, 0.0 }, { 0.0, 0.0, 0.0 });
+  Surface curved =
+    sheet(-5.0, -5.0, 1.7, 24, 24, [](double x, double y) { return 14.2 + 3.0 * std::sin(x / 4.0 + y / 9.0); });
+  Surface ball = sphere({ 14.3, 15.1, 13.8 }, 7.3, 12, 16);
+  std::optional<Picture> first;
+  for (int order = 0; order < 3; ++order)
+  {
+    Simulation simulation = simulate(halves.scene);
+    Surface rest = curved;
+    if (order == 2)
+    {
+      const auto half = curved.triangles.begin() + curved.triangles.size() / 2;
+      simulation.cut({ curved.points, { curved.triangles.begin(), half } });
+      rest.triangles.assign(half, curved.triangles.end());
+    }
+    simulation.cut(rest);
+    simulation.carve(ball);
+    Probe probe;
+    probe.displacement = { 1.4, 0.3, -2.2 };
+    simulation.hold({ probe });
+    simulation.propagate(0);
+    const Picture picture = resample(simulation, { 3, 3, 3 }, CutSurfaces::Smooth);
+    if (first)
+    {
+      EXPECT_EQ(
+        std::memcmp(first->coverage.data(), picture.coverage.data(), picture.coverage.size() * sizeof(float)), 0);
+    }
+    first = picture;
+    std::reverse(curved.triangles.begin(), curved.triangles.end());
+    std::reverse(ball.triangles.begin(), ball.triangles.end());
+  }
 }
 
 }
