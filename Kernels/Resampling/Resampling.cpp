@@ -228,7 +228,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
   }
   // The kernels also have to read the tissue at rest where displaced tissue arrives.
   this->bricks_.know(tissue);
-  this->covers_ = cuts == CutSurfaces::Smooth && this->bricks_.cutDistances().any();
+  this->covers_ = cuts == CutSurfaces::Smooth && this->bricks_.anyCut() && this->bricks_.cutDistances().any();
   this->bricks_.cutDistances().toDevice(this->bricks_.context());
   this->locateAll(frame, reaches, wanted, checkpoint, visit);
   for (Scratch* scratch :

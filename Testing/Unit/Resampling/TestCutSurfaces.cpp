@@ -401,4 +401,19 @@ TEST(CutSurfaces, NeitherTheOrderOfTrianglesMattersNorWhetherTheyComeTogether)
   }
 }
 
+TEST(CutSurfaces, ABladeBesideTissueChangesNothing)
+{
+  const Halves halves({ 0.8, 0.45, 0.3 }, { 3.4, 1.2, 0.7 });
+  Simulation simulation = simulate(halves.scene);
+  EXPECT_EQ(simulation.cut(planeAcrossX(29.8)), 0u);
+  Probe probe;
+  probe.displacement = halves.shift;
+  simulation.hold({ probe });
+  simulation.propagate(0);
+  const Picture smooth = resample(simulation, { 4, 4, 4 }, CutSurfaces::Smooth);
+  const Picture stepped = resample(simulation, { 4, 4, 4 });
+  EXPECT_EQ(smooth.coverage, stepped.coverage);
+  EXPECT_EQ(std::memcmp(smooth.offset.data(), stepped.offset.data(), smooth.offset.size() * sizeof(float)), 0);
+}
+
 }
