@@ -181,7 +181,8 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
         ++this->iterations_;
       }
       this->finished_ = parity == 1 && !this->goesOn_[0] && !this->goesOn_[1];
-      if (!this->finished_ && this->iterations_ > this->bricks_.model().grid().voxels())
+      // With a bound of its own the caller expects that there may be no end, where elements turn.
+      if (iterations == 0 && !this->finished_ && this->iterations_ > this->bricks_.model().grid().voxels())
       {
         throw Error(std::string("An error of the engine: ") + this->name_ + " of " + this->file_ +
                     " does not come to an end. Reset the tissue, and please report it.");

@@ -310,4 +310,11 @@ TEST(RandomRotations, EveryUpdateEndsInOrder)
   RecordProperty("scenes", static_cast<int>(seed - 1));
 }
 
+/// Twelve voxels in which rotations contradict each other: bounds without an end are given up after so many passes as
+/// the engine means to, which are more than there are voxels.
+TEST(RandomRotations, TissueOfFewVoxelsMayHaveBoundsWithoutAnEnd)
+{
+  live(1800);
+}
+
 }
