@@ -4,8 +4,10 @@
 #include "Context.h"
 
 #include <cstdint>
+#include <set>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace chainmail
@@ -28,7 +30,11 @@ public:
   }
 
   bool any() const { return !this->bricks_.empty(); }
-  void clear() { this->bricks_.clear(); }
+  void clear()
+  {
+    this->bricks_.clear();
+    this->changed_.clear();
+  }
 
   /// The grid points of a brick.
   class Brick
@@ -52,7 +58,14 @@ public:
     std::vector<std::uint16_t> squares_;
   };
 
-  Brick& at(int brick) { return this->bricks_.try_emplace(brick, this->table_.elementsPerBrick()).first->second; }
+  /// A brick, to which distances are to be added.
+  Brick& at(int brick)
+  {
+    this->changed_.insert(brick);
+    return this->bricks_.try_emplace(brick, this->table_.elementsPerBrick()).first->second;
+  }
+  /// The bricks that at() was called for since this was called last.
+  std::set<int> takeChanged() { return std::exchange(this->changed_, {}); }
 
   /// Copies the distances to the device, for the slots as they are now.
   void toDevice(Context& context);
@@ -65,6 +78,7 @@ public:
 private:
   const BrickTable& table_;
   std::unordered_map<int, Brick> bricks_;
+  std::set<int> changed_;
   Scratch rows_{ "the distances from cuts" };
   Scratch distances_{ "the distances from cuts" };
 };

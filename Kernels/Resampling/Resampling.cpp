@@ -111,10 +111,20 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
     this->bricks_.shown(), std::make_tuple(int4(grid.size), int4(flat)));
   const auto boxes =
     std::make_tuple(int4(batch.firstVoxel), int4(batch.bricks.size), int4(batch.firstCell), int4(batch.cells.size));
-  const std::size_t sampled = sizeof(cl_uint) * (this->covers_ ? voxels : 1);
-  const cl::Buffer& covered = this->coverage_.sized(context, sampled);
-  const cl::Buffer& behind = this->behind_.sized(context, sampled);
-  const auto smooth = std::tuple_cat(this->bricks_.cutDistances().arguments(), std::tie(covered, behind));
+  const auto samples = [&](ArgumentList& own)
+  {
+    if (this->covers_)
+    {
+      own.add(this->coverage_.get(), this->behind_.get());
+    }
+  };
+  const auto distances = [&](ArgumentList& own)
+  {
+    if (this->covers_)
+    {
+      own.add(this->bricks_.cutDistances().arguments());
+    }
+  };
   const cl::Buffer& list = this->list_.holding(context, batch.sources);
   const cl::Buffer& places = this->places_.holding(context, batch.places);
   // There is room for the disputes of nearly all scenes. Where more tissue lies over itself it is gone over once more.
@@ -126,12 +136,18 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
     context.queue().enqueueFillBuffer(claims, cl_uint(0xFFFFFFFFu), 0, sizeof(cl_uint) * voxels);
     context.queue().enqueueFillBuffer(disputed, cl_uchar(0), 0, voxels);
     context.queue().enqueueFillBuffer(noted, cl_uint(0), 0, sizeof(cl_uint));
-    context.queue().enqueueFillBuffer(covered, cl_uint(0), 0, sampled);
-    context.queue().enqueueFillBuffer(behind, cl_uint(0), 0, sampled);
+    for (Scratch* scratch : { &this->coverage_, &this->behind_ })
+    {
+      if (this->covers_)
+      {
+        const std::size_t bytes = sizeof(cl_uint) * voxels;
+        context.queue().enqueueFillBuffer(scratch->sized(context, bytes), cl_uint(0), 0, bytes);
+      }
+    }
     // A processor runs the work-items of a group in turn anyway. Where one does all, it knows what it wrote before.
     context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(),
       this->bricks_.width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, disputed, found, noted, room,
-      smooth);
+      distances, samples);
     context.queue().enqueueReadBuffer(noted, CL_TRUE, 0, sizeof(cl_uint), &disputes);
   } while (disputes > room);
   if (disputes > 0)
@@ -139,7 +155,7 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
     context.launchOver(context.kernel("cover.cl", defines, "settle"), disputes, claims, this->disputes_.get(), found);
   }
   context.launch(context.kernel("cover.cl", defines, "leave"), batch.firsts.size(), items, tissue,
-    this->firsts_.holding(context, batch.firsts), claims, found, covered, behind);
+    this->firsts_.holding(context, batch.firsts), claims, found, samples);
   return found;
 }
 
@@ -168,6 +184,15 @@ void Resampling::noteChanges(const OutputFrame& frame)
     {
       const BrickBox box = ranges->shown(brick, frame, whole, beyond);
       box.each(frame.bricks, [&](std::size_t n) { this->changedAt_[n] = now; });
+    }
+  }
+  // Surfaces that cut nothing more may still be nearer than those before.
+  for (const int brick : this->bricks_.cutDistances().takeChanged())
+  {
+    if (this->cuts_ == CutSurfaces::Smooth)
+    {
+      present.shown(brick, frame, true, reachOfCarves)
+        .each(frame.bricks, [&](std::size_t n) { this->changedAt_[n] = now; });
     }
   }
   this->ranges_ = std::move(present);
@@ -229,7 +254,10 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
   // The kernels also have to read the tissue at rest where displaced tissue arrives.
   this->bricks_.know(tissue);
   this->covers_ = cuts == CutSurfaces::Smooth && this->bricks_.anyCut() && this->bricks_.cutDistances().any();
-  this->bricks_.cutDistances().toDevice(this->bricks_.context());
+  if (this->covers_)
+  {
+    this->bricks_.cutDistances().toDevice(this->bricks_.context());
+  }
   this->locateAll(frame, reaches, wanted, checkpoint, visit);
   for (Scratch* scratch :
     { &this->claims_, &this->disputed_, &this->disputes_, &this->offsets_, &this->coverage_, &this->behind_ })

@@ -704,8 +704,13 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
   global const float* displacement, global const float* constraint, global const uchar* cut, int4 size, int4 flat,
   int4 boxFirst, int4 boxBricks, int4 cellsFirst, int4 cellsSize, global const int* places,
   volatile global uint* claims, global uchar* disputed, global float* offsets, volatile global uint* disputes,
-  uint mostDisputes, global const int* distanceRows, global const ushort* distances, volatile global uint* covered,
-  volatile global uint* behind)
+  uint mostDisputes
+#ifdef SMOOTH_CUTS
+  ,
+  global const int* distanceRows, global const ushort* distances, volatile global uint* covered,
+  volatile global uint* behind
+#endif
+)
 {
 #ifdef SMOOTH_CUTS
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut, distanceRows,
@@ -826,7 +831,12 @@ RULE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, global const uint
 // coverage, as bits of a float.
 kernel void leave(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
-  global const uint* claims, global float* offsets, global uint* covered, global const uint* behind)
+  global const uint* claims, global float* offsets
+#ifdef SMOOTH_CUTS
+  ,
+  global uint* covered, global const uint* behind
+#endif
+)
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
   const int3 first = firsts[get_group_id(0)].xyz;

@@ -288,6 +288,16 @@ TEST(CutSurfaces, ChangesAloneGiveTheWholePicture)
     number = simulation.resample(none, follow, number, CutSurfaces::Smooth).number;
     expectWhole();
   }
+  // A blade beside the first one, which cuts nothing more in the lower half, is nearer there.
+  Halves beside = halves;
+  beside.height += 0.3;
+  probes[1].displacement = halves.shift;
+  simulation.hold(probes);
+  simulation.propagate(0);
+  number = simulation.resample(none, follow, number, CutSurfaces::Smooth).number;
+  simulation.cut(beside.blade());
+  number = simulation.resample(none, follow, number, CutSurfaces::Smooth).number;
+  expectWhole();
   simulation.carve(sphere({ 8.1, 9.3, 8.7 }, 3.6, 20, 30));
   number = simulation.resample(none, follow, number, CutSurfaces::Smooth).number;
   expectWhole();
