@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <mutex>
 #include <sstream>
 #include <thread>
@@ -21,6 +22,13 @@ constexpr std::size_t fewestBytesOfPages = std::size_t(1) << 20;
 
 /// To wait until a device has read a few values takes longer than all else, so it gets a copy. More are copied in vain.
 constexpr std::size_t mostBytesCopied = std::size_t(1) << 17;
+
+/// OpenCL does not promise that an event which is asked again and again ever says that it is complete. After so long we
+/// wait for it, without telling anybody that something is being compiled.
+constexpr std::chrono::minutes longestAsking(2);
+
+/// Copies live until something waits for the queue; with more bytes than this nothing else is waited for.
+constexpr std::size_t mostBytesOfCopies = std::size_t(1) << 23;
 
 std::string megabytes(std::size_t bytes)
 {
@@ -128,19 +136,45 @@ void Context::write(const cl::Buffer& buffer, std::size_t offset, const char* va
     this->queue_.enqueueWriteBuffer(buffer, CL_TRUE, offset, bytes, values);
     return;
   }
-  using Copy = std::vector<char>;
-  auto copy = std::make_unique<Copy>(values, values + bytes);
-  cl::Event written;
-  this->queue_.enqueueWriteBuffer(buffer, CL_FALSE, offset, bytes, copy->data(), nullptr, &written);
+  Copy copy(values, values + bytes);
+  this->queue_.enqueueWriteBuffer(buffer, CL_FALSE, offset, bytes, copy.data());
+  bool areTooMany;
+  {
+    const std::lock_guard<std::mutex> lock(this->copiesMutex_);
+    this->bytesOfCopies_ += bytes;
+    areTooMany = this->bytesOfCopies_ > mostBytesOfCopies;
+    this->copies_.push_back(std::move(copy));
+  }
+  if (areTooMany)
+  {
+    this->letCopiesGo([this] { this->queue_.finish(); });
+  }
+}
+
+void Context::read(const cl::Buffer& buffer, std::size_t bytes, void* values)
+{
+  this->letCopiesGo([&] { this->queue_.enqueueReadBuffer(buffer, CL_TRUE, 0, bytes, values); });
+}
+
+/// Lets the copies go that were made before, once `wait` has waited for the queue.
+void Context::letCopiesGo(const std::function<void()>& wait)
+{
+  std::vector<Copy> copies;
+  {
+    const std::lock_guard<std::mutex> lock(this->copiesMutex_);
+    copies.swap(this->copies_);
+    this->bytesOfCopies_ = 0;
+  }
   try
   {
-    written.setCallback(
-      CL_COMPLETE, [](cl_event, cl_int, void* data) { delete static_cast<Copy*>(data); }, copy.get());
-    copy.release();
+    wait();
   }
-  catch (const cl::Error&) // a driver that does not tell when it is done
+  catch (...)
   {
-    this->queue_.finish();
+    // Nobody knows whether the device has read them.
+    const std::lock_guard<std::mutex> lock(this->copiesMutex_);
+    std::move(copies.begin(), copies.end(), std::back_inserter(this->copies_));
+    throw;
   }
 }
 
@@ -190,12 +224,18 @@ void Context::enqueue(const Kernel& kernel, std::size_t groups, std::size_t item
   }
   try
   {
+    const auto latest = std::chrono::steady_clock::now() + longestAsking;
     WhileCompiling::wait(
       [&](std::chrono::microseconds time)
       {
         std::this_thread::sleep_for(std::min(time, std::chrono::microseconds(5000)));
-        return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() <= CL_COMPLETE;
+        return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() <= CL_COMPLETE ||
+               std::chrono::steady_clock::now() > latest;
       });
+    if (event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() > CL_COMPLETE)
+    {
+      event.wait();
+    }
   }
   catch (...)
   {

@@ -10,7 +10,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -123,7 +125,7 @@ public:
   {
     if (!values.empty())
     {
-      this->queue_.enqueueReadBuffer(buffer, CL_TRUE, 0, sizeof(T) * values.size(), values.data());
+      this->read(buffer, sizeof(T) * values.size(), values.data());
     }
   }
 
@@ -151,7 +153,12 @@ public:
   };
 
 private:
+  /// Values that the device may not have read yet.
+  using Copy = std::vector<char>;
+
   void write(const cl::Buffer& buffer, std::size_t offset, const char* values, std::size_t bytes);
+  void read(const cl::Buffer& buffer, std::size_t bytes, void* values);
+  void letCopiesGo(const std::function<void()>& wait);
   void unmap(const cl::Buffer& buffer, void* values) noexcept;
   void enqueue(const Kernel& kernel, std::size_t groups, std::size_t items);
   struct Lease;
@@ -172,6 +179,10 @@ private:
   };
   std::shared_ptr<BytesInUse> inUse_ = std::make_shared<BytesInUse>(); ///< shared with buffers, which may live longer
   std::shared_ptr<Pages> pages_ = std::make_shared<Pages>();           ///< so are these
+
+  std::mutex copiesMutex_;
+  std::vector<Copy> copies_;
+  std::size_t bytesOfCopies_ = 0;
 };
 
 /// A small buffer that keeps its memory between uses and grows when it must. What it holds at first in each use is
