@@ -68,6 +68,19 @@ std::vector<std::string> ChainMailPresetNames()
 }
 
 //------------------------------------------------------------------------------
+bool ChainMailPresetIsInHounsfieldUnits(const std::string& name)
+{
+  for (const Json::Value& preset : presetsOfThePlugin())
+  {
+    if (preset["Name"].asString() == name)
+    {
+      return preset["RGBPoints"][0].asDouble() < 0.0;
+    }
+  }
+  return false;
+}
+
+//------------------------------------------------------------------------------
 void ChainMailAddPresets()
 {
   switch (vtkProcessModule::GetProcessType())

@@ -19,4 +19,9 @@ void ChainMailAddPresets();
  */
 std::vector<std::string> ChainMailPresetNames();
 
+/**
+ * Whether the preset of this name is for CT, in Hounsfield units; the others go from 0, air, to 1, the brightest.
+ */
+bool ChainMailPresetIsInHounsfieldUnits(const std::string& name);
+
 #endif

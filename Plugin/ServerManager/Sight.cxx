@@ -335,7 +335,9 @@ bool Sight::FindSpot()
   {
     return false;
   }
-  this->HeldFaces = this->FindHeldFaces();
+  // Tissue is held where the image ends, and what is close to there hardly moves.
+  const std::array<double, 6> cutOff = this->GetSharesCutOff();
+  std::transform(cutOff.begin(), cutOff.end(), this->HeldFaces.begin(), [](double share) { return share > 0.0; });
   const double step = this->GetStep();
   if (this->FindSpot(this->Middle, step, false))
   {
@@ -485,8 +487,7 @@ void Sight::Avoid(const std::string& input)
   }
 }
 
-/// Which faces of the image tissue touches. It is held there, and what is close to it hardly moves.
-std::array<bool, 6> Sight::FindHeldFaces() const
+std::array<double, 6> Sight::GetSharesCutOff() const
 {
   constexpr int across = 12;
   const auto& b = this->Bounds;
@@ -510,13 +511,14 @@ std::array<bool, 6> Sight::FindHeldFaces() const
     }
   }
   const std::vector<double> shares = this->Cast(rays, false);
-  std::array<bool, 6> held{};
+  std::array<double, 6> cutOff{};
   for (std::size_t n = 0; n < shares.size(); ++n)
   {
     const std::size_t face = n / (across * across);
-    held[face] = held[face] || (shares[n] >= 0.0 && b[2 * (face / 2)] < b[2 * (face / 2) + 1]); // not of a slice
+    const bool isOfASlice = b[2 * (face / 2)] >= b[2 * (face / 2) + 1];
+    cutOff[face] += shares[n] >= 0.0 && !isOfASlice ? 1.0 / (across * across) : 0.0;
   }
-  return held;
+  return cutOff;
 }
 
 /// How far a place is from the faces that hold tissue. Negative where it is outside.

@@ -51,6 +51,9 @@ public:
   /// Keeps spots away from what is connected to an input of the deformation. To be called before FindSpot().
   void Avoid(const std::string& input);
 
+  /// How much of each face of the image (x, x, y, y, z, z) tissue touches, and so is cut off by, from 0 to 1.
+  std::array<double, 6> GetSharesCutOff() const;
+
   /// Parallel rays along the view around its middle, the nearest to it first: 6 numbers each, its two ends.
   std::vector<double> GetRays() const;
 
@@ -78,7 +81,6 @@ private:
   std::vector<double> RaysAround(const Place& middle, double step) const;
   double GetStep() const;
   void KeepFree();
-  std::array<bool, 6> FindHeldFaces() const;
   double DepthOf(const Place& place) const;
   std::vector<double> Cast(const std::vector<double>& rays, bool asSeen) const;
 

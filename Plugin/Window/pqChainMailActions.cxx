@@ -4,6 +4,7 @@
 #include "ChainMailPresets.h"
 #include "Probes.h"
 #include "pqChainMailDrag.h"
+#include "pqChainMailLook.h"
 #include "pqChainMailPipeline.h"
 #include "pqChainMailStop.h"
 #include "pqChainMailTurnBone.h"
@@ -47,6 +48,7 @@
 #include <QScrollArea>
 #include <QSet>
 
+#include <array>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -100,6 +102,22 @@ QSet<pqProxy*> SelectedTools()
     tools.insert(source);
   }
   return tools;
+}
+
+/// Turns a view that is still as ParaView opens it, along z, to the patient's front: from above one sees the crown. The
+/// front is where y is least or, where the image cuts off more tissue there, the other side. A stack of few slices,
+/// which is thin from there, is left as it is.
+void LookFromTheFront(pqRenderView* view, const vtkChainMail::Sight& sight)
+{
+  const std::array<double, 6>& bounds = sight.GetBounds();
+  const bool isThin = bounds[5] - bounds[4] < 0.3 * (bounds[3] - bounds[2]);
+  const bool isAsOpened = sight.ToWorld({ { 0, 0, 1 } }) == vtkChainMail::Place{ { 0, 0, 1 } } &&
+                          sight.ToWorld({ { 0, 1, 0 } }) == vtkChainMail::Place{ { 0, 1, 0 } };
+  if (isAsOpened && !isThin)
+  {
+    const std::array<double, 6> cutOff = sight.GetSharesCutOff();
+    view->resetViewDirection(0, cutOff[2] > cutOff[3] ? -1 : 1, 0, 0, 0, 1);
+  }
 }
 
 /// ParaView's chooser shows the presets of the group Default at first. It would save with the user's settings who is in
@@ -199,6 +217,9 @@ void pqChainMailActions::addMenu()
   menu->setObjectName("menuTissue");
   menu->addActions(this->actions());
   menu->addSeparator();
+  QMenu* looks = pqChainMailLook::MakeMenu();
+  looks->setParent(menu, looks->windowFlags());
+  menu->addMenu(looks);
   QAction* example = menu->addAction(tr("Open Example"), this, &pqChainMailActions::openExample);
   example->setObjectName("actionOpenExample");
   example->setStatusTip(tr("Make a forearm, as a CT scanner would see it, and grab its tissue."));
@@ -367,6 +388,11 @@ void pqChainMailActions::grab()
   }
   vtkSMSessionProxyManager* manager = scan->getServer()->proxyManager();
   vtkChainMail::Sight sight(manager);
+  if (!look && view->getNumberOfVisibleDataRepresentations() == 1)
+  {
+    LookFromTheFront(view, sight);
+    sight = vtkChainMail::Sight(manager);
+  }
   if (!sight.FindSpot())
   {
     qCritical("There is no tissue in this scan: all of it is as dark as air.");

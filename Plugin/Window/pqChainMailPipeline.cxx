@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pqChainMailPipeline.h"
 
+#include "pqChainMailLook.h"
+
 #include "pqActiveObjects.h"
 #include "pqApplicationCore.h"
 #include "pqOutputPort.h"
@@ -9,9 +11,7 @@
 #include "pqServerManagerModel.h"
 #include "pqView.h"
 
-#include "vtkChainMailScanStatistics.h"
 #include "vtkNew.h"
-#include "vtkPVChainMailScanInformation.h"
 #include "vtkPVDataInformation.h"
 #include "vtkSMParaViewPipelineControllerWithRendering.h"
 #include "vtkSMPropertyHelper.h"
@@ -19,8 +19,6 @@
 #include "vtkSMRepresentationProxy.h"
 #include "vtkSMSessionProxyManager.h"
 #include "vtkSMSourceProxy.h"
-#include "vtkSMTransferFunctionPresets.h"
-#include "vtkSMTransferFunctionProxy.h"
 #include "vtkSMViewProxy.h"
 
 #include <cstring>
@@ -28,39 +26,6 @@
 
 namespace
 {
-/// Gives a volume that is taken for CT the look of a preset of the plugin, where that is there.
-void LookLikeCT(pqOutputPort* scan, vtkSMProxy* shown, const std::string& preset)
-{
-  vtkSMPropertyHelper coloured(shown, "ColorArrayName", true);
-  const char* name = coloured.GetNumberOfElements() == 5 ? coloured.GetAsString(4) : nullptr;
-  auto* presets = vtkSMTransferFunctionPresets::GetInstance();
-  bool isThere = false;
-  for (unsigned int n = 0; n < presets->GetNumberOfPresets(); ++n)
-  {
-    isThere = isThere || presets->GetPresetName(n) == preset;
-  }
-  if (!name || !*name || !isThere)
-  {
-    return;
-  }
-  vtkNew<vtkPVChainMailScanInformation> asked;
-  asked->Gather(scan->getSourceProxy(), scan->getPortNumber(), name);
-  if (asked->GetStatistics()->GetKind() != vtkChainMailScanStatistics::KIND_CT)
-  {
-    return;
-  }
-  for (const char* function : { "LookupTable", "ScalarOpacityFunction" })
-  {
-    vtkSMPropertyHelper helper(shown, function, true);
-    if (helper.GetNumberOfElements() > 0 && helper.GetAsProxy())
-    {
-      vtkSMTransferFunctionProxy::ApplyPreset(helper.GetAsProxy(), preset.c_str(), false);
-    }
-  }
-  vtkSMPropertyHelper(shown, "Shade", true).Set(1);
-  shown->UpdateVTKObjects();
-}
-
 vtkSMViewProxy* activeView()
 {
   pqView* view = pqActiveObjects::instance().activeView();
@@ -137,7 +102,7 @@ void show(vtkSMSourceProxy* deformation, pqOutputPort* scan, vtkSMProxy* look, c
   }
   else if (shown)
   {
-    LookLikeCT(scan, shown, preset);
+    pqChainMailLook::Give(shown, scan, preset);
   }
   controller->Hide(scan->getSourceProxy(), scan->getPortNumber(), view);
 }

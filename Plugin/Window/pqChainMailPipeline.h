@@ -30,8 +30,8 @@ vtkSmartPointer<vtkSMSourceProxy> deform(pqOutputPort* scan, vtkSMProxy* probe);
 /// How the scan is shown in the active view, where that says something of a volume or a slice; else null.
 vtkSMProxy* lookOf(pqOutputPort* scan);
 
-/// Shows a deformation in the active view instead of its scan, with the scan's look or, where that is null
-/// and the scan a CT, that of a preset of the plugin.
+/// Shows a deformation in the active view instead of its scan, with the scan's look or, where that is null, one that
+/// shows its tissue (pqChainMailLook.h).
 void show(vtkSMSourceProxy* deformation, pqOutputPort* scan, vtkSMProxy* look, const std::string& preset);
 
 }
