@@ -26,6 +26,8 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy  # noqa: E4
 from vtkmodules.vtkCommonCore import vtkPoints  # noqa: E402
 from vtkmodules.vtkCommonDataModel import vtkPolyData  # noqa: E402
 
+SCALE = 2  # pixels of a picture for each of a view: most are 1700 to 2600 pixels wide
+
 WHITE, INK, SLATE = (1.0, 1.0, 1.0), (0.10, 0.12, 0.15), (0.93, 0.94, 0.96)
 BLUE, GREEN = (0.05, 0.35, 0.75), (0.10, 0.60, 0.35)
 # Perceptually even, dark to bright (Viridis); what no wave reached is grey.
@@ -138,7 +140,7 @@ class Panel:
     def pixels(self):
         """[row from above, column, rgb], averaged from twice the size, which is smoother and quieter."""
         pv.Render(self.view)
-        window = self.view.CaptureWindow(2)
+        window = self.view.CaptureWindow(2 * SCALE)
         columns, rows, _ = window.GetDimensions()
         fine = vtk_to_numpy(window.GetPointData().GetScalars()).reshape(rows, columns, -1)[::-1, :, :3].astype(float)
         pv.Delete(self.view)
@@ -180,7 +182,7 @@ def write(pixels, path):
             file.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
 
 
-def arrange(rows, gap=6):
+def arrange(rows, gap=6 * SCALE):
     """Rows of panels, with white between them."""
     lines = []
     for panels in rows:
