@@ -69,7 +69,7 @@ class Panel:
 
     def look(self, position, focus, up, angle=24.0):
         view = self.view
-        view.KeyLightElevation, view.KeyLightAzimuth, view.KeyLightIntensity = 45, -22, 1.0
+        view.KeyLightElevation, view.KeyLightAzimuth, view.KeyLightIntensity = 45, -22, 0.85
         view.FillLightKFRatio, view.BackLightKBRatio, view.HeadLightKHRatio = 2.2, 4.0, 6.0
         view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = list(position), list(focus), list(up)
         view.CameraViewAngle = angle
@@ -106,7 +106,8 @@ class Panel:
         return display, table
 
     def volume(self, source, name, colours, opacities, step):
-        display = pv.Show(source, self.view, "UniformGridRepresentation")
+        """Drawn with shading, and without the grain that the edge of the skin has in a scan."""
+        display = pv.Show(pv.ChainMailSmooth(Input=source, StandardDeviation=0.6), self.view, "UniformGridRepresentation")
         display.SetRepresentationType("Volume")
         pv.ColorBy(display, ("POINTS", name))
         table, opacity = pv.GetColorTransferFunction(name), pv.GetOpacityTransferFunction(name)

@@ -7,6 +7,7 @@
 #include "pqActiveObjects.h"
 #include "pqOutputPort.h"
 #include "pqPipelineSource.h"
+#include "pqServer.h"
 #include "pqUndoStack.h"
 #include "pqView.h"
 
@@ -102,6 +103,29 @@ void Choose(const std::string& preset)
   view->render();
 }
 
+/// Shows what is selected through the filter ChainMail Smooth, with the look that it has.
+void Smooth()
+{
+  pqOutputPort* port = pqActiveObjects::instance().activePort();
+  pqView* view = pqActiveObjects::instance().activeView();
+  if (!view || !pqChainMailPipeline::isImage(port))
+  {
+    return;
+  }
+  BEGIN_UNDO_SET(QObject::tr("Smooth for a Picture"));
+  vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
+  const auto smooth = pqChainMailPipeline::create(port->getServer()->proxyManager(), "filters", "ChainMailSmooth");
+  controller->PreInitializeProxy(smooth);
+  vtkSMPropertyHelper(smooth, "Input").Set(port->getSourceProxy(), static_cast<unsigned int>(port->getPortNumber()));
+  controller->PostInitializeProxy(smooth);
+  controller->RegisterPipelineProxy(smooth);
+  pqPipelineSource* source = pqChainMailPipeline::applied(smooth);
+  pqChainMailPipeline::show(smooth, port, pqChainMailPipeline::lookOf(port), "CT skin");
+  pqActiveObjects::instance().setActiveSource(source);
+  END_UNDO_SET();
+  view->render();
+}
+
 }
 
 //------------------------------------------------------------------------------
@@ -164,6 +188,10 @@ QMenu* pqChainMailLook::MakeMenu()
     action->setStatusTip(
       QObject::tr("Show what is selected as a volume, in the colours and opacities of this preset."));
   }
+  menu->addSeparator();
+  QAction* smooth = menu->addAction(QObject::tr("Smooth for a Picture"), [] { Smooth(); });
+  smooth->setStatusTip(QObject::tr("Show what is selected smoothed by three quarters of a voxel, so that skin has no "
+                                   "grain."));
   QObject::connect(menu, &QMenu::aboutToShow, menu,
     [menu]
     {

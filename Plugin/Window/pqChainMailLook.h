@@ -20,8 +20,8 @@ namespace pqChainMailLook
 /// but 0 is seen, in the colours that it has. Nothing happens where the plugin's presets are not there.
 void Give(vtkSMProxy* representation, pqOutputPort* image, const std::string& preset);
 
-/// A menu of the plugin's presets for what is selected and shown in the active view. It shows that as a volume. Presets
-/// in Hounsfield units can be chosen for CT alone.
+/// A menu for what is selected, in the active view: the plugin's presets, which show it as a volume (those in
+/// Hounsfield units only CT), and the filter ChainMail Smooth for a picture.
 QMenu* MakeMenu();
 
 }

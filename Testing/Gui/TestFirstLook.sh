@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # What one sees first of a scan whose scale nobody knows, CT in 8 bits: its surface in the colours of skin, from the front;
-# and of a CT another preset of the plugin, chosen from the menu. Before, the former was a blue fog seen from above.
+# and of a CT another preset of the plugin, chosen from the menu; then both smoothed, with the look that they have. Before,
+# the former was a blue fog seen from above.
 . "$(dirname "${BASH_SOURCE[0]}")/window.sh"
 needs_buttons
 phantom GuiFirstLook 64 56 72
