@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkChainMailSmooth.h"
 
+#include "vtkCellData.h"
 #include "vtkDataArray.h"
 #include "vtkDataObject.h"
 #include "vtkImageCast.h"
@@ -50,20 +51,26 @@ int vtkChainMailSmooth::RequestInformation(vtkInformation*, vtkInformationVector
 int vtkChainMailSmooth::RequestUpdateExtent(
   vtkInformation*, vtkInformationVector** inputs, vtkInformationVector* outputs)
 {
+  vtkInformation* input = inputs[0]->GetInformationObject(0);
+  vtkInformation* output = outputs->GetInformationObject(0);
+  // Of an image in pieces, what a piece needs of the others comes as ghost points; else as a larger part.
+  using Pipeline = vtkStreamingDemandDrivenPipeline;
+  if (output->Get(Pipeline::UPDATE_NUMBER_OF_PIECES()) > 1)
+  {
+    input->Set(Pipeline::UPDATE_NUMBER_OF_GHOST_LEVELS(),
+      output->Get(Pipeline::UPDATE_NUMBER_OF_GHOST_LEVELS()) + this->GetRadius());
+    return 1;
+  }
   int extent[6];
   int whole[6];
-  vtkInformation* input = inputs[0]->GetInformationObject(0);
-  outputs->GetInformationObject(0)->Get(vtkStreamingDemandDrivenPipeline::UPDATE_EXTENT(), extent);
-  input->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), whole);
-  if (extent[0] <= extent[1] && extent[2] <= extent[3] && extent[4] <= extent[5])
+  output->Get(Pipeline::UPDATE_EXTENT(), extent);
+  input->Get(Pipeline::WHOLE_EXTENT(), whole);
+  for (int a = 0; a < 3 && extent[2 * a] <= extent[2 * a + 1]; ++a)
   {
-    for (int a = 0; a < 3; ++a)
-    {
-      extent[2 * a] = std::max(extent[2 * a] - this->GetRadius(), whole[2 * a]);
-      extent[2 * a + 1] = std::min(extent[2 * a + 1] + this->GetRadius(), whole[2 * a + 1]);
-    }
+    extent[2 * a] = std::max(extent[2 * a] - this->GetRadius(), whole[2 * a]);
+    extent[2 * a + 1] = std::min(extent[2 * a + 1] + this->GetRadius(), whole[2 * a + 1]);
   }
-  input->Set(vtkStreamingDemandDrivenPipeline::UPDATE_EXTENT(), extent, 6);
+  input->Set(Pipeline::UPDATE_EXTENT(), extent, 6);
   return 1;
 }
 
@@ -72,9 +79,7 @@ int vtkChainMailSmooth::RequestData(vtkInformation*, vtkInformationVector** inpu
 {
   vtkImageData* image = vtkImageData::GetData(inputs[0]);
   vtkImageData* output = vtkImageData::GetData(outputs);
-  int extent[6];
-  outputs->GetInformationObject(0)->Get(vtkStreamingDemandDrivenPipeline::UPDATE_EXTENT(), extent);
-  if (extent[0] > extent[1] || extent[2] > extent[3] || extent[4] > extent[5])
+  if (image->GetNumberOfPoints() == 0) // a process may have nothing of it
   {
     return 1;
   }
@@ -95,8 +100,18 @@ int vtkChainMailSmooth::RequestData(vtkInformation*, vtkInformationVector** inpu
   smooth->SetInputConnection(cast->GetOutputPort());
   smooth->SetStandardDeviation(this->StandardDeviation);
   smooth->SetRadiusFactor(Reach);
-  smooth->UpdateExtent(extent);
+  smooth->Update();
   output->ShallowCopy(smooth->GetOutput());
   output->GetPointData()->GetScalars()->SetName(array->GetName());
+  // What belongs to other pieces goes on as such.
+  const char* ghosts = vtkDataSetAttributes::GhostArrayName();
+  if (points->GetArray(ghosts))
+  {
+    output->GetPointData()->AddArray(points->GetArray(ghosts));
+  }
+  if (image->GetCellData()->GetArray(ghosts))
+  {
+    output->GetCellData()->AddArray(image->GetCellData()->GetArray(ghosts));
+  }
   return 1;
 }

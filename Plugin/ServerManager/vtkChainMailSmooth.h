@@ -12,6 +12,7 @@
  *
  * It is vtkImageGaussianSmooth, in floats and with the array's name. Voxels within the radius of the image's border
  * take the mean over those that there are. NaN spreads that far, too. An image without point arrays is an error.
+ * Of an image in pieces it asks for ghost points; where these are not given, it does so at the borders of pieces.
  */
 
 #ifndef vtkChainMailSmooth_h
