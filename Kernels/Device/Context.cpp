@@ -138,7 +138,7 @@ void Context::write(const cl::Buffer& buffer, std::size_t offset, const char* va
   }
   Copy copy(values, values + bytes);
   this->queue_.enqueueWriteBuffer(buffer, CL_FALSE, offset, bytes, copy.data());
-  bool areTooMany;
+  bool areTooMany = false;
   {
     const std::lock_guard<std::mutex> lock(this->copiesMutex_);
     this->bytesOfCopies_ += bytes;

@@ -13,7 +13,6 @@
 
 #include "vtkChainMailDeformation.h"
 #include "vtkChainMailScanStatistics.h"
-#include "vtkMath.h"
 #include "vtkNew.h"
 #include "vtkPVChainMailScanInformation.h"
 #include "vtkPiecewiseFunction.h"
@@ -69,7 +68,7 @@ void ShowLabels(vtkSMProxy* opacity)
   if (vtkSMTransferFunctionProxy::GetRange(opacity, range) && range[1] > 1.0)
   {
     const std::vector<double> points = { 0.0, 0.0, 0.5, 0.0, 0.5, 0.0, 0.5, 0.0, 1.0, 0.8, 0.5, 0.0, range[1], 0.8, 0.5,
-      0.0 };
+      0.0 }; // value, opacity, and two of the curve's shape
     vtkSMPropertyHelper(opacity, "Points").Set(points.data(), static_cast<unsigned int>(points.size()));
     opacity->UpdateVTKObjects();
   }
