@@ -366,12 +366,14 @@ def main(arguments):
     # The scan with what is going to happen to it.
     view = make_view(volume, scene, options.image)
     functions = transfer_functions(volume, threshold, is_ct)
-    show_volume(scan, name, functions, scene.step, view)
+    drawn = ChainMailSmooth(Input=scan)  # the pictures alone: files have the values as they are
+    show_volume(drawn, name, functions, scene.step, view)
     plan = show_plan(probes, blade, scene.step, view)
     SaveScreenshot(path("input.png"), view, ImageResolution=list(options.image))
     say("Wrote %s", path("input.png"))
-    for source in [scan] + plan:
+    for source in [drawn] + plan:
         Hide(source, view)
+    drawn = ChainMailSmooth(Input=result)
 
     # Pull without the cut, then with it: the same filter, one input more.
     for label, cuts in (("deformed", []), ("cut", [blade])):
@@ -382,7 +384,7 @@ def main(arguments):
         errors.check("The deformation")
         say("Deformed %s:", "with the cut" if cuts else "without the cut")
         report(deformation, probes, time.time() - begin, scene.step, options.softness)
-        show_volume(result, name, functions, scene.step, view)
+        show_volume(drawn, name, functions, scene.step, view)
         SaveScreenshot(path(label + ".png"), view, ImageResolution=list(options.image))
         SaveData(path(label + ".vti"), proxy=result, DataMode="Binary")  # readable also with a new expat
         say("Wrote %s and %s", path(label + ".png"), path(label + ".vti"))
