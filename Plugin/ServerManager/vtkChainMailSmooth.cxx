@@ -35,6 +35,17 @@ void vtkChainMailSmooth::PrintSelf(ostream& os, vtkIndent indent)
 }
 
 //------------------------------------------------------------------------------
+void vtkChainMailSmooth::SetStandardDeviation(double voxels)
+{
+  const double within = voxels > 0.0 ? std::min(voxels, 4.0) : 0.0; // 0 of NaN, too
+  if (within != this->StandardDeviation)
+  {
+    this->StandardDeviation = within;
+    this->Modified();
+  }
+}
+
+//------------------------------------------------------------------------------
 int vtkChainMailSmooth::GetRadius() const
 {
   return static_cast<int>(std::ceil(Reach * this->StandardDeviation));
@@ -87,7 +98,8 @@ int vtkChainMailSmooth::RequestData(vtkInformation*, vtkInformationVector** inpu
   vtkDataArray* array = points->GetScalars() ? points->GetScalars() : points->GetArray(0);
   if (array == nullptr)
   {
-    vtkErrorMacro("The image has no point array of numbers to smooth.");
+    vtkErrorMacro("The image has no point array of numbers to smooth. If it has cell data, put Cell Data to Point Data "
+                  "before this filter.");
     return 0;
   }
   vtkNew<vtkImageData> scalars;
@@ -100,8 +112,13 @@ int vtkChainMailSmooth::RequestData(vtkInformation*, vtkInformationVector** inpu
   smooth->SetInputConnection(cast->GetOutputPort());
   smooth->SetStandardDeviation(this->StandardDeviation);
   smooth->SetRadiusFactor(Reach);
-  smooth->Update();
-  output->ShallowCopy(smooth->GetOutput());
+  vtkImageAlgorithm* last = cast;
+  if (this->StandardDeviation > 0.0)
+  {
+    last = smooth;
+  }
+  last->Update();
+  output->ShallowCopy(last->GetOutput());
   output->GetPointData()->GetScalars()->SetName(array->GetName());
   // What belongs to other pieces goes on as such.
   const char* ghosts = vtkDataSetAttributes::GhostArrayName();

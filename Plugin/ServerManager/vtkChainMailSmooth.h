@@ -30,10 +30,10 @@ public:
 
   ///@{
   /**
-   * The standard deviation of the Gaussian [voxels], at least 0. By more than 1, wounds lose their colours.
-   * Default: 0.75.
+   * The standard deviation of the Gaussian [voxels], from 0, which smooths nothing, to 4: less and what is no number is
+   * taken for 0, more for 4. By more than 1, wounds lose their colours. Default: 0.75.
    */
-  vtkSetClampMacro(StandardDeviation, double, 0.0, 100.0);
+  void SetStandardDeviation(double voxels);
   vtkGetMacro(StandardDeviation, double);
   ///@}
 
