@@ -74,24 +74,24 @@ void ShowLabels(vtkSMProxy* opacity)
   }
 }
 
-int KindOf(pqOutputPort* image, const std::string& scalars)
+/// What is selected, if it is an image and there is a view to show it in; else null.
+pqOutputPort* SelectedImage()
 {
-  vtkNew<vtkPVChainMailScanInformation> asked;
-  asked->Gather(image->getSourceProxy(), image->getPortNumber(), scalars);
-  return asked->GetStatistics()->GetKind();
+  pqOutputPort* port = pqActiveObjects::instance().activePort();
+  return pqActiveObjects::instance().activeView() && pqChainMailPipeline::isImage(port) ? port : nullptr;
 }
 
 /// Shows what is selected as a volume with the look of a preset.
 void Choose(const std::string& preset)
 {
-  pqOutputPort* port = pqActiveObjects::instance().activePort();
-  pqView* view = pqActiveObjects::instance().activeView();
-  if (!view || !pqChainMailPipeline::isImage(port))
+  pqOutputPort* port = SelectedImage();
+  if (port == nullptr)
   {
     return;
   }
   BEGIN_UNDO_SET(QObject::tr("Choose Look"));
   vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
+  pqView* view = pqActiveObjects::instance().activeView();
   vtkSMProxy* shown = controller->Show(port->getSourceProxy(), port->getPortNumber(), view->getViewProxy());
   if (shown)
   {
@@ -105,9 +105,8 @@ void Choose(const std::string& preset)
 /// Shows what is selected through the filter ChainMail Smooth, with the look that it has.
 void Smooth()
 {
-  pqOutputPort* port = pqActiveObjects::instance().activePort();
-  pqView* view = pqActiveObjects::instance().activeView();
-  if (!view || !pqChainMailPipeline::isImage(port))
+  pqOutputPort* port = SelectedImage();
+  if (port == nullptr)
   {
     return;
   }
@@ -122,7 +121,7 @@ void Smooth()
   pqChainMailPipeline::show(smooth, port, pqChainMailPipeline::lookOf(port), "CT skin");
   pqActiveObjects::instance().setActiveSource(source);
   END_UNDO_SET();
-  view->render();
+  pqActiveObjects::instance().activeView()->render();
 }
 
 }
@@ -194,12 +193,17 @@ QMenu* pqChainMailLook::MakeMenu()
   QObject::connect(menu, &QMenu::aboutToShow, menu,
     [menu]
     {
-      pqOutputPort* port = pqActiveObjects::instance().activePort();
-      const bool isImage = pqActiveObjects::instance().activeView() && pqChainMailPipeline::isImage(port);
-      const bool isCT = isImage && KindOf(port, "") == vtkChainMailScanStatistics::KIND_CT;
+      pqOutputPort* port = SelectedImage();
+      bool isCT = false;
+      if (port)
+      {
+        vtkNew<vtkPVChainMailScanInformation> asked;
+        asked->Gather(port->getSourceProxy(), port->getPortNumber(), "");
+        isCT = asked->GetStatistics()->GetKind() == vtkChainMailScanStatistics::KIND_CT;
+      }
       for (QAction* action : menu->actions())
       {
-        action->setEnabled(isImage && (isCT || !ChainMailPresetIsInHounsfieldUnits(action->text().toStdString())));
+        action->setEnabled(port && (isCT || !ChainMailPresetIsInHounsfieldUnits(action->text().toStdString())));
       }
     });
   return menu;

@@ -47,6 +47,19 @@ box = tuple(slice(a, b + 1) for a, b in zip(low[::-1], high[::-1]))
 wanted = tuple(slice(a - c, b - c) for a, b, c in zip((2, 0, 3), (9, 5, 8), low[::-1]))
 require((vtk_to_numpy(part.GetPointData().GetScalars()).reshape(found[box].shape)[wanted] == found[2:9, 0:5, 3:8]).all(), "a part differs")
 
+
+def smoothed_by(deviation):
+    smooth.StandardDeviation = deviation
+    smooth.UpdatePipeline()
+    scalars = smooth.GetClientSideObject().GetOutputDataObject(0).GetPointData().GetScalars()
+    return vtk_to_numpy(scalars).reshape(values.shape).copy()
+
+
+for nothing in (0, -3, float("nan")):
+    require((smoothed_by(nothing) == values).all(), "%s smooths something", nothing)
+most = smoothed_by(4)
+require((smoothed_by(1e9) == most).all() and 0 < most.std() < smoothed_by(1.5).std() < found.std(), "1e9 is not taken for 4")
+
 # --- Grain: what is finer than 8 pixels on the skin of the example in Gallery.md, in ParaView's own light
 
 scene = scenes.opened_limb()
