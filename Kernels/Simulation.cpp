@@ -74,7 +74,8 @@ public:
   RigidClusters& rigidClusters();
   Statistics measure();
   double energy();
-  Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts);
+  Resampled resample(
+    const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail);
   Bricks& voxels();
 
   /// Runs a public call.
@@ -586,19 +587,29 @@ Statistics Simulation::Impl::measure()
 }
 
 Resampled Simulation::Impl::resample(
-  const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts)
+  const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail)
 {
-  for (const int p : padding)
+  if (detail.finer < 1 || detail.finer > OutputDetail::most)
   {
-    if (p < 0)
+    throw InputError("The output can be 1 to " + std::to_string(OutputDetail::most) +
+                     " times as fine as the image, not " + std::to_string(detail.finer) + " times.");
+  }
+  for (int a = 0; a < 3; ++a)
+  {
+    if (padding[a] < 0)
     {
       throw InputError("The padding of the output must not be negative.");
+    }
+    const std::int64_t most = detail.finer * (std::int64_t(this->model_->grid().size[a]) + padding[a]);
+    if (most > std::numeric_limits<int>::max())
+    {
+      throw InputError("The output has too many voxels along an axis: choose less padding, or voxels less fine.");
     }
   }
   this->voxels();
   const WhileCompiling report([this] { this->reportCompiling(true); });
   return this->resampling_.run(
-    padding, since, cuts, [this](double share) { this->checkpoint(share); }, visit);
+    padding, since, cuts, detail, [this](double share) { this->checkpoint(share); }, visit);
 }
 
 Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& settings)
@@ -770,10 +781,10 @@ void Simulation::links(std::uint8_t* out, bool ofPictures) const
   this->impl_->readout_.links(out, ofPictures);
 }
 
-Resampled Simulation::resample(
-  const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts) const
+Resampled Simulation::resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts,
+  const OutputDetail& detail) const
 {
-  return this->impl_->called([&] { return this->impl_->resample(padding, visit, since, cuts); });
+  return this->impl_->called([&] { return this->impl_->resample(padding, visit, since, cuts, detail); });
 }
 
 }

@@ -195,13 +195,14 @@ public:
   void links(std::uint8_t* out, bool ofPictures = false) const;
 
   /// Finds where the material of each output voxel comes from. Output voxels are those of the grid and `padding` more
-  /// on every side. `visit` gets boxes that do not overlap and that together cover every voxel that may show something
-  /// else than at an earlier resampling with this padding, named by its number; with `since` 0, every voxel that
-  /// changed. Tissue that is displaced by less than a millionth of a voxel on every axis counts as at rest. Throws
-  /// InputError where a padding is negative or there was no such resampling; another way to show cut surfaces than at
-  /// the last one starts anew, as another padding does.
+  /// on every side; `detail` may ask for a part of them, and for more between them. Offsets are in voxels of the grid.
+  /// `visit` gets boxes that do not overlap and that together cover every voxel that may show something
+  /// else than at an earlier resampling with this padding and detail, named by its number; with `since` 0, every voxel
+  /// that changed. Tissue that is displaced by less than a millionth of a voxel on every axis counts as at rest. Throws
+  /// InputError where a padding is negative, the output cannot be as fine or there was no such resampling; another way
+  /// to show cut surfaces than at the last one starts anew, as another padding or detail does.
   Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since = 0,
-    CutSurfaces cuts = CutSurfaces::Stepped) const;
+    CutSurfaces cuts = CutSurfaces::Stepped, const OutputDetail& detail = {}) const;
 
 private:
   class Impl;

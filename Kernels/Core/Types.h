@@ -183,7 +183,7 @@ enum class CutSurfaces
 /// material at voxel y came from y + offset. 0: y shows what it showed before. NaN: tissue left y and none came.
 struct ResampledBox
 {
-  Index3 first{}; ///< lowest voxel, in the grid's indices; may be negative when the output is padded
+  Index3 first{}; ///< lowest voxel, in indices of the output (OutputDetail); may be negative when that is padded
   Index3 size{};
   const float* offset = nullptr; ///< of the lowest voxel
   Index3 step{};                 ///< floats from there to the offset of the next voxel along each axis
@@ -224,6 +224,23 @@ struct ResampledBox
       }
     }
   }
+};
+
+/// Which part of an output is made, and how finely. Its voxel `finer` * i lies where voxel i of the grid does.
+struct OutputDetail
+{
+  static constexpr int most = 4;
+
+  int finer = 1; ///< voxels along each axis for one of the grid, 1 to `most`; an axis with a single voxel keeps that
+  /// The lowest and the highest voxel that is made, in the grid's indices. What lies outside the output is left out.
+  Index3 first{ { std::numeric_limits<int>::min(), std::numeric_limits<int>::min(), std::numeric_limits<int>::min() } };
+  Index3 last{ { std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max() } };
+
+  bool operator==(const OutputDetail& other) const
+  {
+    return this->finer == other.finer && this->first == other.first && this->last == other.last;
+  }
+  bool operator!=(const OutputDetail& other) const { return !(*this == other); }
 };
 
 /// Gets some boxes at a time, at least one. What they point to is there until it returns.

@@ -25,9 +25,9 @@ constexpr std::size_t keptBytes = std::size_t(1) << 22;
 /// Claims can tell fewer cells than this apart (resample.clh).
 constexpr std::size_t mostCells = std::size_t(1) << 28;
 
-/// The part of the output brick at `origin` that lies within the output. `offset` is where the brick's own offsets
-/// begin, and `step` how far apart they lie. `coverage` is null, or where that of the brick begins.
-ResampledBox clipped(const OutputFrame& frame, const Index3& origin, const Index3& size, const float* offset,
+/// The part of the output brick at `origin` that is made. `offset` is where the brick's own offsets begin, and `step`
+/// how far apart they lie. `coverage` is null, or where that of the brick begins. Empty where a size is not positive.
+ResampledBox clipped(const OutputFrame& frame, const OutputDetail& detail, const Index3& origin, const float* offset,
   const Index3& step, const float* coverage)
 {
   ResampledBox box;
@@ -36,13 +36,20 @@ ResampledBox clipped(const OutputFrame& frame, const Index3& origin, const Index
   box.coverage = coverage;
   for (int a = 0; a < 3; ++a)
   {
-    box.first[a] = std::max(origin[a], frame.low[a]);
-    box.size[a] = std::min(origin[a] + size[a] - 1, frame.high[a]) - box.first[a] + 1;
-    const int skipped = (box.first[a] - origin[a]) * step[a];
+    const int begin = detail.finer * origin[a];
+    const int end = begin + detail.finer * frame.brickSize[a] - 1;
+    box.first[a] = std::max(begin, detail.finer * std::max(frame.low[a], detail.first[a]));
+    box.size[a] = std::min(end, detail.finer * std::min(frame.high[a], detail.last[a])) - box.first[a] + 1;
+    const int skipped = (box.first[a] - begin) * step[a];
     box.offset += skipped;
     box.coverage = coverage ? box.coverage + skipped / 3 : nullptr;
   }
   return box;
+}
+
+bool isEmpty(const ResampledBox& box)
+{
+  return *std::min_element(box.size.begin(), box.size.end()) <= 0;
 }
 
 cl_int4 int4(const Index3& v)
@@ -96,13 +103,20 @@ Resampling::Batch makeBatch(const Bricks& bricks, const OutputFrame& frame, cons
 
 }
 
+std::size_t Resampling::voxelsPerBrick() const
+{
+  const auto finer = static_cast<std::size_t>(this->detail_.finer);
+  return this->bricks_.elementsPerBrick() * finer * finer * finer;
+}
+
 const cl::Buffer& Resampling::locate(const Batch& batch)
 {
   Context& context = this->bricks_.context();
   const Grid& grid = this->bricks_.model().grid();
-  const std::string defines = this->bricks_.defines(true) + (this->covers_ ? " -DSMOOTH_CUTS" : "");
+  const std::string defines = this->bricks_.defines(true) + (this->covers_ ? " -DSMOOTH_CUTS" : "") +
+                              (this->detail_.finer > 1 ? " -DFINER=" + std::to_string(this->detail_.finer) : "");
   const std::size_t items = this->bricks_.workItems(true);
-  const std::size_t voxels = batch.firsts.size() * this->bricks_.elementsPerBrick();
+  const std::size_t voxels = batch.firsts.size() * this->voxelsPerBrick();
   const Index3 flat{ grid.size[0] == 1, grid.size[1] == 1, grid.size[2] == 1 };
   const cl::Buffer& claims = this->claims_.sized(context, sizeof(cl_uint) * voxels);
   const cl::Buffer& disputed = this->disputed_.sized(context, voxels);
@@ -199,23 +213,23 @@ void Resampling::noteChanges(const OutputFrame& frame)
   this->last_ = now;
 }
 
-Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurfaces cuts,
+Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail,
   const std::function<void(double)>& checkpoint, const BoxVisitor& visit)
 {
   const Grid& grid = this->bricks_.model().grid();
-  const Index3 size = this->bricks_.size();
-  const OutputFrame frame(grid, padding, size);
-  if (this->changedAt_.empty() || padding != this->padding_ || cuts != this->cuts_)
+  const OutputFrame frame(grid, padding, this->bricks_.size());
+  if (this->changedAt_.empty() || padding != this->padding_ || cuts != this->cuts_ || detail != this->detail_)
   {
     this->padding_ = padding;
     this->cuts_ = cuts;
+    this->detail_ = detail;
     this->changedAt_.assign(frame.bricks.voxels(), 0);
     this->first_ = this->last_ + 1;
     this->last_ = 0;
   }
   if (since != 0 && (since < this->first_ || since > this->last_))
   {
-    throw InputError("There was no resampling of number " + std::to_string(since) + " with this padding.");
+    throw InputError("There was no resampling of number " + std::to_string(since) + " with this padding and detail.");
   }
   this->noteChanges(frame);
 
@@ -236,9 +250,14 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
       continue;
     }
     const Index3 origin = frame.origin(n);
+    const ResampledBox box = clipped(frame, detail, origin, rest.data(), {}, nullptr);
+    if (isEmpty(box))
+    {
+      continue;
+    }
     if (!isReached[n])
     {
-      resting.push_back(clipped(frame, origin, size, rest.data(), {}, nullptr));
+      resting.push_back(box);
       continue;
     }
     wanted.push_back(n);
@@ -272,8 +291,9 @@ void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickReac
   const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit)
 {
   const Index3 size = this->bricks_.size();
-  const Index3 step{ 3, 3 * size[0], 3 * size[0] * size[1] };
-  const std::size_t perBrick = this->bricks_.elementsPerBrick();
+  const int finer = this->detail_.finer;
+  const Index3 step{ 3, 3 * finer * size[0], 3 * finer * size[0] * finer * size[1] };
+  const std::size_t perBrick = this->voxelsPerBrick();
   const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
   std::vector<ResampledBox> boxes;
   for (std::size_t begin = 0, end = 0; begin < wanted.size(); begin = end)
@@ -303,7 +323,7 @@ void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickReac
     for (std::size_t n = begin; n < end; ++n)
     {
       const float* offset = offsets.get() + 3 * perBrick * (n - begin);
-      boxes.push_back(clipped(frame, frame.origin(wanted[n]), size, offset, step,
+      boxes.push_back(clipped(frame, this->detail_, frame.origin(wanted[n]), offset, step,
         coverage ? coverage->get() + perBrick * (n - begin) : nullptr));
     }
     visit(boxes);

@@ -17,7 +17,7 @@ public:
   explicit Resampling(Bricks& bricks);
 
   /// See Simulation::resample().
-  Resampled run(const Index3& padding, std::uint64_t since, CutSurfaces cuts,
+  Resampled run(const Index3& padding, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail,
     const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
 
   /// Some bricks of the output that are handled at once.
@@ -33,6 +33,8 @@ public:
   };
 
 private:
+  /// Output voxels of a brick.
+  std::size_t voxelsPerBrick() const;
   void noteChanges(const OutputFrame& frame);
   void locateAll(const OutputFrame& frame, const std::vector<BrickReach>& reaches,
     const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
@@ -46,6 +48,7 @@ private:
   Survey::Look last_ = 0;  ///< and the last
   Index3 padding_{};
   CutSurfaces cuts_ = CutSurfaces::Stepped;
+  OutputDetail detail_;
   bool covers_ = false; ///< whether voxels of this run have a coverage
   Ranges ranges_;       ///< as of the last run
   /// For each brick of the output the last look that found that it may show something else than at the look before.

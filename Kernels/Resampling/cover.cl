@@ -4,12 +4,26 @@
 // Output voxels come in bricks, too. For each brick of a box that starts at voxel `boxFirst` (a multiple of the brick
 // size away from voxel 0), `places` gives its number in the list of bricks that tissue may reach, or -1. A list is
 // handled in batches.
+//
+// With FINER the output has so many voxels along each axis for one of the grid: voxel FINER * i lies where grid point i
+// does. Its bricks are larger by as much, so that both still have the same numbers. Places, displacements and offsets
+// stay in voxels of the grid.
 
 #include "part.clh"
 
+#ifndef FINER
+#define FINER 1
+#endif
+
+// Output voxels along the axes of a brick, and of a whole brick.
+#define OUT_X (FINER * BX)
+#define OUT_Y (FINER * BY)
+#define OUT_Z (FINER * BZ)
+#define OUTPUTS (OUT_X * OUT_Y * OUT_Z)
+
 typedef struct
 {
-  int4 boxFirst, boxBricks;
+  int4 boxFirst, boxBricks; // `boxFirst` is a point of the grid
   int4 cellsFirst, cellsSize; // the box in which cells are counted
   global const int* places;
   volatile global uint* claims; // these three have one value for each voxel of the listed bricks
@@ -34,19 +48,19 @@ typedef struct
 RULE int numberIn(const Output* o, int brick, int offset)
 {
   const int place = o->places[brick];
-  return place >= 0 ? place * ELEMENTS + offset : -1;
+  return place >= 0 ? place * OUTPUTS + offset : -1;
 }
 
 RULE int numberAt(const Output* o, int3 at)
 {
-  const uint3 from = convert_uint3(at - o->boxFirst.xyz); // huge where negative
-  const uint3 brick = from / (uint3)(BX, BY, BZ), offset = from % (uint3)(BX, BY, BZ);
+  const uint3 from = convert_uint3(at - FINER * o->boxFirst.xyz); // huge where negative
+  const uint3 brick = from / (uint3)(OUT_X, OUT_Y, OUT_Z), offset = from % (uint3)(OUT_X, OUT_Y, OUT_Z);
   if (brick.x >= (uint)o->boxBricks.x || brick.y >= (uint)o->boxBricks.y || brick.z >= (uint)o->boxBricks.z)
   {
     return -1;
   }
   return numberIn(o, brick.x + o->boxBricks.x * (brick.y + o->boxBricks.y * brick.z),
-    offset.x + BX * (offset.y + BY * offset.z));
+    offset.x + OUT_X * (offset.y + OUT_Y * offset.z));
 }
 
 // Whether a claim was made by this work-item, which then comes to write after what it wrote before.
@@ -93,15 +107,21 @@ inline bool isTaken(const Output* o, int voxel, uint claim, float3 offset)
 // leave behind is for `leave`.
 inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corners, const float3* u, uint key)
 {
-  for (int n = 0; n < 8; ++n)
+  // The first of the output voxels that are nearer to a grid point than to others.
+  const int3 before = select((int3)(FINER / 2), (int3)(0), t->flat.xyz != 0);
+  for (int n = 0; n < 8 * FINER * FINER * FINER; ++n)
   {
-    const int voxel = corners >> n & 1 ? numberAt(o, cornerAt(t, base, n)) : -1;
-    const bool rests = all(u[n] == 0.0f);
-    if (voxel >= 0 && !rests && all(fabs(u[n]) < 1.0f))
+    const int corner = n % 8, step = n / 8;
+    const int3 steps = (int3)(step % FINER, step / FINER % FINER, step / (FINER * FINER));
+    const int3 at = FINER * cornerAt(t, base, corner) - before + steps;
+    const int voxel = corners >> corner & 1 ? numberAt(o, at) : -1;
+    const float3 way = u[corner];
+    const bool rests = all(way == 0.0f);
+    if (voxel >= 0 && !rests && all(fabs(way) < 1.0f))
     {
-      if (o->claims[voxel] != BORDER + key && isTaken(o, voxel, BORDER + key, -u[n]))
+      if (o->claims[voxel] != BORDER + key && isTaken(o, voxel, BORDER + key, -way))
       {
-        vstore3(-u[n], voxel, o->offsets);
+        vstore3(-way, voxel, o->offsets);
       }
     }
     else if (voxel >= 0)
@@ -123,7 +143,7 @@ inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corner
 #define SAMPLES 31
 #define MIDDLE_SAMPLE 15
 #define AT_SURFACE 0x80000000u
-#define SAMPLED 1.25f // [voxels]
+#define SAMPLED (1.25f / FINER) // [voxels]
 
 // How far from a cell its map tells what lies behind its surface, and how much cells overlap, as each finds its samples by
 // a linear map of its own.
@@ -204,7 +224,8 @@ typedef struct
 } Lanes;
 
 // Takes those voxels that lie in their cells. `cell` is null, or a cell for all lanes of which only the share of one
-// component counts. A cell that `rests` takes no voxels but those of which a part alone lies in it.
+// component counts. A cell that `rests` takes no voxels but those of which a part alone lies in it, and those between
+// grid points where a surface divides it: the grid points alone do not tell `leave` on which side these lie.
 RULE void takeInside(
   const Output* o, const CellMap* map, const Lanes* lanes, const Cell* cell, int component, bool rests)
 {
@@ -243,7 +264,11 @@ RULE void takeInside(
         continue;
       }
     }
-    hits[lane] = hits[lane] && !rests;
+    const bool isDivided = FINER > 1 && samples && cell->isDivided;
+    const bool leaves = isDivided && hits[lane] && rests; // if it lies behind the surface
+    hits[lane] = hits[lane] && (!rests || isDivided);
+#else
+    const bool leaves = false;
 #endif
     const real at[3] = { (real)(place.x), (real)(place.y), (real)(place.z) };
     if (hits[lane] && (!cell || SOME(isShareOf(cell, component, at))))
@@ -255,6 +280,10 @@ RULE void takeInside(
     else
     {
       hits[lane] = 0;
+      if (leaves)
+      {
+        atomic_min(o->claims + lanes->voxel[lane], VACATED);
+      }
     }
   }
   // Each claim would wait for what was written before it.
@@ -367,17 +396,18 @@ inline void coverComponent(
   }
   CellMap map;
   mapOf(corners, (mask)(smooth ? -1 : 0), &map);
-  const int3 base = cell->base, end = o->boxFirst.xyz + o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
+  const int3 base = FINER * cell->base, begin = FINER * o->boxFirst.xyz;
+  const int3 end = begin + o->boxBricks.xyz * (int3)(OUT_X, OUT_Y, OUT_Z) - 1;
   const int3 flat = t->flat.xyz;
-  const int3 first = select(max(convert_int3(ceil(low - around)) + base, o->boxFirst.xyz), base, flat != 0);
-  const int3 last = select(min(convert_int3(floor(high + around)) + base, end), base, flat != 0);
+  const int3 first = select(max(convert_int3(ceil(FINER * (low - around))) + base, begin), base, flat != 0);
+  const int3 last = select(min(convert_int3(floor(FINER * (high + around))) + base, end), base, flat != 0);
   int used = 0;
   for (int3 voxel = first; all(voxel <= last);)
   {
     const int number = numberAt(o, voxel);
     if (number >= 0)
     {
-      const float3 target = convert_float3(voxel - base);
+      const float3 target = convert_float3(voxel - base) * (1.0f / FINER);
       lanes.target[0][used] = target.x;
       lanes.target[1][used] = target.y;
       lanes.target[2][used] = target.z;
@@ -451,6 +481,7 @@ RULE mask areOnePiece(mask corners)
 
 // Cells that may reach more voxels than this are handled one by one.
 #define LONG (4 * WIDTH)
+#define LATTICES (FINER * FINER * FINER)
 
 // The corners of WIDTH cells along x, of which the first is at a place of the part.
 typedef struct
@@ -498,11 +529,34 @@ inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask e
   }
 }
 
-// Takes the voxels that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`, and looks at
-// the voxels `first` to `last` from that cell's lowest corner, where it `moves`. A cell covers about one voxel, which
-// is another for each: all those that may be inside are collected first, and inverted together.
-RULE void takeReached(
-  const Output* o, const CellMap* map, const real* first, const real* last, mask moves, const mask* start, Lanes* lanes)
+// Output voxels of which each lies as far behind a grid point as the others. There are FINER of them along each axis that
+// is not flat, and each has as many voxels as the grid.
+typedef struct
+{
+  int after[3]; // the grid point, counted in output voxels
+} Lattice;
+
+RULE Lattice latticeOf(int number)
+{
+  const Lattice lattice = { { number % FINER, number / FINER % FINER, number / (FINER * FINER) } };
+  return lattice;
+}
+
+RULE float behindGrid(const Lattice* lattice, int axis)
+{
+  return lattice->after[axis] * (1.0f / FINER);
+}
+
+RULE bool hasVoxels(const Lattice* lattice, int4 flat)
+{
+  return !(flat.x && lattice->after[0]) && !(flat.y && lattice->after[1]) && !(flat.z && lattice->after[2]);
+}
+
+// Takes the voxels of a lattice that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`, and
+// looks at the grid points `first` to `last` from that cell's lowest corner, where it `moves`. A cell covers about one
+// voxel, which is another for each: all those that may be inside are collected first, and inverted together.
+RULE void takeReached(const Output* o, const CellMap* map, const Lattice* lattice, const real* first, const real* last,
+  mask moves, const mask* start, Lanes* lanes)
 {
   int most[3], voxels[LONG][WIDTH], count[WIDTH], rounds = 0;
   float targets[LONG][3][WIDTH];
@@ -518,17 +572,21 @@ RULE void takeReached(
   int3 step = (int3)(0, 0, 0);
   while (step.x <= most[0] && step.y <= most[1] && step.z <= most[2])
   {
-    const real target[3] = { first[0] + (float)step.x, first[1] + (float)step.y, first[2] + (float)step.z };
-    const mask may = moves & (target[0] <= last[0]) & (target[1] <= last[1]) & (target[2] <= last[2]);
+    const real point[3] = { first[0] + (float)step.x, first[1] + (float)step.y, first[2] + (float)step.z };
+    const mask may = moves & (point[0] <= last[0]) & (point[1] <= last[1]) & (point[2] <= last[2]);
+    const real target[3] = { point[0] + behindGrid(lattice, 0), point[1] + behindGrid(lattice, 1),
+      point[2] + behindGrid(lattice, 2) };
     const mask within = may & mayBeInside(map, target);
     if (SOME(within))
     {
       float places[3][WIDTH];
       int wanted[WIDTH], brick[WIDTH], offset[WIDTH];
       STORE(within, wanted);
-      const mask x = start[0] + TO_INT(target[0]), y = start[1] + TO_INT(target[1]), z = start[2] + TO_INT(target[2]);
+      const mask x = start[0] + TO_INT(point[0]), y = start[1] + TO_INT(point[1]), z = start[2] + TO_INT(point[2]);
       STORE(x / BX + o->boxBricks.x * (y / BY + o->boxBricks.y * (z / BZ)), brick);
-      STORE((x & (BX - 1)) + BX * ((y & (BY - 1)) + BY * (z & (BZ - 1))), offset);
+      const mask inX = FINER * (x & (BX - 1)) + lattice->after[0], inY = FINER * (y & (BY - 1)) + lattice->after[1];
+      const mask inZ = FINER * (z & (BZ - 1)) + lattice->after[2];
+      STORE(inX + OUT_X * (inY + OUT_Y * inZ), offset);
       UNROLL
       for (int a = 0; a < 3; ++a)
       {
@@ -571,11 +629,25 @@ RULE void takeReached(
   }
 }
 
+// Finds the grid points, from the lowest corner of each of WIDTH cells on, behind which a lattice has voxels between `low`
+// and `high`, and within the box of the output. `start` is where the cells begin in the box, and `end` its last point.
+RULE void boundsOf(const Lattice* lattice, const real* low, const real* high, const mask* start, int3 end, real* first,
+  real* last)
+{
+  UNROLL
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] = max(ceil(low[a] - behindGrid(lattice, a)), TO_FLOAT(-start[a]));
+    last[a] = min(floor(high[a] - behindGrid(lattice, a)), TO_FLOAT((a == 0 ? end.x : a == 1 ? end.y : end.z) - start[a]));
+  }
+}
+
 // Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
 // and has its lowest corner at `base`.
 RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, int3 base, mask elements,
   uint wanted, uint ambiguous, uint smooth)
 {
+  const int4 flat = t->flat;
   Lanes lanes;
   Corners corners;
   const mask number = laneNumbers(), isSmooth = lanesOf(smooth);
@@ -585,29 +657,35 @@ RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, 
   // Voxels are counted from the lowest corner of each cell, and cells from the box of the output.
   const int3 from = base - o->boxFirst.xyz, end = o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
   const mask start[3] = { number + from.x, (mask)(from.y), (mask)(from.z) };
-  real u[3][8], first[3], last[3];
+  real u[3][8], first[3], last[3], low[3], high[3];
   mask moves = (mask)(0);
   UNROLL
   for (int a = 0; a < 3; ++a)
   {
-    real low = (real)(INFINITY), high = (real)(-INFINITY);
+    low[a] = (real)(INFINITY);
+    high[a] = (real)(-INFINITY);
     UNROLL
     for (int n = 0; n < 8; ++n)
     {
       u[a][n] = LOAD(corners.u[a][n]);
       moves |= u[a][n] != 0.0f;
-      low = min(low, u[a][n] + (float)(n >> a & 1));
-      high = max(high, u[a][n] + (float)(n >> a & 1));
+      low[a] = min(low[a], u[a][n] + (float)(n >> a & 1));
+      high[a] = max(high[a], u[a][n] + (float)(n >> a & 1));
     }
-    first[a] = max(ceil(low - SLACK), TO_FLOAT(-start[a]));
+    low[a] -= SLACK;
     // What is handed on is at least this much wide when it is deformed.
-    high += select((real)(SLACK), (real)(-0.5f * HANDED_ON), isSmooth);
-    last[a] = min(floor(high), TO_FLOAT((a == 0 ? end.x : a == 1 ? end.y : end.z) - start[a]));
+    high[a] += select((real)(SLACK), (real)(-0.5f * HANDED_ON), isSmooth);
   }
   moves &= lanesOf(wanted);
   // A cell that a wave has just torn long would keep the others waiting.
-  const real reach = (last[0] - first[0] + 1.0f) * (last[1] - first[1] + 1.0f) * (last[2] - first[2] + 1.0f);
-  const mask isLong = moves & (reach > (float)LONG);
+  mask isLong = (mask)(0);
+  for (int n = 0; n < LATTICES; ++n)
+  {
+    const Lattice lattice = latticeOf(n);
+    boundsOf(&lattice, low, high, start, end, first, last);
+    const real reach = (last[0] - first[0] + 1.0f) * (last[1] - first[1] + 1.0f) * (last[2] - first[2] + 1.0f);
+    isLong |= moves & (reach > (float)LONG);
+  }
   moves &= isLong == 0;
   const mask hasAir = moves & (elements != 255);
   int tooLong[WIDTH], airy[WIDTH];
@@ -622,7 +700,15 @@ RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, 
   }
   CellMap map;
   mapOf(u, isSmooth, &map);
-  takeReached(o, &map, first, last, moves, start, &lanes);
+  for (int n = 0; n < LATTICES; ++n)
+  {
+    const Lattice lattice = latticeOf(n);
+    if (hasVoxels(&lattice, flat))
+    {
+      boundsOf(&lattice, low, high, start, end, first, last);
+      takeReached(o, &map, &lattice, first, last, moves, start, &lanes);
+    }
+  }
   for (int lane = 0; lane < WIDTH && SOME(hasAir); ++lane)
   {
     if (airy[lane])
@@ -755,11 +841,11 @@ kernel void settle(global const uint* claims, global const uint* disputes, globa
 }
 
 // What becomes of a voxel, the place of an element or not, that no tissue has claimed: its offset is NaN where material
-// went away, else 0.
+// went away, else 0. Between grid points it is as at the nearest one.
 inline void leaveVoxel(const Tissue* t, int3 voxel, uint claim, global float* offset)
 {
-  const bool inside = all(voxel >= 0) && all(voxel < t->size.xyz);
-  const uint address = inside ? addressOf(voxel, t->table, t->strideY, t->strideZ) : 0;
+  const bool inside = all(voxel >= 0) && all(voxel <= FINER * (t->size.xyz - 1));
+  const uint address = inside ? addressOf((voxel + FINER / 2) / FINER, t->table, t->strideY, t->strideZ) : 0;
   const bool element = inside && isElement(t, address);
   const bool rests = element && all(displacementAt(t, address) == 0.0f);
   // Tissue that rests is not hidden by the border of other tissue.
@@ -795,7 +881,7 @@ RULE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, global const uint
   {
     return true;
   }
-  if (!inGrid || SOME(low != (int)NOTHING) || SOME(high != (int)NOTHING))
+  if (FINER > 1 || !inGrid || SOME(low != (int)NOTHING) || SOME(high != (int)NOTHING))
   {
     return false;
   }
@@ -839,24 +925,24 @@ kernel void leave(global const int* table, int strideY, int strideZ, uint pitch,
 )
 {
   const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
-  const int3 first = firsts[get_group_id(0)].xyz;
-  claims += get_group_id(0) * (size_t)ELEMENTS;
-  offsets += 3 * get_group_id(0) * (size_t)ELEMENTS;
+  const int3 first = firsts[get_group_id(0)].xyz, begin = FINER * first;
+  claims += get_group_id(0) * (size_t)OUTPUTS;
+  offsets += 3 * get_group_id(0) * (size_t)OUTPUTS;
 #ifdef SMOOTH_CUTS
-  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  for (int n = get_local_id(0); n < OUTPUTS; n += get_local_size(0))
   {
-    global uint* const at = covered + get_group_id(0) * (size_t)ELEMENTS + n;
-    *at = as_uint(coverageOf(*at, behind[get_group_id(0) * (size_t)ELEMENTS + n], claims[n]));
+    global uint* const at = covered + get_group_id(0) * (size_t)OUTPUTS + n;
+    *at = as_uint(coverageOf(*at, behind[get_group_id(0) * (size_t)OUTPUTS + n], claims[n]));
   }
 #endif
 #if WIDTH > 1
   const bool inGrid = all(first >= 0) && all(first < size.xyz);
 #endif
-  for (int n = get_local_id(0) * LEFT_AT_ONCE; n < ELEMENTS; n += get_local_size(0) * LEFT_AT_ONCE)
+  for (int n = get_local_id(0) * LEFT_AT_ONCE; n < OUTPUTS; n += get_local_size(0) * LEFT_AT_ONCE)
   {
 #if WIDTH > 1
     // Nearly all voxels lie where others like them do.
-    const int3 voxel = first + (int3)(n % BX, n / BX % BY, n / (BX * BY));
+    const int3 voxel = begin + (int3)(n % OUT_X, n / OUT_X % OUT_Y, n / (OUT_X * OUT_Y));
     if (leaveAlike(&tissue, voxel, inGrid, claims + n, offsets + 3 * n))
     {
       continue;
@@ -866,7 +952,7 @@ kernel void leave(global const int* table, int strideY, int strideZ, uint pitch,
     {
       if (claims[m] >= BORDER)
       {
-        leaveVoxel(&tissue, first + (int3)(m % BX, m / BX % BY, m / (BX * BY)), claims[m], offsets + 3 * m);
+        leaveVoxel(&tissue, begin + (int3)(m % OUT_X, m / OUT_X % OUT_Y, m / (OUT_X * OUT_Y)), claims[m], offsets + 3 * m);
       }
     }
   }

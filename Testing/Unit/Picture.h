@@ -2,12 +2,13 @@
 
 #include "Scene.h"
 
+#include <algorithm>
 #include <cmath>
 
-/// Everything resample() said, over the padded grid: 0 where it said nothing.
+/// Everything resample() said of the voxels that it makes: 0 where it said nothing.
 struct Picture
 {
-  chainmail::Index3 padding{};
+  chainmail::Index3 first{}; ///< the lowest of them
   chainmail::Index3 size{};
   std::vector<float> offset;
   std::vector<float> coverage; ///< 1 where it said nothing
@@ -15,16 +16,15 @@ struct Picture
 
   std::size_t at(int i, int j, int k) const
   {
-    return static_cast<std::size_t>(i + padding[0]) +
-           static_cast<std::size_t>(size[0]) *
-             ((j + padding[1]) + static_cast<std::size_t>(size[1]) * (k + padding[2]));
+    return static_cast<std::size_t>(i - first[0]) +
+           static_cast<std::size_t>(size[0]) * ((j - first[1]) + static_cast<std::size_t>(size[1]) * (k - first[2]));
   }
   bool contains(int i, int j, int k) const
   {
     const int p[3] = { i, j, k };
     for (int a = 0; a < 3; ++a)
     {
-      if (p[a] < -padding[a] || p[a] >= size[a] - padding[a])
+      if (p[a] < first[a] || p[a] >= first[a] + size[a])
       {
         return false;
       }
@@ -42,11 +42,11 @@ struct Picture
 
   template <typename F> void each(F&& f) const
   {
-    for (int k = -padding[2]; k < size[2] - padding[2]; ++k)
+    for (int k = first[2]; k < first[2] + size[2]; ++k)
     {
-      for (int j = -padding[1]; j < size[1] - padding[1]; ++j)
+      for (int j = first[1]; j < first[1] + size[1]; ++j)
       {
-        for (int i = -padding[0]; i < size[0] - padding[0]; ++i)
+        for (int i = first[0]; i < first[0] + size[0]; ++i)
         {
           f(i, j, k);
         }
@@ -56,13 +56,14 @@ struct Picture
 };
 
 inline Picture resample(const chainmail::Simulation& simulation, const chainmail::Index3& padding = { 0, 0, 0 },
-  chainmail::CutSurfaces cuts = chainmail::CutSurfaces::Stepped)
+  chainmail::CutSurfaces cuts = chainmail::CutSurfaces::Stepped, const chainmail::OutputDetail& detail = {})
 {
   Picture picture;
-  picture.padding = padding;
   for (int a = 0; a < 3; ++a)
   {
-    picture.size[a] = simulation.model().grid().size[a] + 2 * padding[a];
+    const int last = simulation.model().grid().size[a] - 1 + padding[a];
+    picture.first[a] = detail.finer * std::max(-padding[a], detail.first[a]);
+    picture.size[a] = detail.finer * std::min(last, detail.last[a]) - picture.first[a] + 1;
   }
   const std::size_t voxels = static_cast<std::size_t>(picture.size[0]) * picture.size[1] * picture.size[2];
   picture.offset.assign(3 * voxels, 0.0f);
@@ -85,6 +86,6 @@ inline Picture resample(const chainmail::Simulation& simulation, const chainmail
           });
       }
     },
-    0, cuts);
+    0, cuts, detail);
   return picture;
 }
