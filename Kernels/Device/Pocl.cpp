@@ -3,6 +3,7 @@
 #include "KernelSources.h"
 
 #include <cstdint>
+#include <random>
 #include <vector>
 
 namespace chainmail
@@ -30,6 +31,15 @@ std::string fileIn(const std::vector<unsigned char>& binary, const std::string& 
   return length <= all.size() - begin ? all.substr(begin, length) : std::string();
 }
 
+/// An option that no other process has. PoCL keeps a program in a folder that it names by source and options, and asked
+/// for a binary it reads all that lies there: it ends the process where a file goes meanwhile, as those do that another
+/// process, which compiles the same, is still writing.
+std::string optionOfThisProcess()
+{
+  static const std::uint64_t number = std::uint64_t(std::random_device()()) << 32 | std::random_device()();
+  return " -DCHAINMAIL_PROCESS=" + std::to_string(number);
+}
+
 }
 
 bool isPocl(const cl::Device& device)
@@ -46,7 +56,7 @@ std::string poclBitcode(
     const cl::Context context(device);
     const char* const noHeader = " -D_OPENCL_H_"; // Clang's header then takes itself to be included already
     cl::Program program(context, wholeHeader ? source : detail::kernelSource("builtins.clh") + source);
-    program.compile((wholeHeader ? options : options + noHeader).c_str());
+    program.compile((options + (wholeHeader ? "" : noHeader) + optionOfThisProcess()).c_str());
     const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
     const std::string bitcode = binaries.empty() ? std::string() : fileIn(binaries.front(), "/program.bc");
     return bitcode.compare(0, 2, "BC") == 0 ? bitcode : std::string();

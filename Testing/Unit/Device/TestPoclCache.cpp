@@ -211,6 +211,18 @@ TEST_F(PoclCacheTest, IsBesideOtherProgramsAndNothingIsCompiledTwice)
   }
 }
 
+// PoCL ends a process that asks it for bitcode while another one writes to the same folder.
+TEST_F(PoclCacheTest, ProcessesTranslateInFoldersOfTheirOwn)
+{
+  const std::vector<fs::path> kept = filesIn(this->cache, ".clprogram");
+  const std::size_t programs = filesIn(this->cache / "pocl", ".bc").size();
+  ASSERT_FALSE(kept.empty());
+  std::for_each(kept.begin(), kept.end(), [](const fs::path& file) { fs::remove(file); });
+  EXPECT_EQ(energyIn(this->run("poclDeform").output), this->expected);
+  EXPECT_EQ(filesIn(this->cache, ".clprogram").size(), kept.size());
+  EXPECT_GE(filesIn(this->cache / "pocl", ".bc").size(), programs + kept.size());
+}
+
 // The system ends a process that runs half a library, and PoCL one that reads half of a program.
 TEST_F(PoclCacheTest, DamagedFilesAreReplaced)
 {
