@@ -2,8 +2,8 @@
 #include "vtkChainMailDeformation.h"
 
 #include "Private/Exchange.h"
-#include "Private/Grids.h"
 #include "Private/Inputs.h"
+#include "Private/OutputGrid.h"
 #include "Private/Outputs.h"
 #include "Private/Pipeline.h"
 #include "Private/Presets.h"
@@ -485,16 +485,19 @@ int vtkChainMailDeformation::RequestInformation(
     vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1);
   }
 
-  // Offers no more padding than fits. The update will report the error, and nobody asks for an extent beyond all
-  // memory.
-  const int padding = vtkChainMail::FittingPadding(extent, this->OutputPadding);
-  for (int a = 0; a < 3; ++a)
-  {
-    const bool isPadded = extent[2 * a + 1] > extent[2 * a];
-    extent[2 * a] -= isPadded ? padding : 0;
-    extent[2 * a + 1] += isPadded ? padding : 0;
-  }
   deformed->Set(Pipeline::WHOLE_EXTENT(), extent.data(), 6);
+  vtkNew<vtkImageData> image; // where its voxels are
+  vtkChainMail::DescribeImage(input, image);
+  try
+  {
+    const vtkChainMail::OutputGrid grid(this, image);
+    deformed->Set(Pipeline::WHOLE_EXTENT(), grid.ExtentOf(image).data(), 6);
+    deformed->Set(vtkDataObject::SPACING(), grid.SpacingOf(image).data(), 3);
+  }
+  catch (const InputError&)
+  {
+    // The update will report it. It shows the image as it is, and nobody asks for an extent beyond all memory.
+  }
 
   const vtkChainMail::MergedTimes times(inputVector, this->GetNumberOfInputPorts());
   for (vtkInformation* output : { deformed, model })
@@ -572,7 +575,7 @@ int vtkChainMailDeformation::RequestData(
     info->Get(Pipeline::UPDATE_EXTENT(), extent.data());
     if (pieces <= 1)
     {
-      info->Get(Pipeline::WHOLE_EXTENT(), extent.data());
+      internals.Shows.Get(port)->GetExtent(extent.data());
     }
     const auto piece = exchange.Deliver(internals.Shows.Get(port), extent);
     vtkImageData* output = vtkImageData::GetData(info);
@@ -658,6 +661,14 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << "\n";
   os << indent << "BackgroundValue: " << this->BackgroundValue << "\n";
   os << indent << "OutputPadding: " << this->OutputPadding << "\n";
+  os << indent << "OutputMagnification: " << this->OutputMagnification << "\n";
+  os << indent << "UseOutputBounds: " << (this->UseOutputBounds ? "On" : "Off") << "\n";
+  os << indent << "OutputBounds:";
+  for (double bound : this->OutputBounds)
+  {
+    os << " " << bound;
+  }
+  os << "\n";
   os << indent << "SmoothCuts: " << (this->SmoothCuts ? "On" : "Off") << "\n";
   os << indent << "PullBack: " << (this->PullBack ? "On" : "Off") << "\n";
   os << indent << "Device: " << (this->Device.empty() ? "(best)" : this->Device) << "\n";

@@ -603,6 +603,39 @@ public:
 
   ///@{
   /**
+   * How many voxels output 0 has along each axis for one of the input, 1 to 4: voxel 0 stays where it is, the spacing is
+   * divided by this. Between the input's voxels scalars are interpolated, as its resampling does, and where tissue went
+   * and where blades passed is known there, too, so what was deformed, cut or carved looks finer. An axis with a single
+   * voxel keeps that one. There are 8 times as many voxels with 2, and 64 times with 4, in each array; OutputBounds limit
+   * them to where they are wanted. What does not fit into free main memory is an error, which says how much it is.
+   * Default: 1.
+   */
+  vtkSetClampMacro(OutputMagnification, int, 1, 4);
+  vtkGetMacro(OutputMagnification, int);
+  ///@}
+
+  ///@{
+  /**
+   * Whether output 0 is a part of the image: the voxels around the box that OutputBounds give, at most the image with its
+   * padding. All tissue is deformed, whatever is shown. Default: off.
+   */
+  vtkSetMacro(UseOutputBounds, bool);
+  vtkGetMacro(UseOutputBounds, bool);
+  vtkBooleanMacro(UseOutputBounds, bool);
+  ///@}
+
+  ///@{
+  /**
+   * The box that UseOutputBounds asks for: xmin, xmax, ymin, ymax, zmin, zmax [mm, world axes]. Where the image's axes
+   * are oblique, the smallest part of it that holds the box. A box that the image does not meet is an error. Default:
+   * 0 1 0 1 0 1.
+   */
+  vtkSetVector6Macro(OutputBounds, double);
+  vtkGetVector6Macro(OutputBounds, double);
+  ///@}
+
+  ///@{
+  /**
    * Whether cut and carved surfaces are shown where the blade went: a voxel there shows tissue in the share of it that
    * lies on the tissue's side, and BackgroundValue in the rest. So surfaces are smooth at any angle. Off: each voxel
    * shows one or the other, by the element that is nearest, in steps of a voxel. Labels, all arrays with
@@ -706,6 +739,9 @@ private:
   std::vector<std::string> LabelArrays;
   double BackgroundValue;
   int OutputPadding = 0;
+  int OutputMagnification = 1;
+  bool UseOutputBounds = false;
+  double OutputBounds[6] = { 0.0, 1.0, 0.0, 1.0, 0.0, 1.0 };
   bool SmoothCuts = true;
   bool PullBack = false;
   std::string Device;

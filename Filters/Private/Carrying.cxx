@@ -301,8 +301,8 @@ std::vector<std::string> Carrying::Carry(
     return lost;
   }
 
-  const Grids grids{ { { whole[1] - whole[0] + 1, whole[3] - whole[2] + 1, whole[5] - whole[4] + 1 } },
-    { { 0, 0, 0 } } };
+  const chainmail::Index3 size{ { whole[1] - whole[0] + 1, whole[3] - whole[2] + 1, whole[5] - whole[4] + 1 } };
+  const Grids grids(size, {}, {});
   vtkPointData* arrays = input->GetPointData();
   std::vector<std::unique_ptr<ArraySampler>> samplers;
   for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)

@@ -248,13 +248,20 @@ vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Exten
   {
     auto image = vtkSmartPointer<vtkImageData>::New();
     image->ShallowCopy(whole);
-    if (IsEmpty(part))
+    // What is shown after an error need not be what was promised.
+    const Extent there = ExtentOf(whole);
+    bool meets = true;
+    for (int a = 0; a < 3; ++a)
+    {
+      meets = meets && part[2 * a] <= there[2 * a + 1] && there[2 * a] <= part[2 * a + 1];
+    }
+    if (IsEmpty(part) || !meets)
     {
       image->Initialize();
       image->SetExtent(const_cast<int*>(part.data()));
       image->GetFieldData()->ShallowCopy(whole->GetFieldData());
     }
-    else if (!Contains(part, ExtentOf(whole)))
+    else if (!Contains(part, there))
     {
       image->GetPointData()->CopyAllOn();
       image->GetCellData()->CopyAllOn();

@@ -5,6 +5,7 @@
 #define Grids_h
 
 #include "Model.h"
+#include "Types.h"
 
 #include "vtkType.h"
 
@@ -12,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <tuple>
 
 namespace vtkChainMail
 {
@@ -53,44 +55,101 @@ inline int FittingPadding(const std::array<int, 6>& extent, int wanted)
   return wanted;
 }
 
-/// The input's grid and the padded grid of the output. Indices are those of the input, from 0, so output voxels in the
-/// padding have a negative index or one beyond the size.
+/// The input's grid and the output's, which may have padding, be a part of the input, and be finer. Indices of both
+/// count from the input's first voxel on; output voxel Finer * i lies where the input's voxel i does.
 struct Grids
 {
-  std::array<int, 3> Size;
-  std::array<int, 3> Padding;
+  std::array<int, 3> Size;  // of the input
+  std::array<int, 3> First; // of the output: its lowest voxel, and how many there are along each axis
+  std::array<int, 3> Width;
+  int Finer = 1;
+  bool AreCells = false; // and not voxels
 
-  bool IsPadded() const { return this->Padding != std::array<int, 3>{ { 0, 0, 0 } }; }
+  Grids(const chainmail::Index3& size, const chainmail::Index3& padding, const chainmail::OutputDetail& detail)
+    : Size(size)
+    , Finer(detail.finer)
+  {
+    for (int a = 0; a < 3; ++a)
+    {
+      const int first = std::max(-padding[a], detail.first[a]);
+      const int last = std::min(size[a] - 1 + padding[a], detail.last[a]);
+      this->First[a] = detail.finer * first;
+      this->Width[a] = detail.finer * (last - first) + 1;
+    }
+  }
+
+  bool operator==(const Grids& other) const
+  {
+    const auto all = [](const Grids& g) { return std::tie(g.Size, g.First, g.Width, g.Finer, g.AreCells); };
+    return all(*this) == all(other);
+  }
+
+  /// Whether the output's voxels are the input's.
+  bool AreAlike() const { return this->Finer == 1 && this->Width == this->Size && this->First == chainmail::Index3{}; }
   vtkIdType InputVoxels() const { return static_cast<vtkIdType>(this->Size[0]) * this->Size[1] * this->Size[2]; }
-  vtkIdType OutputWidth(int axis) const { return this->Size[axis] + 2 * static_cast<vtkIdType>(this->Padding[axis]); }
-  vtkIdType OutputVoxels() const { return this->OutputWidth(0) * this->OutputWidth(1) * this->OutputWidth(2); }
+  vtkIdType OutputVoxels() const { return static_cast<vtkIdType>(this->Width[0]) * this->Width[1] * this->Width[2]; }
   /// The same for the cells between the voxels.
   Grids Cells() const
   {
     Grids cells = *this;
-    for (int& width : cells.Size)
+    for (int a = 0; a < 3; ++a)
     {
-      width = std::max(width - 1, 1);
+      cells.Size[a] = std::max(cells.Size[a] - 1, 1);
+      cells.Width[a] = std::max(cells.Width[a] - 1, 1);
     }
+    cells.AreCells = true;
     return cells;
   }
   vtkIdType InputId(int i, int j, int k) const
   {
     return i + this->Size[0] * (j + this->Size[1] * static_cast<vtkIdType>(k));
   }
+  vtkIdType OutputId(int i, int j, int k) const
+  {
+    return (i - this->First[0]) +
+           this->Width[0] * ((j - this->First[1]) + this->Width[1] * static_cast<vtkIdType>(k - this->First[2]));
+  }
+
+  /// Where an index of the output lies along an axis, by those of the input.
+  double PlaceOf(int index) const
+  {
+    const double place = this->Finer == 1 ? index : (this->AreCells ? index + 0.5 : index) / this->Finer;
+    return this->AreCells && this->Finer > 1 ? place - 0.5 : place;
+  }
+  /// Whether an output voxel lies where one of the input does.
+  bool IsOnInput(const std::array<int, 3>& voxel) const
+  {
+    return this->Finer == 1 || (voxel[0] % this->Finer == 0 && voxel[1] % this->Finer == 0 &&
+                                 voxel[2] % this->Finer == 0 && !this->AreCells);
+  }
+  /// Whether an output voxel lies within the input.
   bool IsInput(const std::array<int, 3>& voxel) const
   {
     bool is = true;
     for (int a = 0; a < 3; ++a)
     {
-      is = is && voxel[a] >= 0 && voxel[a] < this->Size[a];
+      const int last = this->AreCells ? this->Finer * this->Size[a] - 1 : this->Finer * (this->Size[a] - 1);
+      is = is && voxel[a] >= 0 && voxel[a] <= last;
     }
     return is;
   }
-  vtkIdType OutputId(int i, int j, int k) const
+  /// Calls f(voxel) for the first output voxel of each row along x in a slice k that has some within the input, and
+  /// how many these are.
+  template <typename F> void ForRows(int k, const F& f) const
   {
-    return (i + this->Padding[0]) +
-           this->OutputWidth(0) * ((j + this->Padding[1]) + this->OutputWidth(1) * (k + this->Padding[2]));
+    const int low = std::max(this->First[0], 0);
+    int high = this->First[0] + this->Width[0] - 1;
+    while (high >= low && !this->IsInput({ { high, 0, 0 } }))
+    {
+      --high;
+    }
+    for (int j = this->First[1]; j < this->First[1] + this->Width[1] && low <= high; ++j)
+    {
+      if (this->IsInput({ { low, j, k } }))
+      {
+        f(std::array<int, 3>{ { low, j, k } }, high - low + 1);
+      }
+    }
   }
 };
 

@@ -70,7 +70,7 @@ public:
 
   vtkSmartPointer<vtkAbstractArray> End(std::uint64_t number, bool atRest) override
   {
-    const bool isInput = atRest && !this->G.IsPadded();
+    const bool isInput = atRest && this->G.AreAlike();
     if (!isInput)
     {
       this->MakeOutput();
@@ -211,13 +211,19 @@ private:
     {
       std::copy(this->Background.begin(), this->Background.end(), out);
     }
-    else if (rests)
+    else if (rests && this->G.IsOnInput(voxel))
     {
-      std::copy_n(this->In + this->Components * this->G.InputId(voxel[0], voxel[1], voxel[2]), this->Components, out);
+      const int finer = this->G.Finer;
+      const vtkIdType from = this->G.InputId(voxel[0] / finer, voxel[1] / finer, voxel[2] / finer);
+      std::copy_n(this->In + this->Components * from, this->Components, out);
     }
     else
     {
       this->SampleAt(voxel, offset, out);
+      if (rests && this->HasPadding)
+      {
+        this->KeepPadding(voxel, out);
+      }
     }
     if (coverage < 1.0f && !this->Nearest)
     {
@@ -253,7 +259,7 @@ private:
     {
       const int last = this->G.Size[a] - 1;
       const double place =
-        std::min(std::max(voxel[a] + static_cast<double>(offset[a]), 0.0), static_cast<double>(last));
+        std::min(std::max(this->G.PlaceOf(voxel[a]) + static_cast<double>(offset[a]), 0.0), static_cast<double>(last));
       const int index = static_cast<int>(this->Nearest ? place + 0.5 : place);
       share[a] = this->Nearest ? 0.0 : place - index;
       step[a] = index < last ? this->Step[a] : 0;
@@ -285,6 +291,20 @@ private:
         }
       }
       this->SampleCarefully(corner + c, share, c, out + c);
+    }
+  }
+
+  /// Gives an output voxel that changed nothing the value of the nearest voxel of the input where that is padding.
+  void KeepPadding(const std::array<int, 3>& voxel, T* out) const
+  {
+    const T* nearest = this->In;
+    for (int a = 0; a < 3; ++a)
+    {
+      nearest += static_cast<int>(this->G.PlaceOf(voxel[a]) + 0.5) * this->Step[a];
+    }
+    for (int c = 0; c < this->Components; ++c)
+    {
+      out[c] = this->NotMeasured.Has(static_cast<double>(nearest[c])) ? nearest[c] : out[c];
     }
   }
 
@@ -391,23 +411,34 @@ private:
 
   void CopyInput()
   {
-    if (this->G.IsPadded())
-    {
-      for (vtkIdType v = 0; v < this->G.OutputVoxels(); ++v)
-      {
-        std::copy(this->Background.begin(), this->Background.end(), this->Out + v * this->Components);
-      }
-    }
-    chainmail::inParallel(static_cast<std::size_t>(this->G.Size[2]),
+    chainmail::inParallel(static_cast<std::size_t>(this->G.Width[2]),
       [&](std::size_t slice)
       {
-        const int k = static_cast<int>(slice);
-        for (int j = 0; j < this->G.Size[1]; ++j)
+        const int k = this->G.First[2] + static_cast<int>(slice);
+        const vtkIdType voxels = static_cast<vtkIdType>(this->G.Width[0]) * this->G.Width[1];
+        for (vtkIdType v = 0; v < voxels && !this->G.AreAlike(); ++v)
         {
-          std::memcpy(this->Out + this->Components * this->G.OutputId(0, j, k),
-            this->In + this->Components * this->G.InputId(0, j, k), this->Bytes(this->G.Size[0]));
+          std::copy(this->Background.begin(), this->Background.end(),
+            this->Out + this->Components * (v + voxels * static_cast<vtkIdType>(slice)));
         }
+        this->G.ForRows(k, [&](const std::array<int, 3>& first, int count) { this->CopyRow(first, count); });
       });
+  }
+
+  /// Copies voxels along x that lie within the input, or interpolates between its voxels.
+  void CopyRow(const std::array<int, 3>& first, int count)
+  {
+    if (this->G.Finer == 1)
+    {
+      std::memcpy(this->Out + this->Components * this->G.OutputId(first[0], first[1], first[2]),
+        this->In + this->Components * this->G.InputId(first[0], first[1], first[2]), this->Bytes(count));
+      return;
+    }
+    const float rest[3] = { 0.0f, 0.0f, 0.0f };
+    for (int i = 0; i < count; ++i)
+    {
+      this->SampleVoxel({ { first[0] + i, first[1], first[2] } }, rest, 1.0f);
+    }
   }
 
   void MakeBackground()

@@ -42,22 +42,6 @@ template <typename F> void ForPortions(vtkIdType voxels, const F& f)
     });
 }
 
-/// Gives `output` the grid of the scene's image, with more voxels on every side.
-void CopyGrid(const Scene& scene, const std::array<int, 3>& padding, vtkImageData* output)
-{
-  int extent[6];
-  scene.Image->GetExtent(extent);
-  for (int a = 0; a < 3; ++a)
-  {
-    extent[2 * a] -= padding[a];
-    extent[2 * a + 1] += padding[a];
-  }
-  output->SetOrigin(scene.Image->GetOrigin());
-  output->SetSpacing(scene.Image->GetSpacing());
-  output->SetDirectionMatrix(scene.Image->GetDirectionMatrix());
-  output->SetExtent(extent);
-}
-
 }
 
 const std::array<const char*, 4> Outputs::ModelArrays = { "Displacement", "Element", "Constraint", "Cluster" };
@@ -94,7 +78,7 @@ std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(const Scene& scene)
 bool Outputs::Sampled::operator==(const Sampled& other) const
 {
   const auto all = [](const Sampled& s)
-  { return std::tie(s.Array, s.Time, s.Size, s.Padding, s.Nearest, s.Still, s.SmoothCuts, s.Builds); };
+  { return std::tie(s.Array, s.Time, s.G, s.Nearest, s.Still, s.SmoothCuts, s.Builds); };
   const bool sameBackground =
     this->Background == other.Background || (std::isnan(this->Background) && std::isnan(other.Background));
   return all(*this) == all(other) && sameBackground && this->NotMeasured == other.NotMeasured;
@@ -112,6 +96,7 @@ void Outputs::ChooseSamplers(const Scene& scene)
     const double scalar = engineScalars->GetComponent(voxel, 0);
     return std::isfinite(scalar) && scalar >= threshold && scalar < ceiling;
   };
+  const Grids grids(scene.Tissue.Size, scene.Output.Padding, scene.Output.Detail);
   const std::vector<Sampled> before = std::move(this->Samplers);
   this->Samplers.clear();
   vtkPointData* arrays = scene.Image->GetPointData();
@@ -120,11 +105,9 @@ void Outputs::ChooseSamplers(const Scene& scene)
     vtkAbstractArray* array = arrays->GetAbstractArray(a);
     const std::string name = array->GetName() ? array->GetName() : "";
     const bool isLabel = std::find(scene.LabelArrays.begin(), scene.LabelArrays.end(), name) != scene.LabelArrays.end();
-    Sampled one;
+    Sampled one(grids);
     one.Array = array;
     one.Time = std::max(array->GetMTime(), scene.Image->GetMTime());
-    one.Size = scene.Tissue.Size;
-    one.Padding = scene.Padding;
     one.Nearest = scene.Nearest || isLabel || (array == scene.Scalars && scene.AreLabels) ||
                   array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds();
     one.Still = name == vtkDataSetAttributes::GhostArrayName();
@@ -136,7 +119,6 @@ void Outputs::ChooseSamplers(const Scene& scene)
     one.SmoothCuts = scene.SmoothCuts;
     one.Builds = this->Source.GetBuilds();
     const auto same = std::find(before.begin(), before.end(), one);
-    const Grids grids{ one.Size, one.Padding };
     if (same != before.end())
     {
       one.Sampler = same->Sampler;
@@ -151,7 +133,6 @@ void Outputs::ChooseSamplers(const Scene& scene)
     }
     this->Samplers.push_back(one);
   }
-  const Grids grids{ scene.Tissue.Size, scene.Padding };
   if (!scene.PullBack)
   {
     this->PullBack.reset();
@@ -164,7 +145,11 @@ void Outputs::ChooseSamplers(const Scene& scene)
 
 void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
 {
-  CopyGrid(scene, scene.Padding, output);
+  const Grids grids(scene.Tissue.Size, scene.Output.Padding, scene.Output.Detail);
+  output->SetOrigin(scene.Image->GetOrigin());
+  output->SetSpacing(scene.Output.SpacingOf(scene.Image).data());
+  output->SetDirectionMatrix(scene.Image->GetDirectionMatrix());
+  output->SetExtent(scene.Output.ExtentOf(scene.Image).data());
   this->ChooseSamplers(scene);
   std::vector<ArraySampler*> samplers;
   for (const Sampled& one : this->Samplers)
@@ -181,7 +166,7 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
     since = std::min(since, one->Begin());
   }
   const chainmail::Resampled resampled = this->Source.GetSimulation().resample(
-    scene.Padding,
+    scene.Output.Padding,
     [&](const std::vector<chainmail::ResampledBox>& boxes)
     {
       for (ArraySampler* one : samplers)
@@ -189,12 +174,12 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
         one->Sample(boxes);
       }
     },
-    since, scene.SmoothCuts ? chainmail::CutSurfaces::Smooth : chainmail::CutSurfaces::Stepped);
+    since, scene.SmoothCuts ? chainmail::CutSurfaces::Smooth : chainmail::CutSurfaces::Stepped, scene.Output.Detail);
 
   this->WarnAboutLostArrays(scene.Image);
   if (vtkAbstractArray* ghosts = scene.Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
   {
-    StillArray still(ghosts, Grids{ scene.Tissue.Size, scene.Padding }.Cells());
+    StillArray still(ghosts, grids.Cells());
     still.Begin();
     output->GetCellData()->AddArray(still.End(resampled.number, resampled.atRest));
   }
@@ -211,7 +196,7 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
 
 void Outputs::WriteModel(const Scene& scene, vtkImageData* output)
 {
-  CopyGrid(scene, { { 0, 0, 0 } }, output);
+  output->CopyStructure(scene.Image);
   this->ChooseModelArrays(scene.ModelArrays, output);
   if (scene.PropagationTimes)
   {

@@ -63,16 +63,20 @@ private:
   /// A sampler and all that its output depends on, apart from the deformation.
   struct Sampled
   {
-    vtkAbstractArray* Array; ///< of the input
-    vtkMTimeType Time;
-    std::array<int, 3> Size;
-    std::array<int, 3> Padding;
-    bool Nearest;
-    bool Still;
-    bool SmoothCuts;
+    explicit Sampled(const Grids& grids)
+      : G(grids)
+    {
+    }
+
+    Grids G;
+    vtkAbstractArray* Array = nullptr; ///< of the input
+    vtkMTimeType Time = 0;
+    bool Nearest = false;
+    bool Still = false;
+    bool SmoothCuts = false;
     double Background = vtkMath::Nan();
     PaddingValues NotMeasured;
-    int Builds;
+    int Builds = 0;
     std::shared_ptr<ArraySampler> Sampler;
 
     bool operator==(const Sampled& other) const;

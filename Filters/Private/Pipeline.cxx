@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Pipeline.h"
 
+#include "vtkImageData.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
@@ -67,6 +68,26 @@ void MergedTimes::Tell(vtkInformation* output) const
   if (this->Range[0] <= this->Range[1])
   {
     output->Set(Executive::TIME_RANGE(), this->Range, 2);
+  }
+}
+
+void DescribeImage(vtkInformation* info, vtkImageData* image)
+{
+  if (info->Has(Executive::WHOLE_EXTENT())) // a composite dataset has none
+  {
+    image->SetExtent(info->Get(Executive::WHOLE_EXTENT()));
+  }
+  if (info->Has(vtkDataObject::ORIGIN()))
+  {
+    image->SetOrigin(info->Get(vtkDataObject::ORIGIN()));
+  }
+  if (info->Has(vtkDataObject::SPACING()))
+  {
+    image->SetSpacing(info->Get(vtkDataObject::SPACING()));
+  }
+  if (info->Has(vtkDataObject::DIRECTION()))
+  {
+    image->SetDirectionMatrix(info->Get(vtkDataObject::DIRECTION()));
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+class vtkImageData;
 class vtkInformation;
 class vtkInformationVector;
 
@@ -24,6 +25,9 @@ struct MergedTimes
   std::vector<double> Steps; ///< ascending
   double Range[2];           ///< the first is larger than the second where there are none
 };
+
+/// Gives `image`, which gets no points' data, the place of an image that is still to come, as far as it is known.
+void DescribeImage(vtkInformation* info, vtkImageData* image);
 
 /// Asks for all of all inputs, whatever is asked of the outputs, since a wave can come from anywhere.
 void AskForAll(vtkInformationVector** inputs, int ports);

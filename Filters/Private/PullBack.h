@@ -41,8 +41,7 @@ public:
 
   bool IsFor(const Grids& grids, const Frame& frame, bool smoothCuts, int builds) const
   {
-    return this->G.Size == grids.Size && this->G.Padding == grids.Padding && this->Space == frame &&
-           this->SmoothCuts == smoothCuts && this->Builds == builds;
+    return this->G == grids && this->Space == frame && this->SmoothCuts == smoothCuts && this->Builds == builds;
   }
 
   std::uint64_t Begin() override { return this->Since = this->Buffers.Begin(); }
@@ -97,7 +96,8 @@ private:
     for (int a = 0; a < 3; ++a)
     {
       const double last = this->G.Size[a] - 1.0;
-      const double inside = std::min(std::max(voxel[a] + static_cast<double>(offset[a]), 0.0), last) - voxel[a];
+      const double place = this->G.PlaceOf(voxel[a]);
+      const double inside = std::min(std::max(place + static_cast<double>(offset[a]), 0.0), last) - place;
       way[a] = static_cast<float>(inside * this->Space.GetSpacing()[a]);
     }
     this->Space.VectorToWorld(way, out);
@@ -115,17 +115,13 @@ private:
     {
       return;
     }
-    if (this->G.IsPadded())
-    {
-      std::fill_n(this->Out, 3 * this->G.OutputVoxels(), Nowhere);
-    }
-    chainmail::inParallel(static_cast<std::size_t>(this->G.Size[2]),
+    chainmail::inParallel(static_cast<std::size_t>(this->G.Width[2]),
       [&](std::size_t slice)
       {
-        for (int j = 0; j < this->G.Size[1]; ++j)
-        {
-          std::fill_n(this->Out + 3 * this->G.OutputId(0, j, static_cast<int>(slice)), 3 * this->G.Size[0], 0.0f);
-        }
+        const std::size_t values = 3 * static_cast<std::size_t>(this->G.Width[0]) * this->G.Width[1];
+        std::fill_n(this->Out + values * slice, this->G.AreAlike() ? 0 : values, Nowhere);
+        this->G.ForRows(this->G.First[2] + static_cast<int>(slice), [&](const std::array<int, 3>& first, int count)
+          { std::fill_n(this->Out + 3 * this->G.OutputId(first[0], first[1], first[2]), 3 * count, 0.0f); });
       });
   }
 

@@ -45,30 +45,21 @@ public:
       box.forVoxels(
         [&](const std::array<int, 3>& voxel, const float* offset)
         {
-          if (isAtRest(offset))
-          {
-            return;
-          }
-          const vtkIdType id = this->G.OutputId(voxel[0], voxel[1], voxel[2]);
           if (std::isnan(offset[0]))
           {
-            this->Output->SetTuple(id, 0, this->Background);
-            return;
+            this->Output->SetTuple(this->G.OutputId(voxel[0], voxel[1], voxel[2]), 0, this->Background);
           }
-          int place[3];
-          for (int a = 0; a < 3; ++a)
+          else if (!isAtRest(offset))
           {
-            const double index = std::floor(voxel[a] + static_cast<double>(offset[a]) + 0.5);
-            place[a] = static_cast<int>(std::min(std::max(index, 0.0), static_cast<double>(this->G.Size[a] - 1)));
+            this->SampleAt(voxel, offset);
           }
-          this->Output->SetTuple(id, this->G.InputId(place[0], place[1], place[2]), this->Input);
         });
     }
   }
 
   vtkSmartPointer<vtkAbstractArray> End(std::uint64_t, bool atRest) override
   {
-    if (atRest && !this->G.IsPadded())
+    if (atRest && this->G.AreAlike())
     {
       return this->Input;
     }
@@ -77,6 +68,18 @@ public:
   }
 
 private:
+  void SampleAt(const std::array<int, 3>& voxel, const float* offset)
+  {
+    int place[3];
+    for (int a = 0; a < 3; ++a)
+    {
+      const double index = std::floor(this->G.PlaceOf(voxel[a]) + static_cast<double>(offset[a]) + 0.5);
+      place[a] = static_cast<int>(std::min(std::max(index, 0.0), static_cast<double>(this->G.Size[a] - 1)));
+    }
+    this->Output->SetTuple(
+      this->G.OutputId(voxel[0], voxel[1], voxel[2]), this->G.InputId(place[0], place[1], place[2]), this->Input);
+  }
+
   void MakeOutput()
   {
     if (this->Output)
@@ -96,24 +99,21 @@ private:
     this->Output.TakeReference(this->Input->NewInstance());
     Describe(this->Output, this->Input);
     this->Output->SetNumberOfTuples(this->G.OutputVoxels());
-    if (this->G.IsPadded())
+    for (vtkIdType v = 0; v < this->G.OutputVoxels() && !this->G.AreAlike(); ++v)
     {
-      for (vtkIdType v = 0; v < this->G.OutputVoxels(); ++v)
-      {
-        this->Output->SetTuple(v, 0, this->Background);
-      }
+      this->Output->SetTuple(v, 0, this->Background);
     }
-    for (int k = 0; k < this->G.Size[2]; ++k)
+    const float rest[3] = { 0.0f, 0.0f, 0.0f };
+    for (int k = this->G.First[2]; k < this->G.First[2] + this->G.Width[2]; ++k)
     {
-      for (int j = 0; j < this->G.Size[1]; ++j)
-      {
-        const vtkIdType from = this->G.InputId(0, j, k);
-        const vtkIdType to = this->G.OutputId(0, j, k);
-        for (int i = 0; i < this->G.Size[0]; ++i)
+      this->G.ForRows(k,
+        [&](const std::array<int, 3>& first, int count)
         {
-          this->Output->SetTuple(to + i, from + i, this->Input);
-        }
-      }
+          for (int i = 0; i < count; ++i)
+          {
+            this->SampleAt({ { first[0] + i, first[1], first[2] } }, rest);
+          }
+        });
     }
   }
 

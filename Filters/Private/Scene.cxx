@@ -3,7 +3,6 @@
 
 #include "../vtkChainMailDeformation.h"
 #include "../vtkChainMailScanStatistics.h"
-#include "Grids.h"
 #include "Text.h"
 
 #include "vtkAbstractArray.h"
@@ -181,36 +180,6 @@ vtkDataArray* FindNumbers(const Leaf& leaf, const char* name, int components)
   return numbers;
 }
 
-/// The padding on every side of the image. Throws InputError where the image would become too large by it.
-chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, vtkImageData* image)
-{
-  std::array<int, 6> extent;
-  image->GetExtent(extent.data());
-  const int padding = filter->GetOutputPadding();
-  chainmail::Index3 sides;
-  std::string size;
-  bool isFar = false;
-  for (int a = 0; a < 3; ++a)
-  {
-    const std::int64_t first = extent[2 * a];
-    const std::int64_t last = extent[2 * a + 1];
-    sides[a] = last > first ? padding : 0;
-    size += (a == 0 ? "" : " x ") + std::to_string(last - first + 1 + 2 * sides[a]);
-    isFar = isFar || !IsIndex(first - sides[a]) || !IsIndex(last + sides[a]);
-  }
-  const int fitting = FittingPadding(extent, padding);
-  if (fitting < padding)
-  {
-    throw chainmail::InputError(
-      "With an OutputPadding of " + std::to_string(padding) + " the deformed image would have " +
-      (isFar ? "voxels with indices beyond 2147483646, which integers cannot count"
-             : size + " voxels; at most " + std::to_string(chainmail::Grid::maxVoxels) + " can be handled") +
-      ". Lower it to " + std::to_string(fitting) + " or less" +
-      (isFar ? ", or give the image an extent that begins near 0." : "."));
-  }
-  return sides;
-}
-
 }
 
 Scene::Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const ChosenArray& scalars,
@@ -218,6 +187,7 @@ Scene::Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const Chosen
   : Given(inputs)
   , Image(inputs.Image)
   , Space(inputs.Image)
+  , Output(filter, inputs.Image)
   , Interactive(
       Choice("Mode", filter->GetMode(), { "FromRest", "Interactive" }) == vtkChainMailDeformation::MODE_INTERACTIVE)
   , How(ReadMethod(filter))
@@ -236,7 +206,10 @@ Scene::Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const Chosen
   }
   this->CheckPointArrays();
   this->ReadTissue(filter, scalars, tissueBefore);
-  this->Padding = ReadPadding(filter, inputs.Image);
+  if (this->Output.Detail.finer > 1)
+  {
+    RequireMemory(this->Output, inputs.Image, this->PullBack ? 3 * sizeof(float) : 0);
+  }
   this->ReadRegions();
   this->ReadProbes();
   this->ReadPoses(filter, labels);

@@ -8,6 +8,7 @@
 #include "Frame.h"
 #include "Inputs.h"
 #include "LabelVoxels.h"
+#include "OutputGrid.h"
 #include "Presets.h"
 #include "Surfaces.h"
 
@@ -123,6 +124,7 @@ struct Scene
   const Inputs& Given;
   vtkImageData* Image;
   Frame Space;
+  OutputGrid Output;
   vtkDataArray* Scalars = nullptr; // the image's own array
   TissueSource Tissue;
   vtkSmartPointer<vtkPiecewiseFunction> Function; // a copy of the filter's function
@@ -144,7 +146,6 @@ struct Scene
   bool PropagationTimes;
   bool PullBack;
   bool SmoothCuts;
-  chainmail::Index3 Padding{};
   double BackgroundValue;  // of the scalars
   double LowPadding = 0.0; // up to here scalars are padding, and not tissue
   bool AreLabels = false;  // the scalars

@@ -97,6 +97,9 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
   to->SetInterpolation(from->GetInterpolation());
   to->SetBackgroundValue(from->GetBackgroundValue());
   to->SetOutputPadding(from->GetOutputPadding());
+  to->SetOutputMagnification(from->GetOutputMagnification());
+  to->SetUseOutputBounds(from->GetUseOutputBounds());
+  to->SetOutputBounds(from->GetOutputBounds());
   to->SetPullBack(from->GetPullBack());
   to->SetDevice(from->GetDevice());
   to->SetBrickSize(from->GetBrickSize());
@@ -202,6 +205,15 @@ int TestChainMailUpdates(int, char*[])
   update("OutputPadding", resampled);
   filter->PullBackOn();
   update("PullBack", resampled);
+  filter->SetOutputMagnification(2);
+  update("OutputMagnification", resampled);
+  filter->SetOutputBounds(3.0, 11.0, 2.0, 9.5, 1.0, 8.0);
+  filter->UseOutputBoundsOn();
+  update("OutputBounds", resampled);
+  filter->SetOutputMagnification(1);
+  update("OutputMagnification back", resampled);
+  filter->UseOutputBoundsOff();
+  update("OutputBounds back", resampled);
   filter->SetOutputPadding(0);
   update("OutputPadding back", resampled);
   vtkNew<vtkFloatArray> more;
