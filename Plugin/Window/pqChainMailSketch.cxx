@@ -179,6 +179,7 @@ void pqChainMailSketch::thin()
   this->Thinned->SetSampleRate(step);
   const int padding = vtkSMPropertyHelper(this->Deformation, "OutputPadding").GetAsInt();
   this->Filter->SetOutputPadding((padding + this->Step - 1) / this->Step);
+  this->Filter->SetOutputMagnification(1);
 }
 
 //------------------------------------------------------------------------------

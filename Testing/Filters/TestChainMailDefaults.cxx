@@ -70,14 +70,14 @@ int TestChainMailDefaults(int, char*[])
   };
   const auto word = [&](const std::string& code, const std::string& actual)
   { check.Equal(actual, DocumentedDefault(header, code), "default before " + code); };
-  const auto vector = [&](const int* values, int size)
+  const auto vector = [&](const auto* values, int size)
   {
-    std::string text;
+    std::ostringstream text;
     for (int n = 0; n < size; ++n)
     {
-      text += (n ? " " : "") + std::to_string(values[n]);
+      text << (n ? " " : "") << values[n];
     }
-    return text;
+    return text.str();
   };
   const char* presets[] = { "MATERIAL_FUNCTION", "MATERIAL_CT", "MATERIAL_MR" };
   const char* interpolations[] = { "INTERPOLATION_LINEAR", "INTERPOLATION_NEAREST" };
@@ -125,6 +125,9 @@ int TestChainMailDefaults(int, char*[])
   word("int GetNumberOfLabelArrays()", filter->GetNumberOfLabelArrays() == 0 ? "none" : "some");
   number("BackgroundValue", filter->GetBackgroundValue());
   number("OutputPadding", filter->GetOutputPadding());
+  number("OutputMagnification", filter->GetOutputMagnification());
+  word("vtkGetMacro(UseOutputBounds,", filter->GetUseOutputBounds() ? "on" : "off");
+  word("vtkGetVector6Macro(OutputBounds,", vector(filter->GetOutputBounds(), 6));
   word("vtkGetCharFromStdStringMacro(Device)", "\"" + std::string(filter->GetDevice()) + "\"");
   number("ModelReduction", filter->GetModelReduction());
   word("vtkGetVector3Macro(BrickSize,", vector(filter->GetBrickSize(), 3));
@@ -158,6 +161,10 @@ int TestChainMailDefaults(int, char*[])
   check.Equal(filter->GetOutputPadding(), 0, "OutputPadding from 0");
   filter->SetOutputPadding(1000000);
   check.Equal(filter->GetOutputPadding(), 4096, "OutputPadding to 4096");
+  filter->SetOutputMagnification(0);
+  check.Equal(filter->GetOutputMagnification(), 1, "OutputMagnification from 1");
+  filter->SetOutputMagnification(5);
+  check.Equal(filter->GetOutputMagnification(), 4, "OutputMagnification to 4");
   // A choice that stands for nothing is told by the update (TestChainMailErrors), and printed.
   vtkNew<vtkChainMailDeformation> strange;
   strange->SetMode(7);
@@ -205,6 +212,9 @@ int TestChainMailDefaults(int, char*[])
     { "BackgroundValue", [&] { filter->SetBackgroundValue(-1000.0); } },
     { "BackgroundValue NaN", [&] { filter->SetBackgroundValue(std::nan("")); } },
     { "OutputPadding", [&] { filter->SetOutputPadding(3); } },
+    { "OutputMagnification", [&] { filter->SetOutputMagnification(2); } },
+    { "UseOutputBounds", [&] { filter->UseOutputBoundsOn(); } },
+    { "OutputBounds", [&] { filter->SetOutputBounds(0, 2, 0, 3, 0, 4.5); } },
     { "SmoothCuts", [&] { filter->SmoothCutsOff(); } },
     { "PullBack", [&] { filter->PullBackOn(); } },
     { "Device", [&] { filter->SetDevice("some"); } },
@@ -257,7 +267,7 @@ int TestChainMailDefaults(int, char*[])
       "ConflictPolicy: Latest", "PropagationTimes: On", "ModelArrays: Displacement Element no Constraint Cluster",
       "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "PoissonRatio: 0.3", "RelaxationIterations: 7",
       "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3",
-      "SmoothCuts: Off", "PullBack: On", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
+      "OutputMagnification: 2", "UseOutputBounds: On", "OutputBounds: 0 2 0 3 0 4.5", "SmoothCuts: Off", "PullBack: On", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

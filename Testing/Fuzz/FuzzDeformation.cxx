@@ -366,6 +366,8 @@ struct Good
     filter->ClearLabelArrays();
     filter->SetBackgroundValue(-1.0);
     filter->SetOutputPadding(2);
+    filter->SetOutputMagnification(1);
+    filter->UseOutputBoundsOff();
     filter->SetDevice("");
     filter->SetBrickSize(0, 0, 0);
     filter->SetAbortExecute(0);
@@ -486,6 +488,17 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
     // A padding that nobody's memory holds must be an error; one that just fits would take the machine's.
     const bool line = image->GetNumberOfPoints() > 0 && image->GetDataDimension() < 2;
     filter->SetOutputPadding(line ? chance.of({ 0, 5, 4096, VTK_INT_MAX }) : chance.of({ -2, 0, 0, 1, 3, 12 }));
+  }
+  if (now())
+  {
+    filter->SetOutputMagnification(chance.of({ -1, 1, 1, 2, 3, 9 }));
+    filter->SetUseOutputBounds(chance.oneIn(3));
+    double bounds[6];
+    for (double& bound : bounds)
+    {
+      bound = chance.oneIn(8) ? chance.oddNumber() : chance.of({ -20.0, -3.0, 0.0, 2.0, 5.0, 11.0, 60.0 });
+    }
+    filter->SetOutputBounds(bounds);
   }
   if (chance.oneIn(30))
   {

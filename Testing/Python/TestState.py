@@ -23,7 +23,8 @@ CHANGED = {"MaterialPreset": "Function", "TissueThreshold": 60.0, "AnchorRigid":
            "ConflictPolicy": "Latest", "PropagationTimes": 1, "RelaxationMethod": "Paper",
            "RelaxationPreset": "Accurate", "CoarseToFine": 1,
            "ElasticRecovery": 0.75, "BodyArray": "RTData", "JointSize": 3, "JointConstraint": 0.0, "JointMargin": 5,
-           "ModelArrays": ["Displacement", "Cluster"], "OutputPadding": 2, "SmoothCuts": 0, "PullBack": 1, "BrickSize": [8, 4, 4], "ModelReduction": "2", "LabelArrays": ["RTData"]}
+           "ModelArrays": ["Displacement", "Cluster"], "OutputPadding": 2, "OutputMagnification": 2, "UseOutputBounds": 1,
+           "OutputBounds": [-6.0, 5.0, -4.0, 6.5, -5.0, 4.0], "SmoothCuts": 0, "PullBack": 1, "BrickSize": [8, 4, 4], "ModelReduction": "2", "LabelArrays": ["RTData"]}
 # What the filter did not have at first.
 LATER = {"Mode": "FromRest", "PropagationMethod": "Envelope", "PropagationIterations": 0, "ConflictPolicy": "Limit",
          "PropagationTimes": 0, "RelaxationMethod": "Projected", "RelaxationPreset": "Custom",

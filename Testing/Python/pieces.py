@@ -199,6 +199,12 @@ class Scene:
         filter.CoarseToFine = 0
         filter.Mode = "Interactive"
         show("interactive", filter)
+        filter.OutputMagnification = 2
+        filter.UseOutputBounds = 1
+        filter.OutputBounds = [b for pair in zip(self.at(0.2, 0.3, 0.1), self.at(0.7, 1.2, 0.6)) for b in pair]
+        show("finer, in part", filter)
+        filter.OutputMagnification = 1
+        filter.UseOutputBounds = 0
         probe.Target = [2 * t - p for t, p in zip(probe.Target, probe.Position)]
         show("dragged", filter)
         filter.GetClientSideObject().Modified()

@@ -112,6 +112,7 @@ struct Answer
 Answer apply(Simulation& simulation, const Step& step)
 {
   Answer answer;
+  OutputDetail detail;
   switch (step.kind)
   {
   case Step::Hold:
@@ -155,7 +156,8 @@ Answer apply(Simulation& simulation, const Step& step)
     simulation.setCoarseToFine(step.iterations != 0);
     break;
   case Step::Resample:
-    answer.offsets = resample(simulation, { step.iterations, 0, 1 }).offset;
+    detail.finer = 1 + step.iterations % 2;
+    answer.offsets = resample(simulation, { step.iterations, 0, 1 }, CutSurfaces::Stepped, detail).offset;
     break;
   }
   return answer;
