@@ -105,9 +105,11 @@ class Panel:
         display.SetScalarBarVisibility(self.view, False)
         return display, table
 
-    def volume(self, source, name, colours, opacities, step):
-        """Drawn with shading, and without the grain that the edge of the skin has in a scan."""
-        display = pv.Show(pv.ChainMailSmooth(Input=source, StandardDeviation=0.6), self.view, "UniformGridRepresentation")
+    def volume(self, source, name, colours, opacities, step, finer=1):
+        """Drawn with shading, and without the grain that the edge of the skin has in a scan. `finer`: voxels for one of the
+        scan along each axis."""
+        smooth = pv.ChainMailSmooth(Input=source, StandardDeviation=0.6 * finer)
+        display = pv.Show(smooth, self.view, "UniformGridRepresentation")
         display.SetRepresentationType("Volume")
         pv.ColorBy(display, ("POINTS", name))
         table, opacity = pv.GetColorTransferFunction(name), pv.GetOpacityTransferFunction(name)
@@ -508,6 +510,22 @@ def figure11head(volumes):
     return opened(scene, "MetaImage", eight(SKIN_COLOURS), eight(SKIN_OPACITIES), camera, flat, eight(GREYS), (10, 0, 0))
 
 
+def wound(volumes):
+    """The incision of figure 11 at close quarters, with the scan's voxels and with finer ones where it is."""
+    scene = scenes.opened_limb()
+    focus = np.array(scene.cuts[0][0]) + [0, 14, 34]
+    source, deformation = scenes.open_scene(scene)
+    deformation.UseOutputBounds = 1
+    deformation.OutputBounds = [bound for place in focus for bound in (place - 30.0, place + 30.0)]
+    panels = []
+    for finer, label in ((1, "voxels of the scan"), (3, "OutputMagnification = 3")):
+        deformation.OutputMagnification = finer
+        panel = Panel(440, 300, (0.86, 0.89, 0.93)).look(focus + np.array([30.0, 330.0, 60.0]), focus, (1, 0, 0), 6.0)
+        panel.volume(pv.OutputPort(deformation, 0), "CT", SKIN_COLOURS, SKIN_OPACITIES, 1.0, finer)
+        panels.append(panel.title(label, place=(0.03, 0.04), size=13).pixels())
+    return [panels]
+
+
 def finger(volumes):
     """The same probe on the bone of a fingertip, with bones that slide and with bones that turn."""
     rows = [], []
@@ -654,7 +672,7 @@ def bend(volumes):
     return strip(scene, middle(scene.image) + np.array([-4, 0, 2]), (30.0, -260.0, 60.0), (210, 150), 15.5)
 
 
-pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, finger, bend, hand, jaw, chin, spine, breathing, film]
+pictures = [figure4, figure5, figure6, figure7, figure8, figure9, figure10, figure11, figure11head, wound, finger, bend, hand, jaw, chin, spine, breathing, film]
 needs = {"figure9": "heart_cta.mhd", "figure11head": "head_vhf_ct.mhd", "jaw": "head_vhf_ct.mhd", "chin": "head_vhf_ct.mhd", "spine": "abdomen_labels.mhd", "breathing": "lung/3DCT_lung_baseline_mask.mha"}
 
 

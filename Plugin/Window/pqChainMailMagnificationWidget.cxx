@@ -13,9 +13,9 @@
 #include "vtkSMSourceProxy.h"
 #include "vtkSMUncheckedPropertyHelper.h"
 
-#include <QHBoxLayout>
 #include <QLabel>
 #include <QSpinBox>
+#include <QVBoxLayout>
 
 #include <algorithm>
 #include <array>
@@ -71,14 +71,15 @@ pqChainMailMagnificationWidget::pqChainMailMagnificationWidget(
   : Superclass(proxy, parent)
   , Size(new QLabel(this))
 {
-  auto* box = new QHBoxLayout(this);
+  auto* box = new QVBoxLayout(this);
   box->setContentsMargins(0, 0, 0, 0);
   auto* number = new QSpinBox(this);
   number->setObjectName("Number");
   number->setRange(1, 4);
   box->addWidget(number);
   this->Size->setObjectName("Size");
-  box->addWidget(this->Size, 1);
+  box->addWidget(this->Size);
+  this->Size->setWordWrap(true);
   this->addPropertyLink(number, "value", SIGNAL(valueChanged(int)), property);
   this->setChangeAvailableAsChangeFinished(true);
   for (const char* name :
@@ -114,7 +115,7 @@ void pqChainMailMagnificationWidget::tell()
   const std::array<double, 3> size = SizeOf(this->proxy(), image);
   const double megabytes = 1e-6 * size[0] * size[1] * size[2] * BytesOfVoxel(this->proxy(), image);
   this->Size->setText(
-    tr("%1 x %2 x %3 voxels, %4 %5")
+    tr("%1 x %2 x %3 voxels, %4\u00a0%5")
       .arg(size[0], 0, 'f', 0)
       .arg(size[1], 0, 'f', 0)
       .arg(size[2], 0, 'f', 0)
