@@ -11,10 +11,6 @@
 
 #include "part.clh"
 
-#ifndef FINER
-#define FINER 1
-#endif
-
 // Output voxels along the axes of a brick, and of a whole brick.
 #define OUT_X (FINER * BX)
 #define OUT_Y (FINER * BY)
@@ -140,7 +136,6 @@ inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corner
 // The points are those of a Kronecker sequence (M. Roberts' R3: powers of the root of g^4 = g + 1), the same on both
 // sides of the middle. No plane has many of them, so coverage grows in small steps at any angle. They fill a box of 1.25
 // voxels. By a larger one the gradients of what is shown, by which it is lit, are better, and its colours at a cut worse.
-#define SAMPLES 31
 #define MIDDLE_SAMPLE 15
 #define AT_SURFACE 0x80000000u
 #define SAMPLED (1.25f / FINER) // [voxels]
@@ -150,40 +145,61 @@ inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corner
 #define BEHIND 1.3f
 #define SAMPLE_SLACK 0.03f
 
-// The bits of samples, from `first` on, that have their lane set.
-RULE uint sampleBits(mask set, int first)
+// The bits that any lane has.
+RULE uint bitsOfAll(mask bits)
 {
-  float powers[WIDTH];
+  int lanes[WIDTH], all = 0;
+  STORE(bits, lanes);
+  UNROLL
   for (int lane = 0; lane < WIDTH; ++lane)
   {
-    powers[lane] = 1 << lane;
+    all |= lanes[lane];
   }
-  return (uint)sumOf(select((real)(0.0f), LOAD(powers), set)) << first;
+  return (uint)all;
+}
+
+// The way from the middle of a voxel to WIDTH of its samples, from `first` on, in local coordinates of a cell. `map` is
+// the cell's in all lanes.
+RULE void wayToSamples(const Output* o, const CellMap* map, int first, real* way)
+{
+  const float powers[3] = { 0.81917251f, 0.67104361f, 0.54970048f }; // of 1 / g
+  const float sampling[3] = { o->sampling.x, o->sampling.y, o->sampling.z };
+  real step[3];
+  UNROLL
+  for (int a = 0; a < 3; ++a)
+  {
+    const real along = TO_FLOAT(laneNumbers() + (first - MIDDLE_SAMPLE)) * powers[a];
+    step[a] = (along - floor(along + 0.5f)) * sampling[a];
+  }
+  UNROLL
+  for (int a = 0; a < 3; ++a)
+  {
+    way[a] = step[a] + DOT(map->back[a], step);
+  }
 }
 
 // Samples a voxel: x is its middle, in local coordinates of a cell, and `map` the cell's in all lanes. Returns whether
 // the middle lies behind the cell's surface, and some of the voxel before it.
 inline bool sampleVoxel(const Output* o, const Cell* cell, int component, const CellMap* map, float3 x, int voxel)
 {
-  const float powers[3] = { 0.81917251f, 0.67104361f, 0.54970048f }; // of 1 / g
-  const float middle[3] = { x.x, x.y, x.z }, sampling[3] = { o->sampling.x, o->sampling.y, o->sampling.z };
+  const float middle[3] = { x.x, x.y, x.z };
   const float least[3] = { cell->least.x, cell->least.y, cell->least.z };
   const float most[3] = { cell->most.x, cell->most.y, cell->most.z };
-  uint covered = 0, behind = 0;
+  mask coveredBits = (mask)(0), behindBits = (mask)(0);
   for (int first = 0; first < SAMPLES; first += WIDTH)
   {
-    const mask number = laneNumbers() + first;
-    real step[3], at[3], beyond = (real)(-INFINITY); // the cell's faces
+    const mask number = laneNumbers() + first, bit = (mask)(1) << number;
+    real at[3], beyond = (real)(-INFINITY); // the cell's faces
+#if WIDTH > 1
+    const real* way = map->way[first / WIDTH];
+#else
+    real way[3];
+    wayToSamples(o, map, first, way);
+#endif
     UNROLL
     for (int a = 0; a < 3; ++a)
     {
-      const real along = TO_FLOAT(number - MIDDLE_SAMPLE) * powers[a];
-      step[a] = (along - floor(along + 0.5f)) * sampling[a];
-    }
-    UNROLL
-    for (int a = 0; a < 3; ++a)
-    {
-      at[a] = middle[a] + step[a] + DOT(map->back[a], step);
+      at[a] = middle[a] + way[a];
       at[a] = min(max(at[a], (real)(least[a])), (real)(most[a]));
       beyond = max(beyond, fabs(at[a] - 0.5f) - 0.5f);
     }
@@ -191,15 +207,16 @@ inline bool sampleVoxel(const Output* o, const Cell* cell, int component, const 
     if (cell->isDivided)
     {
       const mask isBehind = distanceOf(cell, component, at) < 0.0f;
-      behind |= sampleBits(isBehind & (beyond <= BEHIND) & (number < SAMPLES), first);
+      behindBits |= select((mask)(0), bit, isBehind & (beyond <= BEHIND) & (number < SAMPLES));
       within &= isBehind == 0;
     }
     else if (!cell->whole)
     {
       within &= isShareOf(cell, component, at);
     }
-    covered |= SOME(within) ? sampleBits(within, first) : 0;
+    coveredBits |= select((mask)(0), bit, within);
   }
+  const uint covered = bitsOfAll(coveredBits), behind = cell->isDivided ? bitsOfAll(behindBits) : 0;
   if (covered)
   {
     atomic_or(o->covered + voxel, covered);
@@ -396,6 +413,12 @@ inline void coverComponent(
   }
   CellMap map;
   mapOf(corners, (mask)(smooth ? -1 : 0), &map);
+#if defined(SMOOTH_CUTS) && WIDTH > 1
+  for (int first = 0; samples && first < SAMPLES; first += WIDTH)
+  {
+    wayToSamples(o, &map, first, map.way[first / WIDTH]);
+  }
+#endif
   const int3 base = FINER * cell->base, begin = FINER * o->boxFirst.xyz;
   const int3 end = begin + o->boxBricks.xyz * (int3)(OUT_X, OUT_Y, OUT_Z) - 1;
   const int3 flat = t->flat.xyz;
