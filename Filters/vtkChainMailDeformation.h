@@ -98,12 +98,12 @@
  *
  * @section vtkChainMailDeformation-outputs Output ports
  *
- * - 0, the deformed image: the input's geometry, extended by OutputPadding, and all its point arrays, each resampled in
- *   its own type. Global ids become an ordinary array. Cell arrays are not passed on, which is warned about once.
- *   With PullBack it also has `PullBack` (3 floats, world axes, [mm]): from a voxel to where its material was at rest,
- * 0 where nothing moved, NaN where there is background. An array of that name in the input is not passed on then.
- * Ghosts and blanks (of voxels and of cells, `vtkGhostType`) belong to the grid and stay where they are; padding has
- * none.
+ * - 0, the deformed image: the input's geometry, extended by OutputPadding, finer by OutputMagnification and limited by
+ *   OutputBounds, and all its point arrays, each resampled in its own type. Global ids become an ordinary array. Cell
+ *   arrays are not passed on, which is warned about once. With PullBack it also has `PullBack` (3 floats, world axes,
+ *   [mm]): from a voxel to where its material was at rest, 0 where nothing moved, NaN where there is background. An
+ *   array of that name in the input is not passed on then. Ghosts and blanks (of voxels and of cells, `vtkGhostType`)
+ *   belong to the grid and stay where they are; padding has none.
  * - 1, the model at rest on the input's grid, with those point arrays that were chosen (ModelArrays): `Displacement`
  *   (3 floats, world axes, [mm]), `Element` (unsigned char: 0 air or carved away, 1 tissue), `Constraint` (float,
  *   fraction of the spacing; 1 component, or 3 along the image's axes; 0 in air) and `Cluster` (int, number of the
@@ -145,6 +145,7 @@
  * stiffness depends on the directions of the grid. With constraints above 1/3, or between flaps that a cut separates,
  * tissue can fold over itself; the resampling then shows one layer. Cut surfaces are shown in steps of a voxel where
  * two of them meet in a cell, and vtkChainMailCarry goes by these steps. There may be at most 2^31 voxels with padding.
+ * OutputMagnification shows displacements and cuts finer; between the scan's voxels its values are interpolated.
  * More processes make it neither faster nor the image larger. A knife that moves between two updates works where
  * updates find it, not along its way. A saved pipeline has no state of MODE_INTERACTIVE: it starts from rest.
  * @sa vtkChainMailProbeSource vtkChainMailCarry
@@ -603,12 +604,11 @@ public:
 
   ///@{
   /**
-   * How many voxels output 0 has along each axis for one of the input, 1 to 4: voxel 0 stays where it is, the spacing is
-   * divided by this. Between the input's voxels scalars are interpolated, as its resampling does, and where tissue went
-   * and where blades passed is known there, too, so what was deformed, cut or carved looks finer. An axis with a single
-   * voxel keeps that one. There are 8 times as many voxels with 2, and 64 times with 4, in each array; OutputBounds limit
-   * them to where they are wanted. What does not fit into free main memory is an error, which says how much it is.
-   * Default: 1.
+   * How many voxels output 0 has along each axis for one of the input, 1 to 4. The image stays where it is, and its
+   * spacing is divided by this. Between the input's voxels its values are interpolated. Displacements and cut surfaces
+   * are known there, so what was deformed, cut or carved is shown finer. An axis with a single voxel keeps that one.
+   * With 2 each array has 8 times as many values, with 4 64 times; OutputBounds limit them to a box. An output that
+   * does not fit into the free main memory is an error, which names its size. Default: 1.
    */
   vtkSetClampMacro(OutputMagnification, int, 1, 4);
   vtkGetMacro(OutputMagnification, int);
@@ -616,8 +616,8 @@ public:
 
   ///@{
   /**
-   * Whether output 0 is a part of the image: the voxels around the box that OutputBounds give, at most the image with its
-   * padding. All tissue is deformed, whatever is shown. Default: off.
+   * Whether output 0 is a part of the image: the smallest extent that holds the box of OutputBounds, within the image
+   * and its padding. All tissue is deformed, whatever is shown. Default: off.
    */
   vtkSetMacro(UseOutputBounds, bool);
   vtkGetMacro(UseOutputBounds, bool);

@@ -552,11 +552,11 @@ inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask e
   }
 }
 
-// Output voxels of which each lies as far behind a grid point as the others. There are FINER of them along each axis that
-// is not flat, and each has as many voxels as the grid.
+// Output voxels that all lie at the same offset behind their grid points. The output divides into FINER such lattices
+// along each axis that is not flat, and each has as many voxels as the grid.
 typedef struct
 {
-  int after[3]; // the grid point, counted in output voxels
+  int after[3]; // the offset [output voxels]
 } Lattice;
 
 RULE Lattice latticeOf(int number)
@@ -575,9 +575,9 @@ RULE bool hasVoxels(const Lattice* lattice, int4 flat)
   return !(flat.x && lattice->after[0]) && !(flat.y && lattice->after[1]) && !(flat.z && lattice->after[2]);
 }
 
-// Takes the voxels of a lattice that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`, and
-// looks at the grid points `first` to `last` from that cell's lowest corner, where it `moves`. A cell covers about one
-// voxel, which is another for each: all those that may be inside are collected first, and inverted together.
+// Takes the voxels of a lattice that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`,
+// and looks at the grid points `first` to `last` from that cell's lowest corner, where it `moves`. A cell covers about
+// one voxel, which is another for each: all those that may be inside are collected first, and inverted together.
 RULE void takeReached(const Output* o, const CellMap* map, const Lattice* lattice, const real* first, const real* last,
   mask moves, const mask* start, Lanes* lanes)
 {
@@ -652,16 +652,18 @@ RULE void takeReached(const Output* o, const CellMap* map, const Lattice* lattic
   }
 }
 
-// Finds the grid points, from the lowest corner of each of WIDTH cells on, behind which a lattice has voxels between `low`
-// and `high`, and within the box of the output. `start` is where the cells begin in the box, and `end` its last point.
-RULE void boundsOf(const Lattice* lattice, const real* low, const real* high, const mask* start, int3 end, real* first,
-  real* last)
+// Finds the voxels of a lattice between `low` and `high` and within the box of the output, for WIDTH cells: their grid
+// points, counted from the lowest corner of each cell. `start` is where the cells begin in the box, and `end` its last
+// point.
+RULE void boundsOf(
+  const Lattice* lattice, const real* low, const real* high, const mask* start, int3 end, real* first, real* last)
 {
   UNROLL
   for (int a = 0; a < 3; ++a)
   {
     first[a] = max(ceil(low[a] - behindGrid(lattice, a)), TO_FLOAT(-start[a]));
-    last[a] = min(floor(high[a] - behindGrid(lattice, a)), TO_FLOAT((a == 0 ? end.x : a == 1 ? end.y : end.z) - start[a]));
+    const int most = a == 0 ? end.x : a == 1 ? end.y : end.z;
+    last[a] = min(floor(high[a] - behindGrid(lattice, a)), TO_FLOAT(most - start[a]));
   }
 }
 
@@ -975,7 +977,8 @@ kernel void leave(global const int* table, int strideY, int strideZ, uint pitch,
     {
       if (claims[m] >= BORDER)
       {
-        leaveVoxel(&tissue, begin + (int3)(m % OUT_X, m / OUT_X % OUT_Y, m / (OUT_X * OUT_Y)), claims[m], offsets + 3 * m);
+        const int3 at = begin + (int3)(m % OUT_X, m / OUT_X % OUT_Y, m / (OUT_X * OUT_Y));
+        leaveVoxel(&tissue, at, claims[m], offsets + 3 * m);
       }
     }
   }

@@ -40,8 +40,17 @@ unmount_system() {
   done
 }
 
+# What still runs there, such as a compilation ahead of need, would write on while files are removed.
+end_processes() {
+  local process
+  for process in /proc/[0-9]*; do
+    [ "$(readlink "$process/root")" = "$(realpath -m "$system")" ] && kill -KILL "${process##*/}"
+  done 2>/dev/null
+}
+
 # Never with something mounted in it: that would be removed as well.
 remove_system() {
+  end_processes
   unmount_system
   grep -q " $(realpath -m "$system")/" /proc/mounts && fail "something is still mounted in $system"
   rm -rf "$system"
