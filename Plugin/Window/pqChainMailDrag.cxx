@@ -116,8 +116,9 @@ void pqChainMailDrag::start()
   this->TooSlow = false;
   this->IsFirst = true;
   this->IsOfNewModel = false;
-  this->IsSketching = this->View && this->Canvas.open(this->Deformation, this->View->getViewProxy()) &&
-                      pqChainMailSketch::canShow(this->Deformation);
+  vtkSMProxy* shown = pqChainMailSketch::shownOf(this->Deformation);
+  this->IsSketching =
+    this->View && this->Canvas.open(shown, this->View->getViewProxy()) && pqChainMailSketch::canShow(this->Deformation);
   if (!this->IsSketching)
   {
     this->borrow("RelaxationPreset", this->KeptPreset, 1);

@@ -25,6 +25,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 namespace
 {
@@ -50,6 +51,21 @@ vtkAlgorithm* AlgorithmOf(vtkSMProxy* proxy)
   return vtkAlgorithm::SafeDownCast(proxy->GetClientSideObject());
 }
 
+/// The filters that take what a source makes.
+std::vector<vtkSMProxy*> FiltersBehind(vtkSMProxy* source)
+{
+  std::vector<vtkSMProxy*> filters;
+  for (unsigned int n = 0; n < source->GetNumberOfConsumers(); ++n)
+  {
+    vtkSMProxy* consumer = source->GetConsumerProxy(n);
+    if (vtkSMSourceProxy::SafeDownCast(consumer) && !vtkSMRepresentationProxy::SafeDownCast(consumer))
+    {
+      filters.push_back(consumer);
+    }
+  }
+  return filters;
+}
+
 /// Whether a connection comes from a source, perhaps through the filter that ParaView puts behind each.
 bool IsFrom(vtkAlgorithmOutput* connection, vtkAlgorithm* source)
 {
@@ -67,16 +83,21 @@ bool pqChainMailSketch::canShow(vtkSMProxy* deformation)
   {
     return false;
   }
-  for (unsigned int n = 0; n < deformation->GetNumberOfConsumers(); ++n)
+  if (!FiltersBehind(pqChainMailSketch::shownOf(deformation)).empty())
   {
-    vtkSMProxy* consumer = deformation->GetConsumerProxy(n);
-    if (vtkSMSourceProxy::SafeDownCast(consumer) && !vtkSMRepresentationProxy::SafeDownCast(consumer))
-    {
-      return false;
-    }
+    return false;
   }
   auto* image = vtkImageData::SafeDownCast(filter->GetInputDataObject(0, 0));
   return image && image->GetDataDimension() == 3;
+}
+
+//------------------------------------------------------------------------------
+vtkSMProxy* pqChainMailSketch::shownOf(vtkSMProxy* deformation)
+{
+  const std::vector<vtkSMProxy*> filters = FiltersBehind(deformation);
+  const bool isSmoothed = filters.size() == 1 && std::string(filters.front()->GetXMLName()) == "ChainMailSmooth" &&
+                          vtkSMPropertyHelper(filters.front(), "Input").GetOutputPort() == 0;
+  return isSmoothed ? filters.front() : deformation;
 }
 
 //------------------------------------------------------------------------------
