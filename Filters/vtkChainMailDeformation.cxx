@@ -94,7 +94,7 @@ public:
     if (outcome.Stopped || !outcome.Error.empty())
     {
       const std::string problem = outcome.Stopped ? "The update was stopped." : outcome.Error;
-      this->Shows.Again(inputs, problem);
+      this->Shows.Again(inputs, problem, this->Announced.Magnification);
       this->Words.Set(problem);
     }
     for (const std::string& notice : chainmail::takeNotices())
@@ -158,6 +158,18 @@ public:
   vtkChainMail::InputWatch Watch;
   vtkChainMail::Report Words;
   vtkChainMail::LabelVoxels Labels;
+
+  /// Where readers were told that the deformed image of an image is, and where that was in the last update that
+  /// succeeded. The same in all processes.
+  struct Place
+  {
+    std::array<int, 6> Image{ { 0, -1, 0, -1, 0, -1 } };
+    std::array<int, 6> Deformed{ { 0, -1, 0, -1, 0, -1 } };
+    std::array<double, 3> Spacing{ { 1.0, 1.0, 1.0 } };
+    int Magnification = 1;
+  };
+  Place Announced;
+  Place Good;
 
   /// The outcome of the last update, and whether it was computed together with other processes.
   Outcome Last;
@@ -485,19 +497,27 @@ int vtkChainMailDeformation::RequestInformation(
     vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1);
   }
 
-  deformed->Set(Pipeline::WHOLE_EXTENT(), extent.data(), 6);
   vtkNew<vtkImageData> image; // where its voxels are
   vtkChainMail::DescribeImage(input, image);
+  vtkInternals::Place& place = this->Internals->Announced;
+  place = vtkInternals::Place();
+  place.Image = place.Deformed = extent;
+  std::copy_n(image->GetSpacing(), 3, place.Spacing.begin());
   try
   {
     const vtkChainMail::OutputGrid grid(this, image);
-    deformed->Set(Pipeline::WHOLE_EXTENT(), grid.ExtentOf(image).data(), 6);
-    deformed->Set(vtkDataObject::SPACING(), grid.SpacingOf(image).data(), 3);
+    place.Deformed = grid.ExtentOf(image);
+    place.Spacing = grid.SpacingOf(image);
+    place.Magnification = grid.Detail.finer;
   }
   catch (const InputError&)
   {
-    // The update will report it. It shows the image as it is, and nobody asks for an extent beyond all memory.
+    // The update will report it, and show what was shown last, or else the image as it is.
+    const vtkInternals::Place& good = this->Internals->Good;
+    place = good.Image == extent ? good : place;
   }
+  deformed->Set(Pipeline::WHOLE_EXTENT(), place.Deformed.data(), 6);
+  deformed->Set(vtkDataObject::SPACING(), place.Spacing.data(), 3);
 
   const vtkChainMail::MergedTimes times(inputVector, this->GetNumberOfInputPorts());
   for (vtkInformation* output : { deformed, model })
@@ -583,6 +603,10 @@ int vtkChainMailDeformation::RequestData(
     output->GetPointData()->ShallowCopy(piece->GetPointData());
     output->GetCellData()->ShallowCopy(piece->GetCellData());
     output->GetFieldData()->ShallowCopy(piece->GetFieldData());
+  }
+  if (internals.Last.Error.empty() && !internals.Last.Stopped)
+  {
+    internals.Good = internals.Announced;
   }
 #if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 2, 20220823)
   if (internals.Last.Stopped)

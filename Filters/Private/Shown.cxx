@@ -8,6 +8,7 @@
 #include "vtkStringArray.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace vtkChainMail
 {
@@ -18,18 +19,21 @@ void Shown::Set(const std::array<vtkSmartPointer<vtkImageData>, 2>& outputs, vtk
   image->GetExtent(this->ImageExtent.data());
 }
 
-void Shown::Again(const Inputs& inputs, const std::string& error)
+void Shown::Again(const Inputs& inputs, const std::string& error, int magnification)
 {
   int extent[6] = { 0, -1, 0, -1, 0, -1 };
   if (inputs.Image)
   {
     inputs.Image->GetExtent(extent);
   }
+  // A result of another image would have an extent that readers of this output do not expect, and a finer one counts in
+  // other voxels than they do.
+  const bool isAsFine = this->Outputs[0] && inputs.Image &&
+                        std::lround(inputs.Image->GetSpacing()[0] / this->Outputs[0]->GetSpacing()[0]) == magnification;
   for (auto& shown : this->Outputs)
   {
-    // A result of another image would have an extent that readers of this output do not expect.
     const bool fits = shown && inputs.Image && std::equal(extent, extent + 6, this->ImageExtent.begin()) &&
-                      shown->GetNumberOfPoints() > 0;
+                      shown->GetNumberOfPoints() > 0 && (isAsFine || &shown != &this->Outputs[0]);
     auto again = vtkSmartPointer<vtkImageData>::New();
     if (fits)
     {

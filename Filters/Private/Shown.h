@@ -22,8 +22,9 @@ public:
   void Set(const std::array<vtkSmartPointer<vtkImageData>, 2>& outputs, vtkImageData* image);
 
   /// After an update that failed: keeps what was shown last, with the error in its field array Error. Where nothing was
-  /// shown yet that has the extent of this image, shows the image as it is.
-  void Again(const Inputs& inputs, const std::string& error);
+  /// shown yet of an image with this extent, or the deformed image is not so many times as fine as that as readers
+  /// expect, shows the image as it is.
+  void Again(const Inputs& inputs, const std::string& error, int magnification);
 
   /// An output, whole. Null before the first update, and where another process computes.
   vtkImageData* Get(int port) const { return this->Outputs[port]; }

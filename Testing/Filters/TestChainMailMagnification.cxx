@@ -11,6 +11,7 @@
 #include "vtkStreamingDemandDrivenPipeline.h"
 #include "vtkUnsignedCharArray.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -362,13 +363,33 @@ void TestErrors(Checks& check)
   for (const std::array<double, 6>& bounds : { std::array<double, 6>{ { 0, 1, 0, 1, 900, 901 } },
          std::array<double, 6>{ { 0, -1, 0, 1, 0, 1 } }, std::array<double, 6>{ { nan, 1, 0, 1, 0, 1 } } })
   {
+    // What was shown last stays, and readers are told where it is.
+    filter->UseOutputBoundsOff();
+    filter->Update();
+    check.Equal(log.TakeErrors(), std::string(), "before");
+    vtkNew<vtkImageData> before;
+    before->DeepCopy(filter->GetOutput());
+    filter->UseOutputBoundsOn();
     filter->SetOutputBounds(bounds.data());
     filter->Update();
     check.Contains(log.TakeErrors(), "OutputBounds", "bounds that are none, or elsewhere");
-    check.That(filter->GetOutput()->GetNumberOfPoints() > 0, "something is shown");
+    check.That(SameImage(filter->GetOutput(), before), "what was shown last");
+    int announced[6];
+    filter->GetOutputInformation(0)->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), announced);
+    check.That(std::equal(announced, announced + 6, before->GetExtent()), "where that is");
     filter->UpdatePiece(1, 2, 0);
     log.TakeErrors();
+    ComparePart(check, filter->GetOutput(), before, "a piece of what was shown last");
   }
+  // Of another fineness it would be somewhere else than readers think.
+  filter->UseOutputBoundsOff();
+  filter->SetOutputMagnification(3);
+  filter->SetInputDataObject(1, MakeProbes({ { { { 1e6, 0.0, 0.0 } }, { { 1.0, 0.0, 0.0 } }, 2.0 } }));
+  filter->Update();
+  check.That(!log.TakeErrors().empty(), "a probe in no tissue");
+  check.That(SameImage(filter->GetOutput(), image), "the image as it is");
+  filter->SetOutputMagnification(2);
+  Pull(filter, image, 4.0);
   filter->UseOutputBoundsOff();
   filter->Update();
   check.Equal(log.TakeErrors(), std::string(), "switched off again");
