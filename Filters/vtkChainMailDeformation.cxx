@@ -193,6 +193,13 @@ private:
     scalars.Array = this->Self->GetInputAbstractArrayToProcess(0, inputs.Image, scalars.Association);
 
     const vtkChainMail::Scene scene(this->Self, inputs, scalars, this->Engine.GetTissue(), this->Labels);
+    // An output that is there already is written to again.
+    const bool isNew =
+      this->Announced.Deformed != this->Good.Deformed || this->Announced.Magnification != this->Good.Magnification;
+    if (isNew && this->Announced.Magnification > 1)
+    {
+      RequireMemory(scene.Output, inputs.Image, scene.PullBack ? 3 * sizeof(float) : 0);
+    }
     this->Engine.Update(scene);
     this->Shows.Set(this->Writer.Write(scene), inputs.Image);
     this->Words.Set(scene, this->Engine, this->Shows.Get(0)->GetFieldData());

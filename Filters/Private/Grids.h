@@ -86,6 +86,13 @@ struct Grids
 
   /// Whether the output's voxels are the input's.
   bool AreAlike() const { return this->Finer == 1 && this->Width == this->Size && this->First == chainmail::Index3{}; }
+  /// Whether there is no output voxel outside the input.
+  bool IsWithinInput() const
+  {
+    const std::array<int, 3> last{ { this->First[0] + this->Width[0] - 1, this->First[1] + this->Width[1] - 1,
+      this->First[2] + this->Width[2] - 1 } };
+    return this->IsInput(this->First) && this->IsInput(last);
+  }
   vtkIdType InputVoxels() const { return static_cast<vtkIdType>(this->Size[0]) * this->Size[1] * this->Size[2]; }
   vtkIdType OutputVoxels() const { return static_cast<vtkIdType>(this->Width[0]) * this->Width[1] * this->Width[2]; }
   /// The same for the cells between the voxels.

@@ -416,7 +416,7 @@ private:
       {
         const int k = this->G.First[2] + static_cast<int>(slice);
         const vtkIdType voxels = static_cast<vtkIdType>(this->G.Width[0]) * this->G.Width[1];
-        for (vtkIdType v = 0; v < voxels && !this->G.AreAlike(); ++v)
+        for (vtkIdType v = 0; v < voxels && !this->G.IsWithinInput(); ++v)
         {
           std::copy(this->Background.begin(), this->Background.end(),
             this->Out + this->Components * (v + voxels * static_cast<vtkIdType>(slice)));

@@ -3,7 +3,6 @@
 
 #include "Frame.h"
 #include "Grids.h"
-#include "Text.h"
 
 #include "vtkChainMailDeformation.h"
 
@@ -16,7 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <cstdint>
 #include <sstream>
 #include <string>
 

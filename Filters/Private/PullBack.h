@@ -119,7 +119,7 @@ private:
       [&](std::size_t slice)
       {
         const std::size_t values = 3 * static_cast<std::size_t>(this->G.Width[0]) * this->G.Width[1];
-        std::fill_n(this->Out + values * slice, this->G.AreAlike() ? 0 : values, Nowhere);
+        std::fill_n(this->Out + values * slice, this->G.IsWithinInput() ? 0 : values, Nowhere);
         this->G.ForRows(this->G.First[2] + static_cast<int>(slice), [&](const std::array<int, 3>& first, int count)
           { std::fill_n(this->Out + 3 * this->G.OutputId(first[0], first[1], first[2]), 3 * count, 0.0f); });
       });

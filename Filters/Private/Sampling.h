@@ -99,7 +99,7 @@ private:
     this->Output.TakeReference(this->Input->NewInstance());
     Describe(this->Output, this->Input);
     this->Output->SetNumberOfTuples(this->G.OutputVoxels());
-    for (vtkIdType v = 0; v < this->G.OutputVoxels() && !this->G.AreAlike(); ++v)
+    for (vtkIdType v = 0; v < this->G.OutputVoxels() && !this->G.IsWithinInput(); ++v)
     {
       this->Output->SetTuple(v, 0, this->Background);
     }

@@ -206,10 +206,6 @@ Scene::Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const Chosen
   }
   this->CheckPointArrays();
   this->ReadTissue(filter, scalars, tissueBefore);
-  if (this->Output.Detail.finer > 1)
-  {
-    RequireMemory(this->Output, inputs.Image, this->PullBack ? 3 * sizeof(float) : 0);
-  }
   this->ReadRegions();
   this->ReadProbes();
   this->ReadPoses(filter, labels);

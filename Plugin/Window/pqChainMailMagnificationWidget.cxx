@@ -86,20 +86,14 @@ pqChainMailMagnificationWidget::pqChainMailMagnificationWidget(
     { "Input", "OutputMagnification", "OutputPadding", "UseOutputBounds", "OutputBounds", "PullBack" })
   {
     vtkSMProperty* other = proxy->GetProperty(name);
-    this->Connections->Connect(other, vtkCommand::UncheckedPropertyModifiedEvent, this, SLOT(change()));
-    this->Connections->Connect(other, vtkCommand::ModifiedEvent, this, SLOT(change()));
+    this->Connections->Connect(other, vtkCommand::UncheckedPropertyModifiedEvent, this, SLOT(tell()));
+    this->Connections->Connect(other, vtkCommand::ModifiedEvent, this, SLOT(tell()));
   }
   this->tell();
 }
 
 //------------------------------------------------------------------------------
 pqChainMailMagnificationWidget::~pqChainMailMagnificationWidget() = default;
-
-//------------------------------------------------------------------------------
-void pqChainMailMagnificationWidget::change()
-{
-  this->tell();
-}
 
 //------------------------------------------------------------------------------
 void pqChainMailMagnificationWidget::tell()

@@ -24,13 +24,11 @@ public:
 private:
   Q_DISABLE_COPY(pqChainMailMagnificationWidget)
 
-  void tell();
-
   QLabel* Size;
   vtkNew<vtkEventQtSlotConnect> Connections;
 
 private Q_SLOTS:
-  void change();
+  void tell();
 };
 
 #endif

@@ -194,6 +194,35 @@ inline vtkSmartPointer<vtkPiecewiseFunction> ConstantMaterial(double constraint)
 
 using Vector = std::array<double, 3>;
 
+/// Gives an image an odd spacing and oblique directions, and an array Place that holds the place of each voxel. That is
+/// linear in space, so between voxels, too, what resampling shows of it is where it took its values from.
+inline void PlaceObliquely(vtkImageData* image)
+{
+  image->SetSpacing(1.5, 0.75, 2.0);
+  image->SetOrigin(-40.0, 12.0, 7.0);
+  const double c = std::cos(0.5), s = std::sin(0.5);
+  image->SetDirectionMatrix(c, -s * 0.8, s * 0.6, s, c * 0.8, -c * 0.6, 0.0, 0.6, 0.8);
+  vtkNew<vtkDoubleArray> place;
+  place->SetName("Place");
+  place->SetNumberOfComponents(3);
+  for (vtkIdType p = 0; p < image->GetNumberOfPoints(); ++p)
+  {
+    place->InsertNextTuple(image->GetPoint(p));
+  }
+  image->GetPointData()->AddArray(place);
+}
+
+/// Where a voxel is, counted from the image's first one.
+inline Vector PlaceOfVoxel(vtkImageData* image, double i, double j, double k)
+{
+  int extent[6];
+  image->GetExtent(extent);
+  const double index[3] = { extent[0] + i, extent[2] + j, extent[4] + k };
+  Vector place;
+  image->TransformContinuousIndexToPhysicalPoint(index, place.data());
+  return place;
+}
+
 struct Probe
 {
   Vector Position;

@@ -24,35 +24,17 @@ namespace
 vtkSmartPointer<vtkImageData> MakeOblique(const std::array<int, 6>& extent = { { -3, 20, 5, 24, 2, 19 } })
 {
   auto image = MakeImage(extent);
-  image->SetSpacing(1.5, 0.75, 2.0);
-  image->SetOrigin(-40.0, 12.0, 7.0);
-  const double c = std::cos(0.5), s = std::sin(0.5);
-  image->SetDirectionMatrix(c, -s * 0.8, s * 0.6, s, c * 0.8, -c * 0.6, 0.0, 0.6, 0.8);
+  PlaceObliquely(image);
   Fill(image->GetPointData()->GetScalars(), image,
     [](int i, int j, int) { return i > 2 && i < 21 && j > 2 && j < 17 ? 100 : 0; });
-  vtkNew<vtkDoubleArray> place;
-  place->SetName("Place");
-  place->SetNumberOfComponents(3);
   vtkNew<vtkIntArray> number;
   number->SetName("Number");
   for (vtkIdType p = 0; p < image->GetNumberOfPoints(); ++p)
   {
-    place->InsertNextTuple(image->GetPoint(p));
     number->InsertNextValue(static_cast<int>(p));
   }
-  image->GetPointData()->AddArray(place);
   image->GetPointData()->AddArray(number);
   return image;
-}
-
-Vector PlaceOf(vtkImageData* image, double i, double j, double k)
-{
-  int extent[6];
-  image->GetExtent(extent);
-  const double index[3] = { extent[0] + i, extent[2] + j, extent[4] + k };
-  Vector place;
-  image->TransformContinuousIndexToPhysicalPoint(index, place.data());
-  return place;
 }
 
 void Prepare(vtkChainMailDeformation* filter, vtkImageData* image)
@@ -67,14 +49,14 @@ void Prepare(vtkChainMailDeformation* filter, vtkImageData* image)
 
 void Pull(vtkChainMailDeformation* filter, vtkImageData* image, double far)
 {
-  filter->SetInputDataObject(1, MakeProbes({ { PlaceOf(image, 9, 5, 8), { { -far, -2.0, 0.5 } }, 2.0 },
-                                  { PlaceOf(image, 14, 5, 8), { { far, 2.0, 0.5 } }, 2.0 } }));
+  filter->SetInputDataObject(1, MakeProbes({ { PlaceOfVoxel(image, 9, 5, 8), { { -far, -2.0, 0.5 } }, 2.0 },
+                                  { PlaceOfVoxel(image, 14, 5, 8), { { far, 2.0, 0.5 } }, 2.0 } }));
 }
 
 void Cut(vtkChainMailDeformation* filter, vtkImageData* image)
 {
-  filter->SetInputDataObject(2, MakeBlade({ { PlaceOf(image, 11.5, -1, -1), PlaceOf(image, 11.5, 11, -1),
-                                  PlaceOf(image, 11.5, 11, 30), PlaceOf(image, 11.5, -1, 30) } }));
+  filter->SetInputDataObject(2, MakeBlade({ { PlaceOfVoxel(image, 11.5, -1, -1), PlaceOfVoxel(image, 11.5, 11, -1),
+                                  PlaceOfVoxel(image, 11.5, 11, 30), PlaceOfVoxel(image, 11.5, -1, 30) } }));
 }
 
 struct Counts
@@ -302,7 +284,7 @@ void TestBounds(Checks& check)
     filter->Update();
     vtkNew<vtkImageData> whole;
     whole->DeepCopy(filter->GetOutput());
-    const Vector centre = PlaceOf(image, 11.2, 6.1, 7.3);
+    const Vector centre = PlaceOfVoxel(image, 11.2, 6.1, 7.3);
     const auto around = [&](double far)
     {
       filter->SetOutputBounds(

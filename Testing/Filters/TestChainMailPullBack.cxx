@@ -16,31 +16,10 @@ namespace
 vtkSmartPointer<vtkImageData> MakeOblique()
 {
   auto image = MakeImage({ { -3, 20, 5, 24, 2, 19 } });
-  image->SetSpacing(1.5, 0.75, 2.0);
-  image->SetOrigin(-40.0, 12.0, 7.0);
-  const double c = std::cos(0.5), s = std::sin(0.5);
-  image->SetDirectionMatrix(c, -s * 0.8, s * 0.6, s, c * 0.8, -c * 0.6, 0.0, 0.6, 0.8);
+  PlaceObliquely(image);
   Fill(image->GetPointData()->GetScalars(), image,
     [](int i, int j, int k) { return i > 2 && i < 21 && j > 2 && j < 17 && k > 1 ? 100 : 0; });
-  vtkNew<vtkDoubleArray> place;
-  place->SetName("Place");
-  place->SetNumberOfComponents(3);
-  for (vtkIdType p = 0; p < image->GetNumberOfPoints(); ++p)
-  {
-    place->InsertNextTuple(image->GetPoint(p));
-  }
-  image->GetPointData()->AddArray(place);
   return image;
-}
-
-Vector PlaceOf(vtkImageData* image, double i, double j, double k)
-{
-  int extent[6];
-  image->GetExtent(extent);
-  const double index[3] = { extent[0] + i, extent[2] + j, extent[4] + k };
-  Vector place;
-  image->TransformContinuousIndexToPhysicalPoint(index, place.data());
-  return place;
 }
 
 /// The voxel of the input, in air that stays at rest, that has the background's value for a place.
@@ -122,30 +101,30 @@ void TestMode(Checks& check, int mode)
   check.Equal(atRest.Nowhere, padding, "at rest: the padding");
 
   // A pull out of the image, which leaves room behind.
-  filter->SetInputDataObject(1, MakeProbes({ { PlaceOf(image, 12, 10, 3), { { -6.0, 3.0, -9.0 } }, 3.0 } }));
+  filter->SetInputDataObject(1, MakeProbes({ { PlaceOfVoxel(image, 12, 10, 3), { { -6.0, 3.0, -9.0 } }, 3.0 } }));
   const Counts pulled = update("pulled");
   check.That(pulled.Moved > 2000, "pulled: tissue moved");
   check.That(pulled.Rests > 1000, "pulled: some air is untouched");
   check.That(pulled.Nowhere != padding, "pulled: some came into the padding, or left the image");
 
   // Both sides of a cut go their ways, and a ball is drilled out.
-  filter->SetInputDataObject(2, MakeBlade({ { PlaceOf(image, 11.5, -1, -1), PlaceOf(image, 11.5, 11, -1),
-                                  PlaceOf(image, 11.5, 11, 30), PlaceOf(image, 11.5, -1, 30) } }));
+  filter->SetInputDataObject(2, MakeBlade({ { PlaceOfVoxel(image, 11.5, -1, -1), PlaceOfVoxel(image, 11.5, 11, -1),
+                                  PlaceOfVoxel(image, 11.5, 11, 30), PlaceOfVoxel(image, 11.5, -1, 30) } }));
   vtkNew<vtkSphereSource> ball;
-  const Vector centre = PlaceOf(image, 6, 12, 10);
+  const Vector centre = PlaceOfVoxel(image, 6, 12, 10);
   ball->SetCenter(centre[0], centre[1], centre[2]);
   ball->SetRadius(3.0);
   ball->Update();
   filter->SetInputDataObject(3, ball->GetOutput());
-  filter->SetInputDataObject(1, MakeProbes({ { PlaceOf(image, 9, 5, 8), { { -5.0, -2.0, 0.5 } }, 2.0 },
-                                  { PlaceOf(image, 14, 5, 8), { { 5.0, 2.0, 0.5 } }, 2.0 } }));
+  filter->SetInputDataObject(1, MakeProbes({ { PlaceOfVoxel(image, 9, 5, 8), { { -5.0, -2.0, 0.5 } }, 2.0 },
+                                  { PlaceOfVoxel(image, 14, 5, 8), { { 5.0, 2.0, 0.5 } }, 2.0 } }));
   const Counts cut = update("cut");
   check.That(cut.Nowhere > padding, "cut: there is a gap and a hole");
 
   // It goes on from what it wrote before, twice, as nobody reads that, and anew where somebody does.
   for (double pull : { 4.0, 3.0, 5.5 })
   {
-    filter->SetInputDataObject(1, MakeProbes({ { PlaceOf(image, 9, 5, 8), { { -pull, -2.0, 0.5 } }, 2.0 } }));
+    filter->SetInputDataObject(1, MakeProbes({ { PlaceOfVoxel(image, 9, 5, 8), { { -pull, -2.0, 0.5 } }, 2.0 } }));
     update("dragged");
     vtkNew<vtkChainMailDeformation> fresh;
     fresh->SetInputData(image);

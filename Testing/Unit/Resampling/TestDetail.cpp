@@ -284,6 +284,24 @@ TEST(Detail, APartShowsWhatTheWholeShows)
   }
 }
 
+/// Writes what it gets into a picture.
+BoxVisitor into(Picture& picture)
+{
+  return [&picture](const std::vector<ResampledBox>& boxes)
+  {
+    for (const ResampledBox& box : boxes)
+    {
+      box.forCovered(
+        [&picture](const Index3& voxel, const float* offset, float coverage)
+        {
+          const std::size_t at = picture.at(voxel[0], voxel[1], voxel[2]);
+          std::copy_n(offset, 3, picture.offset.begin() + 3 * at);
+          picture.coverage[at] = coverage;
+        });
+    }
+  };
+}
+
 TEST(Detail, ChangesAreEnough)
 {
   const Scene scene = randomScene({ 26, 17, 14 }, 1, 9, 0.1);
@@ -306,37 +324,11 @@ TEST(Detail, ChangesAreEnough)
     {
       simulation.pull({ probeAt(scene, randomElement(scene, random), { 1.3, 0.4 * step, -0.8 }) });
     }
-    const auto follow = [&](const std::vector<ResampledBox>& boxes)
-    {
-      for (const ResampledBox& box : boxes)
-      {
-        box.forCovered(
-          [&](const Index3& voxel, const float* offset, float coverage)
-          {
-            const std::size_t at = followed.at(voxel[0], voxel[1], voxel[2]);
-            std::copy_n(offset, 3, followed.offset.begin() + 3 * at);
-            followed.coverage[at] = coverage;
-          });
-      }
-    };
-    number = simulation.resample({ 1, 1, 1 }, follow, number, CutSurfaces::Smooth, detail).number;
+    number = simulation.resample({ 1, 1, 1 }, into(followed), number, CutSurfaces::Smooth, detail).number;
     Picture whole = followed;
     std::fill(whole.offset.begin(), whole.offset.end(), 0.0f);
     std::fill(whole.coverage.begin(), whole.coverage.end(), 1.0f);
-    const auto fill = [&](const std::vector<ResampledBox>& boxes)
-    {
-      for (const ResampledBox& box : boxes)
-      {
-        box.forCovered(
-          [&](const Index3& voxel, const float* offset, float coverage)
-          {
-            const std::size_t at = whole.at(voxel[0], voxel[1], voxel[2]);
-            std::copy_n(offset, 3, whole.offset.begin() + 3 * at);
-            whole.coverage[at] = coverage;
-          });
-      }
-    };
-    simulation.resample({ 1, 1, 1 }, fill, 0, CutSurfaces::Smooth, detail);
+    simulation.resample({ 1, 1, 1 }, into(whole), 0, CutSurfaces::Smooth, detail);
     EXPECT_EQ(different(followed.offset, whole.offset), 0u) << step;
     EXPECT_EQ(different(followed.coverage, whole.coverage), 0u) << step;
   }
