@@ -198,7 +198,8 @@ private:
       this->Announced.Deformed != this->Good.Deformed || this->Announced.Magnification != this->Good.Magnification;
     if (isNew && this->Announced.Magnification > 1)
     {
-      RequireMemory(scene.Output, inputs.Image, scene.PullBack ? 3 * sizeof(float) : 0);
+      RequireMemory(scene.Output, inputs.Image,
+        (scene.PullBack ? 3 * sizeof(float) : 0) + (scene.ScalarSmoothing > 0.0 ? sizeof(float) : 0));
     }
     this->Engine.Update(scene);
     this->Shows.Set(this->Writer.Write(scene), inputs.Image);
@@ -702,6 +703,7 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << "\n";
   os << indent << "SmoothCuts: " << (this->SmoothCuts ? "On" : "Off") << "\n";
   os << indent << "PullBack: " << (this->PullBack ? "On" : "Off") << "\n";
+  os << indent << "ScalarSmoothing: " << this->ScalarSmoothing << "\n";
   os << indent << "Device: " << (this->Device.empty() ? "(best)" : this->Device) << "\n";
   os << indent << "BrickSize: " << this->BrickSize[0] << " " << this->BrickSize[1] << " " << this->BrickSize[2] << "\n";
 }

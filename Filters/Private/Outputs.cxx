@@ -99,6 +99,7 @@ void Outputs::ChooseSamplers(const Scene& scene)
   const Grids grids(scene.Tissue.Size, scene.Output.Padding, scene.Output.Detail);
   const std::vector<Sampled> before = std::move(this->Samplers);
   this->Samplers.clear();
+  std::unique_ptr<SmoothScalars> smoothedBefore = std::move(this->Smoothed);
   vtkPointData* arrays = scene.Image->GetPointData();
   for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
   {
@@ -132,6 +133,14 @@ void Outputs::ChooseSamplers(const Scene& scene)
       one.Sampler = MakeSampler(array, grids, one.Nearest, one.Background, one.NotMeasured, isTissue);
     }
     this->Samplers.push_back(one);
+    if (array == scene.Scalars && scene.ScalarSmoothing > 0.0 && array->GetDataType() != VTK_BIT)
+    {
+      // Who shows it goes on seeing something when values become labels.
+      const double deviation = one.Nearest ? 0.0 : scene.ScalarSmoothing;
+      const bool goesOn = smoothedBefore && smoothedBefore->IsFor(one.Sampler, deviation);
+      this->Smoothed = goesOn ? std::move(smoothedBefore)
+                              : std::make_unique<SmoothScalars>(one.Sampler, grids, deviation, one.NotMeasured);
+    }
   }
   if (!scene.PullBack)
   {
@@ -160,6 +169,10 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
   {
     samplers.push_back(this->PullBack.get());
   }
+  if (this->Smoothed)
+  {
+    samplers.push_back(this->Smoothed.get());
+  }
   std::uint64_t since = std::numeric_limits<std::uint64_t>::max();
   for (ArraySampler* one : samplers)
   {
@@ -185,12 +198,21 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
   }
   for (const Sampled& one : this->Samplers)
   {
-    output->GetPointData()->AddArray(one.Sampler->End(resampled.number, resampled.atRest));
+    const vtkSmartPointer<vtkAbstractArray> array = one.Sampler->End(resampled.number, resampled.atRest);
+    output->GetPointData()->AddArray(array);
+    if (this->Smoothed && one.Array == scene.Scalars)
+    {
+      this->Smoothed->SetSampled(vtkDataArray::SafeDownCast(array));
+    }
   }
   CopyActiveAttributes(scene.Image->GetPointData(), output->GetPointData());
   if (this->PullBack) // in place of an array of that name, which is the way through another deformation
   {
     output->GetPointData()->AddArray(this->PullBack->End(resampled.number, resampled.atRest));
+  }
+  if (this->Smoothed) // likewise
+  {
+    output->GetPointData()->AddArray(this->Smoothed->End(resampled.number, resampled.atRest));
   }
 }
 

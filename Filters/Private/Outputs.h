@@ -10,6 +10,7 @@
 #include "Sampling.h"
 #include "Scene.h"
 #include "Session.h"
+#include "SmoothScalars.h"
 
 #include "vtkFloatArray.h"
 #include "vtkImageData.h"
@@ -99,7 +100,8 @@ private:
   Progress& Reports;
 
   std::vector<Sampled> Samplers;             // one for each point array of the image
-  std::unique_ptr<PullBackSampler> PullBack; // null where it is not wanted
+  std::unique_ptr<PullBackSampler> PullBack; // null where it is not wanted, as the next one
+  std::unique_ptr<SmoothScalars> Smoothed;
 
   // Arrays that the outputs share as long as updates find nothing new.
   SharedArray<vtkFloatArray> Constraint;

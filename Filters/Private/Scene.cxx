@@ -194,6 +194,7 @@ Scene::Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const Chosen
   , ModelArrays(filter->GetModelArraySelection())
   , PropagationTimes(filter->GetPropagationTimes())
   , PullBack(filter->GetPullBack())
+  , ScalarSmoothing(filter->GetScalarSmoothing())
   , SmoothCuts(filter->GetSmoothCuts())
   , BackgroundValue(filter->GetBackgroundValue())
   , Nearest(Choice("Interpolation", filter->GetInterpolation(), { "Linear", "Nearest" }) ==

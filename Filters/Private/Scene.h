@@ -145,6 +145,7 @@ struct Scene
   vtkDataArraySelection* ModelArrays;
   bool PropagationTimes;
   bool PullBack;
+  double ScalarSmoothing;
   bool SmoothCuts;
   double BackgroundValue;  // of the scalars
   double LowPadding = 0.0; // up to here scalars are padding, and not tissue

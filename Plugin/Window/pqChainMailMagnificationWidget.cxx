@@ -54,7 +54,8 @@ std::array<double, 3> SizeOf(vtkSMProxy* deformation, vtkPVDataInformation* imag
 double BytesOfVoxel(vtkSMProxy* deformation, vtkPVDataInformation* image)
 {
   const bool pullsBack = vtkSMUncheckedPropertyHelper(deformation, "PullBack").GetAsInt() != 0;
-  double bytes = pullsBack ? 3.0 * sizeof(float) : 0.0;
+  const bool smooths = vtkSMUncheckedPropertyHelper(deformation, "ScalarSmoothing").GetAsDouble() > 0.0;
+  double bytes = (pullsBack ? 3.0 * sizeof(float) : 0.0) + (smooths ? sizeof(float) : 0.0);
   vtkPVDataSetAttributesInformation* arrays = image->GetPointDataInformation();
   for (int n = 0; n < arrays->GetNumberOfArrays(); ++n)
   {
@@ -82,8 +83,8 @@ pqChainMailMagnificationWidget::pqChainMailMagnificationWidget(
   this->Size->setWordWrap(true);
   this->addPropertyLink(number, "value", SIGNAL(valueChanged(int)), property);
   this->setChangeAvailableAsChangeFinished(true);
-  for (const char* name :
-    { "Input", "OutputMagnification", "OutputPadding", "UseOutputBounds", "OutputBounds", "PullBack" })
+  for (const char* name : { "Input", "OutputMagnification", "OutputPadding", "UseOutputBounds", "OutputBounds",
+         "PullBack", "ScalarSmoothing" })
   {
     vtkSMProperty* other = proxy->GetProperty(name);
     this->Connections->Connect(other, vtkCommand::UncheckedPropertyModifiedEvent, this, SLOT(tell()));

@@ -102,6 +102,7 @@ int TestChainMailDefaults(int, char*[])
   word("vtkGetMacro(PropagationTimes,", filter->GetPropagationTimes() ? "on" : "off");
   word("vtkGetMacro(SmoothCuts,", filter->GetSmoothCuts() ? "on" : "off");
   word("vtkGetMacro(PullBack,", filter->GetPullBack() ? "on" : "off");
+  number("ScalarSmoothing", filter->GetScalarSmoothing());
   std::string modelArrays;
   vtkDataArraySelection* const selection = filter->GetModelArraySelection();
   for (int n = 0; n < selection->GetNumberOfArrays(); ++n)
@@ -217,6 +218,7 @@ int TestChainMailDefaults(int, char*[])
     { "OutputBounds", [&] { filter->SetOutputBounds(0, 2, 0, 3, 0, 4.5); } },
     { "SmoothCuts", [&] { filter->SmoothCutsOff(); } },
     { "PullBack", [&] { filter->PullBackOn(); } },
+    { "ScalarSmoothing", [&] { filter->SetScalarSmoothing(0.75); } },
     { "Device", [&] { filter->SetDevice("some"); } },
     { "BrickSize", [&] { filter->SetBrickSize(8, 4, 2); } },
     { "ModelReduction", [&] { filter->SetModelReduction(4); } },
@@ -268,7 +270,7 @@ int TestChainMailDefaults(int, char*[])
       "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "PoissonRatio: 0.3", "RelaxationIterations: 7",
       "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3",
       "OutputMagnification: 2", "UseOutputBounds: On", "OutputBounds: 0 2 0 3 0 4.5", "SmoothCuts: Off",
-      "PullBack: On", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
+      "PullBack: On", "ScalarSmoothing: 0.75", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

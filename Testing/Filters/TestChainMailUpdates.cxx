@@ -101,6 +101,7 @@ void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
   to->SetUseOutputBounds(from->GetUseOutputBounds());
   to->SetOutputBounds(from->GetOutputBounds());
   to->SetPullBack(from->GetPullBack());
+  to->SetScalarSmoothing(from->GetScalarSmoothing());
   to->SetDevice(from->GetDevice());
   to->SetBrickSize(from->GetBrickSize());
   to->SetModelReduction(from->GetModelReduction());
@@ -205,6 +206,8 @@ int TestChainMailUpdates(int, char*[])
   update("OutputPadding", resampled);
   filter->PullBackOn();
   update("PullBack", resampled);
+  filter->SetScalarSmoothing(0.75);
+  update("ScalarSmoothing", resampled);
   filter->SetOutputMagnification(2);
   update("OutputMagnification", resampled);
   filter->SetOutputBounds(3.0, 11.0, 2.0, 9.5, 1.0, 8.0);

@@ -6,7 +6,7 @@ from harness import Reports, make_image, produce, require, update
 from paraview.simple import *
 
 FIXED = {"MaterialPreset": 0, "AnchorRigid": 0, "AnchoredFaces": (1,) * 6, "RelaxationIterations": 40,
-         "RelaxationTolerance": 1e-3, "Interpolation": 0, "OutputPadding": 0, "OutputMagnification": 1, "UseOutputBounds": False, "SmoothCuts": True, "PullBack": False, "Device": "", "BrickSize": (0, 0, 0),
+         "RelaxationTolerance": 1e-3, "Interpolation": 0, "OutputPadding": 0, "OutputMagnification": 1, "UseOutputBounds": False, "SmoothCuts": True, "PullBack": False, "ScalarSmoothing": 0.0, "Device": "", "BrickSize": (0, 0, 0),
          "ModelReduction": 1, "BodyArray": "", "JointSize": 0, "JointConstraint": 0.5, "JointMargin": 4,
          "ConstraintArray": "", "Mode": 0, "PropagationMethod": 0, "PropagationIterations": 0, "ConflictPolicy": 0,
          "PropagationTimes": False, "RelaxationMethod": 0, "RelaxationPreset": 0, "CoarseToFine": False,

@@ -24,12 +24,12 @@ CHANGED = {"MaterialPreset": "Function", "TissueThreshold": 60.0, "AnchorRigid":
            "RelaxationPreset": "Accurate", "CoarseToFine": 1,
            "ElasticRecovery": 0.75, "BodyArray": "RTData", "JointSize": 3, "JointConstraint": 0.0, "JointMargin": 5,
            "ModelArrays": ["Displacement", "Cluster"], "OutputPadding": 2, "OutputMagnification": 2, "UseOutputBounds": 1,
-           "OutputBounds": [-6.0, 5.0, -4.0, 6.5, -5.0, 4.0], "SmoothCuts": 0, "PullBack": 1, "BrickSize": [8, 4, 4], "ModelReduction": "2", "LabelArrays": ["RTData"]}
+           "OutputBounds": [-6.0, 5.0, -4.0, 6.5, -5.0, 4.0], "SmoothCuts": 0, "PullBack": 1, "ScalarSmoothing": 1.5, "BrickSize": [8, 4, 4], "ModelReduction": "2", "LabelArrays": ["RTData"]}
 # What the filter did not have at first.
 LATER = {"Mode": "FromRest", "PropagationMethod": "Envelope", "PropagationIterations": 0, "ConflictPolicy": "Limit",
          "PropagationTimes": 0, "RelaxationMethod": "Projected", "RelaxationPreset": "Custom",
          "CoarseToFine": 0, "ElasticRecovery": 1.0, "Rotations": 0, "PoissonRatio": 0.0, "BodyArray": "", "JointSize": 0, "JointConstraint": 0.5, "JointMargin": 4,
-         "ModelReduction": "1", "ModelArrays": ["Displacement", "Element"], "SmoothCuts": 1, "PullBack": 0}
+         "ModelReduction": "1", "ModelArrays": ["Displacement", "Element"], "SmoothCuts": 1, "PullBack": 0, "ScalarSmoothing": 0.0}
 OLD_STATE = os.path.join(OUTPUT, "TestState-old.pvsm")
 POINTS = [60.0, 0.35, 0.5, 0.0, 150.0, 0.25, 0.5, 0.0, 277.0, 0.15, 0.5, 0.0]
 

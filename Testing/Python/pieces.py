@@ -202,7 +202,8 @@ class Scene:
         filter.OutputMagnification = 2
         filter.UseOutputBounds = 1
         filter.OutputBounds = [b for pair in zip(self.at(0.2, 0.3, 0.1), self.at(0.7, 1.2, 0.6)) for b in pair]
-        show("finer, in part", filter)
+        filter.ScalarSmoothing = 0.75
+        show("finer, in part, smoothed", filter)
         filter.OutputMagnification = 1
         filter.UseOutputBounds = 0
         probe.Target = [2 * t - p for t, p in zip(probe.Target, probe.Position)]
