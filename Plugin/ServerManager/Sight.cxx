@@ -106,6 +106,14 @@ vtkSMProxy* DeformationOf(vtkSMProxy* proxy)
   return nullptr;
 }
 
+std::string Unsmoothed(const std::string& name)
+{
+  const std::string ending = " smooth";
+  const bool isSmooth =
+    name.size() > ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
+  return isSmooth ? name.substr(0, name.size() - ending.size()) : name;
+}
+
 std::array<double, 9> DirectionOf(vtkSMSourceProxy* source, int port)
 {
   vtkNew<vtkPVChainMailTissueInformation> asked;
@@ -272,11 +280,12 @@ void Sight::FindOpacity(vtkSMProxy* source, int port)
     const char* name = coloured.GetNumberOfElements() == 5 ? coloured.GetAsString(4) : nullptr;
     vtkSMPropertyHelper function(one, "ScalarOpacityFunction", true);
     vtkSMProxy* opacity = function.GetNumberOfElements() > 0 ? function.GetAsProxy() : nullptr;
-    if (name == nullptr || *name == '\0' || opacity == nullptr || (!this->Scalars.empty() && this->Scalars != name))
+    if (name == nullptr || *name == '\0' || opacity == nullptr ||
+        (!this->Scalars.empty() && this->Scalars != name && this->Scalars != Unsmoothed(name)))
     {
       continue;
     }
-    this->Scalars = name;
+    this->Scalars = this->Scalars.empty() ? (this->Deformation ? Unsmoothed(name) : name) : this->Scalars;
     this->Opacity = vtkSMPropertyHelper(opacity, "Points").GetDoubleArray();
     const double unit = vtkSMPropertyHelper(one, "ScalarOpacityUnitDistance", true).GetAsDouble();
     this->OpacityUnitDistance = unit > 0.0 ? unit : 1.0;

@@ -116,9 +116,8 @@ void pqChainMailDrag::start()
   this->TooSlow = false;
   this->IsFirst = true;
   this->IsOfNewModel = false;
-  vtkSMProxy* shown = pqChainMailSketch::shownOf(this->Deformation);
-  this->IsSketching =
-    this->View && this->Canvas.open(shown, this->View->getViewProxy()) && pqChainMailSketch::canShow(this->Deformation);
+  this->IsSketching = this->View && this->Canvas.open(this->Deformation, this->View->getViewProxy()) &&
+                      pqChainMailSketch::canShow(this->Deformation);
   if (!this->IsSketching)
   {
     this->borrow("RelaxationPreset", this->KeptPreset, 1);

@@ -2,23 +2,26 @@
 #include "pqChainMailLook.h"
 
 #include "ChainMailPresets.h"
+#include "Sight.h"
 #include "pqChainMailPipeline.h"
 
 #include "pqActiveObjects.h"
 #include "pqOutputPort.h"
-#include "pqPipelineSource.h"
-#include "pqServer.h"
 #include "pqUndoStack.h"
 #include "pqView.h"
 
 #include "vtkChainMailDeformation.h"
 #include "vtkChainMailScanStatistics.h"
+#include "vtkDataObject.h"
 #include "vtkNew.h"
 #include "vtkPVChainMailScanInformation.h"
+#include "vtkPVDataInformation.h"
+#include "vtkPVDataSetAttributesInformation.h"
 #include "vtkPiecewiseFunction.h"
 #include "vtkSMParaViewPipelineControllerWithRendering.h"
 #include "vtkSMPropertyHelper.h"
 #include "vtkSMRepresentationProxy.h"
+#include "vtkSMSessionProxyManager.h"
 #include "vtkSMSourceProxy.h"
 #include "vtkSMTransferFunctionManager.h"
 #include "vtkSMTransferFunctionPresets.h"
@@ -102,34 +105,12 @@ void Choose(const std::string& preset)
   view->render();
 }
 
-/// Shows what is selected through the filter ChainMail Smooth, with the look that it has.
-void Smooth()
-{
-  pqOutputPort* port = SelectedImage();
-  if (port == nullptr)
-  {
-    return;
-  }
-  BEGIN_UNDO_SET(QObject::tr("Smooth for a Picture"));
-  vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
-  const auto smooth = pqChainMailPipeline::create(port->getServer()->proxyManager(), "filters", "ChainMailSmooth");
-  controller->PreInitializeProxy(smooth);
-  vtkSMPropertyHelper(smooth, "Input").Set(port->getSourceProxy(), static_cast<unsigned int>(port->getPortNumber()));
-  controller->PostInitializeProxy(smooth);
-  controller->RegisterPipelineProxy(smooth);
-  pqPipelineSource* source = pqChainMailPipeline::applied(smooth);
-  pqChainMailPipeline::show(smooth, port, pqChainMailPipeline::lookOf(port), "CT skin");
-  pqActiveObjects::instance().setActiveSource(source);
-  END_UNDO_SET();
-  pqActiveObjects::instance().activeView()->render();
-}
-
 }
 
 //------------------------------------------------------------------------------
 void pqChainMailLook::Give(vtkSMProxy* representation, pqOutputPort* image, const std::string& preset)
 {
-  const std::string scalars = ColouringArray(representation);
+  const std::string scalars = vtkChainMail::Unsmoothed(ColouringArray(representation));
   if (scalars.empty() || !IsThere(preset) || !IsThere(OfAnyScale))
   {
     return;
@@ -176,6 +157,40 @@ void pqChainMailLook::Give(vtkSMProxy* representation, pqOutputPort* image, cons
 }
 
 //------------------------------------------------------------------------------
+void pqChainMailLook::ColourBySmoothed(vtkSMProxy* representation, vtkSMSourceProxy* deformation)
+{
+  const std::string scalars = ColouringArray(representation);
+  const std::string smoothed = scalars + " smooth";
+  const char* kind = vtkSMPropertyHelper(representation, "Representation", true).GetAsString();
+  vtkPVDataSetAttributesInformation* arrays = deformation->GetDataInformation(0)->GetPointDataInformation();
+  if (scalars.empty() || kind == nullptr || std::string(kind) != "Volume" ||
+      arrays->GetArrayInformation(smoothed.c_str()) == nullptr)
+  {
+    return;
+  }
+  // Functions of its own, which ParaView finds again when somebody chooses another array and comes back.
+  vtkNew<vtkSMTransferFunctionManager> functions;
+  vtkSMSessionProxyManager* manager = representation->GetSessionProxyManager();
+  vtkSMProxy* colours = functions->GetColorTransferFunction(smoothed.c_str(), manager);
+  vtkSMProxy* opacity = functions->GetOpacityTransferFunction(smoothed.c_str(), manager);
+  const auto take = [&](const char* name, vtkSMProxy* own)
+  {
+    vtkSMProxy* given = FunctionOf(representation, name);
+    if (given && given != own)
+    {
+      own->Copy(given, "vtkSMProxyProperty");
+      own->UpdateVTKObjects();
+    }
+    vtkSMPropertyHelper(representation, name).Set(own);
+  };
+  take("LookupTable", colours);
+  take("ScalarOpacityFunction", opacity);
+  vtkSMPropertyHelper(representation, "ColorArrayName")
+    .SetInputArrayToProcess(vtkDataObject::FIELD_ASSOCIATION_POINTS, smoothed.c_str());
+  representation->UpdateVTKObjects();
+}
+
+//------------------------------------------------------------------------------
 QMenu* pqChainMailLook::MakeMenu()
 {
   auto* menu = new QMenu(QObject::tr("Look"));
@@ -186,10 +201,6 @@ QMenu* pqChainMailLook::MakeMenu()
     action->setStatusTip(
       QObject::tr("Show what is selected as a volume, in the colours and opacities of this preset."));
   }
-  menu->addSeparator();
-  QAction* smooth = menu->addAction(QObject::tr("Smooth for a Picture"), [] { Smooth(); });
-  smooth->setStatusTip(QObject::tr("Show what is selected smoothed by three quarters of a voxel, so that skin has no "
-                                   "grain."));
   QObject::connect(menu, &QMenu::aboutToShow, menu,
     [menu]
     {

@@ -9,6 +9,7 @@
 class QMenu;
 class pqOutputPort;
 class vtkSMProxy;
+class vtkSMSourceProxy;
 
 namespace pqChainMailLook
 {
@@ -20,8 +21,12 @@ namespace pqChainMailLook
 /// but 0 is seen, in the colours that it has. Nothing happens where the plugin's presets are not there.
 void Give(vtkSMProxy* representation, pqOutputPort* image, const std::string& preset);
 
-/// A menu for what is selected, in the active view: the plugin's presets, which show it as a volume (those in
-/// Hounsfield units only CT), and the filter ChainMail Smooth for a picture.
+/// Colours a volume by the scalars that a deformation smoothed (ScalarSmoothing), where it did, with the colours and
+/// opacities that the scalars themselves have.
+void ColourBySmoothed(vtkSMProxy* representation, vtkSMSourceProxy* deformation);
+
+/// A menu for what is selected, in the active view: the plugin's presets, which show it as a volume. Those in
+/// Hounsfield units are for CT only.
 QMenu* MakeMenu();
 
 }

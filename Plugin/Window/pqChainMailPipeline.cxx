@@ -26,6 +26,10 @@
 
 namespace
 {
+// The standard deviation of ScalarSmoothing [voxels]; and up to how many voxels, as it takes 8 bytes for each.
+constexpr double SkinWithoutGrain = 0.75;
+constexpr double MostSmoothed = 150e6;
+
 vtkSMViewProxy* activeView()
 {
   pqView* view = pqActiveObjects::instance().activeView();
@@ -71,6 +75,10 @@ vtkSmartPointer<vtkSMSourceProxy> deform(pqOutputPort* scan, vtkSMProxy* probe)
   {
     vtkSMPropertyHelper(deformation, "Probes").Set(probe, 0);
   }
+  if (static_cast<double>(scan->getDataInformation()->GetNumberOfPoints()) <= MostSmoothed)
+  {
+    vtkSMPropertyHelper(deformation, "ScalarSmoothing").Set(SkinWithoutGrain);
+  }
   controller->PostInitializeProxy(deformation);
   controller->RegisterPipelineProxy(deformation);
   applied(deformation);
@@ -103,6 +111,10 @@ void show(vtkSMSourceProxy* deformation, pqOutputPort* scan, vtkSMProxy* look, c
   else if (shown)
   {
     pqChainMailLook::Give(shown, scan, preset);
+  }
+  if (shown)
+  {
+    pqChainMailLook::ColourBySmoothed(shown, deformation);
   }
   controller->Hide(scan->getSourceProxy(), scan->getPortNumber(), view);
 }

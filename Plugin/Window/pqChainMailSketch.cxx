@@ -25,7 +25,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <vector>
 
 namespace
 {
@@ -51,19 +50,16 @@ vtkAlgorithm* AlgorithmOf(vtkSMProxy* proxy)
   return vtkAlgorithm::SafeDownCast(proxy->GetClientSideObject());
 }
 
-/// The filters that take what a source makes.
-std::vector<vtkSMProxy*> FiltersBehind(vtkSMProxy* source)
+/// Whether a filter takes what a source makes.
+bool HasFiltersBehind(vtkSMProxy* source)
 {
-  std::vector<vtkSMProxy*> filters;
+  bool has = false;
   for (unsigned int n = 0; n < source->GetNumberOfConsumers(); ++n)
   {
     vtkSMProxy* consumer = source->GetConsumerProxy(n);
-    if (vtkSMSourceProxy::SafeDownCast(consumer) && !vtkSMRepresentationProxy::SafeDownCast(consumer))
-    {
-      filters.push_back(consumer);
-    }
+    has = has || (vtkSMSourceProxy::SafeDownCast(consumer) && !vtkSMRepresentationProxy::SafeDownCast(consumer));
   }
-  return filters;
+  return has;
 }
 
 /// Whether a connection comes from a source, perhaps through the filter that ParaView puts behind each.
@@ -83,21 +79,12 @@ bool pqChainMailSketch::canShow(vtkSMProxy* deformation)
   {
     return false;
   }
-  if (!FiltersBehind(pqChainMailSketch::shownOf(deformation)).empty())
+  if (HasFiltersBehind(deformation))
   {
     return false;
   }
   auto* image = vtkImageData::SafeDownCast(filter->GetInputDataObject(0, 0));
   return image && image->GetDataDimension() == 3;
-}
-
-//------------------------------------------------------------------------------
-vtkSMProxy* pqChainMailSketch::shownOf(vtkSMProxy* deformation)
-{
-  const std::vector<vtkSMProxy*> filters = FiltersBehind(deformation);
-  const bool isSmoothed = filters.size() == 1 && std::string(filters.front()->GetXMLName()) == "ChainMailSmooth" &&
-                          vtkSMPropertyHelper(filters.front(), "Input").GetOutputPort() == 0;
-  return isSmoothed ? filters.front() : deformation;
 }
 
 //------------------------------------------------------------------------------
@@ -201,6 +188,9 @@ void pqChainMailSketch::thin()
   const int padding = vtkSMPropertyHelper(this->Deformation, "OutputPadding").GetAsInt();
   this->Filter->SetOutputPadding((padding + this->Step - 1) / this->Step);
   this->Filter->SetOutputMagnification(1);
+  // As much as of the scan's own voxels.
+  this->Filter->SetScalarSmoothing(
+    vtkSMPropertyHelper(this->Deformation, "ScalarSmoothing").GetAsDouble() / this->Step);
 }
 
 //------------------------------------------------------------------------------

@@ -20,11 +20,8 @@ class pqChainMailSketch
 {
 public:
   /// Whether it can stand for a deformation: where this process computes it, from rest, where fewer voxels make no
-  /// other bodies, and where no filter but ChainMail Smooth waits for the result.
+  /// other bodies, and where no filter waits for the result.
   static bool canShow(vtkSMProxy* deformation);
-
-  /// The source that the window shows of a deformation: itself or, where it goes on to ChainMail Smooth alone, that.
-  static vtkSMProxy* shownOf(vtkSMProxy* deformation);
 
   pqChainMailSketch(vtkSMProxy* deformation, vtkSMProxy* dragged);
   ~pqChainMailSketch();

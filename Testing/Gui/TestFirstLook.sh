@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # What one sees first of a scan whose scale nobody knows, CT in 8 bits: its surface in the colours of skin, from the front;
-# and of a CT another preset of the plugin, chosen from the menu; then both smoothed, with the look that they have, and dragged. Before,
-# the former was a blue fog seen from above.
+# and of a CT another preset of the plugin, chosen from the menu; both smoothed, and dragged. Before, the former was a blue fog seen
+# from above.
 . "$(dirname "${BASH_SOURCE[0]}")/window.sh"
 needs_buttons
 phantom GuiFirstLook 64 56 72
@@ -17,5 +17,5 @@ for scale in hu bytes; do
   [ $status -eq 0 ] || fail "ParaView ended with status $status: $(tail -n 30 "$output/log.txt")"
   if errors "$output" >/dev/null; then fail "ParaView reports: $(errors "$output")"; fi
   "$CHAINMAIL_PVPYTHON" "$here/checkFirstLook.py" check "$output" $scale "$look" || fail "see above"
-  grep -q "Tissue followed in .*: sketch of every" "$output/drag.log" || fail "no sketch is shown through ChainMail Smooth"
+  grep -q "Tissue followed in .*: sketch of every" "$output/drag.log" || fail "no sketch is shown of smoothed scalars"
 done
