@@ -78,7 +78,7 @@ std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(const Scene& scene)
 bool Outputs::Sampled::operator==(const Sampled& other) const
 {
   const auto all = [](const Sampled& s)
-  { return std::tie(s.Array, s.Time, s.G, s.Nearest, s.Still, s.SmoothCuts, s.Builds); };
+  { return std::tie(s.Array, s.Numbers, s.Time, s.G, s.Nearest, s.Still, s.SmoothCuts, s.Builds); };
   const bool sameBackground =
     this->Background == other.Background || (std::isnan(this->Background) && std::isnan(other.Background));
   return all(*this) == all(other) && sameBackground && this->NotMeasured == other.NotMeasured;
@@ -108,7 +108,19 @@ void Outputs::ChooseSamplers(const Scene& scene)
     const bool isLabel = std::find(scene.LabelArrays.begin(), scene.LabelArrays.end(), name) != scene.LabelArrays.end();
     Sampled one(grids);
     one.Array = array;
-    one.Time = std::max(array->GetMTime(), scene.Image->GetMTime());
+    if (auto* numbers = vtkDataArray::SafeDownCast(array))
+    {
+      // ParaView shows the filter an image that was just modified in every update, with the arrays that it had.
+      const auto same = std::find_if(before.begin(), before.end(), [&](const Sampled& s) { return s.Array == array; });
+      one.Numbers.Take(numbers, scene.Image->GetMTime(),
+        array == scene.Scalars ? scene.Tissue.Scalars
+        : same != before.end() ? same->Numbers
+                               : ArrayContents());
+    }
+    else
+    {
+      one.Time = std::max(array->GetMTime(), scene.Image->GetMTime());
+    }
     one.Nearest = scene.Nearest || isLabel || (array == scene.Scalars && scene.AreLabels) ||
                   array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds();
     one.Still = name == vtkDataSetAttributes::GhostArrayName();

@@ -71,7 +71,8 @@ private:
 
     Grids G;
     vtkAbstractArray* Array = nullptr; ///< of the input
-    vtkMTimeType Time = 0;
+    ArrayContents Numbers;             ///< where it has numbers
+    vtkMTimeType Time = 0;             ///< where it has none
     bool Nearest = false;
     bool Still = false;
     bool SmoothCuts = false;

@@ -23,6 +23,11 @@ constexpr double reach = 3.0; // of the Gaussian, in standard deviations
 
 template <typename T> void ReadRow(const T* from, int components, int count, float* to)
 {
+  if (components == 1) // for the processor's vectors
+  {
+    std::copy_n(from, count, to);
+    return;
+  }
   for (int i = 0; i < count; ++i)
   {
     to[i] = static_cast<float>(from[static_cast<std::size_t>(i) * components]);
@@ -54,7 +59,8 @@ SmoothScalars::SmoothScalars(
   : Scalars(std::move(scalars))
   , G(grids)
   , Deviation(deviation)
-  , NotMeasured(notMeasured)
+  , Low(static_cast<float>(notMeasured.Low))
+  , High(static_cast<float>(notMeasured.High))
   , Radius(static_cast<int>(reach * deviation * grids.Finer))
 {
   std::vector<double> weights;
@@ -150,11 +156,6 @@ std::array<int, 3> SmoothScalars::FirstOf(std::size_t tile) const
   return { { along(0, tile % this->Tiles[0]), along(1, row % this->Tiles[1]), along(2, row / this->Tiles[1]) } };
 }
 
-bool SmoothScalars::IsKnown(float value) const
-{
-  return std::isfinite(value) && !this->NotMeasured.Has(static_cast<double>(value));
-}
-
 /// Reads a box of the output's scalars; NaN outside the image.
 SmoothScalars::Block SmoothScalars::Read(
   const std::array<int, 3>& first, const std::array<int, 3>& size, int component) const
@@ -220,8 +221,12 @@ void SmoothScalars::SmoothTile(std::size_t tile, int component, float* output) c
     size[a] = std::min(sizeOfTile[a], this->G.Width[a] - first[a]) + 2 * this->Radius;
   }
   Block values = this->Read(around, size, component);
-  const bool areKnown =
-    std::all_of(values.Values.begin(), values.Values.end(), [this](float value) { return this->IsKnown(value); });
+  int unknown = 0; // without a branch: this is done for all voxels
+  for (const float value : values.Values)
+  {
+    unknown |= this->IsKnown(value) ? 0 : 1;
+  }
+  const bool areKnown = unknown == 0;
   Block own(std::array<int, 3>{});
   Block known = own;
   if (!areKnown)

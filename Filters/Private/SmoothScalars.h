@@ -50,7 +50,8 @@ private:
   struct Block;
 
   std::array<int, 3> FirstOf(std::size_t tile) const;
-  bool IsKnown(float value) const;
+  /// False of NaN, and of infinite values where none stand for "not measured".
+  bool IsKnown(float value) const { return value > this->Low && value < this->High; }
   Block Read(const std::array<int, 3>& first, const std::array<int, 3>& size, int component) const;
   Block Convolved(Block values) const;
   void SmoothTile(std::size_t tile, int component, float* output) const;
@@ -58,7 +59,8 @@ private:
   std::shared_ptr<ArraySampler> Scalars;
   Grids G;
   double Deviation;
-  PaddingValues NotMeasured;
+  float Low; // see PaddingValues
+  float High;
   int Radius;
   std::vector<float> Weights; // 2 Radius + 1, with a sum of 1
   std::array<int, 3> Tiles;   // along each axis

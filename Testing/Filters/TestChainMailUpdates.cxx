@@ -228,6 +228,9 @@ int TestChainMailUpdates(int, char*[])
   scene.Image->SetOrigin(0.0, 0.0, 0.0);
   scene.Image->Modified();
   update("image touched, arrays not", resampled);
+  more->SetValue(7, 4.0f);
+  scene.Image->Modified();
+  update("an array written to in place, the image told", resampled);
 
   filter->PropagationTimesOn();
   update("PropagationTimes on", relaxed);
