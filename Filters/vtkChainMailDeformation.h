@@ -127,7 +127,7 @@
  * ElasticRecovery r below 1 only strain of more than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C),
  * fraction of the spacing), `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `CoarseToFineStep` (the share of
  * the correction by coarser grids that was taken: 1 all, 0 none; -1 where the last relaxation did not start on any),
- * `DisplacedElements` (elements away from their rest place; also by its deprecated name `ActiveElements`),
+ * `DisplacedElements` (elements away from their rest place),
  * `Milliseconds` (upload, propagate, relax, resample, download; 0 for steps that did not have to be done again),
  * `PeakDeviceMemory` (the most memory that all these filters of the process held on the device during this update [MB])
  * and `DeviceName`. With BodyArray or JointSize there are also, one row for each number of `Cluster`, `BodyVoxels`,
@@ -467,8 +467,7 @@ public:
     RELAXATION_CUSTOM = 0,
     RELAXATION_FAST = 1,
     RELAXATION_BALANCED = 2,
-    RELAXATION_ACCURATE = 3,
-    RELAXATION_INTERACTIVE = RELAXATION_FAST ///< deprecated
+    RELAXATION_ACCURATE = 3
   };
 
   ///@{
@@ -485,7 +484,6 @@ public:
   void SetRelaxationPresetToFast() { this->SetRelaxationPreset(RELAXATION_FAST); }
   void SetRelaxationPresetToBalanced() { this->SetRelaxationPreset(RELAXATION_BALANCED); }
   void SetRelaxationPresetToAccurate() { this->SetRelaxationPreset(RELAXATION_ACCURATE); }
-  void SetRelaxationPresetToInteractive() { this->SetRelaxationPresetToFast(); } ///< deprecated
   ///@}
 
   ///@{
@@ -694,10 +692,6 @@ public:
   vtkSetVector3Macro(BrickSize, int);
   vtkGetVector3Macro(BrickSize, int);
   ///@}
-
-  void SetBlockSize(int x, int y, int z) { this->SetBrickSize(x, y, z); } ///< deprecated, as the next two
-  void SetBlockSize(const int size[3]) { this->SetBrickSize(size); }
-  int* GetBlockSize() VTK_SIZEHINT(3) { return this->GetBrickSize(); }
 
   ///@{
   /**

@@ -50,7 +50,7 @@ void Outputs::RemoveFigures(vtkFieldData* fields)
 {
   for (const char* name : { "ProbeReached", "ProbeForce", "ProbeTurned", "ProbeTorque", "Energy", "MaxLinkExcess",
          "PropagationIterationsUsed", "RelaxationIterationsUsed", "CoarseToFineStep", "DisplacedElements",
-         "ActiveElements", "Milliseconds", "PeakDeviceMemory", "DeviceName", "BodyVoxels", "BodyHeldBy", "BodyLabel",
+         "Milliseconds", "PeakDeviceMemory", "DeviceName", "BodyVoxels", "BodyHeldBy", "BodyLabel",
          "Error" })
   {
     fields->RemoveArray(name);
@@ -320,8 +320,6 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   addRow(vtkNew<vtkIntArray>(), "RelaxationIterationsUsed", { static_cast<double>(found.Relaxation.iterations) });
   addRow(vtkNew<vtkDoubleArray>(), "CoarseToFineStep", { found.Relaxation.coarseStep.value_or(-1.0) });
   addRow(vtkNew<vtkIdTypeArray>(), "DisplacedElements", { static_cast<double>(found.Statistics.displaced) });
-  addRow(
-    vtkNew<vtkIdTypeArray>(), "ActiveElements", { static_cast<double>(found.Statistics.displaced) }); // its old name
   vtkNew<vtkDoubleArray> milliseconds;
   addRow(
     milliseconds, "Milliseconds", { this->Reports.GetMilliseconds().begin(), this->Reports.GetMilliseconds().end() });

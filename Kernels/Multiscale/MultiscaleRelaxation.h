@@ -19,7 +19,6 @@ public:
 
   /// Whether the first sweeps after a restart start on coarser grids. Default: not.
   void startCoarse(bool wanted) { this->startsCoarse_ = wanted; }
-  bool startsCoarse() const { return this->startsCoarse_; }
 
   RelaxResult run(const RelaxationTask& task) override;
   bool keepsLimits() const override { return true; }

@@ -42,9 +42,6 @@ public:
   /// Whether there is a render view. Without one it looks from the front, against the image's y axis.
   bool HasView() const { return this->View != nullptr; }
 
-  /// The deformation in question; null where the tissue is not deformed yet.
-  vtkSMProxy* GetDeformation() const { return this->Deformation; }
-
   double GetDiagonal() const { return this->Diagonal; }
   const std::array<double, 6>& GetBounds() const { return this->Bounds; }
 
@@ -63,7 +60,6 @@ public:
 
   /// All such tissue, the nearest to the middle first.
   const std::vector<Place>& GetSpots() const { return this->Spots; }
-  const Place& GetSpot() const { return this->Spots.front(); }
   bool HasTurned() const { return this->Turned; }
 
   /// A direction from shares of the view's axes: to the right, up, and towards the viewer.

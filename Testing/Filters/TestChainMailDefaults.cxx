@@ -113,7 +113,7 @@ int TestChainMailDefaults(int, char*[])
   }
   word("GetModelArraySelection()", modelArrays);
   word("vtkGetMacro(RelaxationMethod,", relaxations[filter->GetRelaxationMethod()]);
-  const char* relaxationPresets[] = { "RELAXATION_CUSTOM", "RELAXATION_INTERACTIVE", "RELAXATION_BALANCED",
+  const char* relaxationPresets[] = { "RELAXATION_CUSTOM", "RELAXATION_FAST", "RELAXATION_BALANCED",
     "RELAXATION_ACCURATE" };
   word("vtkGetMacro(RelaxationPreset,", relaxationPresets[filter->GetRelaxationPreset()]);
   word("vtkGetMacro(CoarseToFine,", filter->GetCoarseToFine() ? "on" : "off");
@@ -174,12 +174,6 @@ int TestChainMailDefaults(int, char*[])
   strange->PrintSelf(strangeText, vtkIndent());
   check.Contains(strangeText.str(), "Mode: (unknown)", "PrintSelf");
   check.Contains(strangeText.str(), "Interpolation: (unknown)", "PrintSelf");
-  // Names that other versions had.
-  strange->SetRelaxationPresetToInteractive();
-  check.Equal(
-    strange->GetRelaxationPreset(), static_cast<int>(vtkChainMailDeformation::RELAXATION_FAST), "Interactive");
-  strange->SetBlockSize(8, 4, 2);
-  check.Equal(strange->GetBrickSize()[1], 4, "BlockSize");
 
   // A setter that changes something modifies the filter, once; repeated it does not, not even with NaN.
   vtkNew<vtkPiecewiseFunction> function;

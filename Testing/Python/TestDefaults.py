@@ -131,11 +131,4 @@ SetActiveSource(None)
 probe = ChainMailProbe()
 require(list(probe.Position) == [0, 0, 0] and list(probe.Target) == [0, 0, 0], "a probe without data is at %s",
         probe.Position)
-
-# The name that BrickSize had goes on working; whichever is set last counts.
-for name, size in (("BlockSize", [8, 4, 4]), ("BrickSize", [4, 2, 2]), ("BlockSize", [16, 8, 8])):
-    setattr(deformation, name, size)
-    update(deformation, reports)
-    found = list(deformation.GetClientSideObject().GetBrickSize())
-    require(found == size, "after %s = %s bricks are of %s", name, size, found)
 print("defaults fit")
