@@ -97,10 +97,13 @@ Fingerprint Leaf::GetFingerprint() const
   Fingerprint h = FingerprintOf(points ? points->GetData() : nullptr);
   if (this->Port == PROBES || this->Port == REGIONS)
   {
+    // All arrays, instead of a list of names that would have to be kept up to date.
     vtkPointData* arrays = this->Data->GetPointData();
-    for (const char* name : { "Displacement", "Radius", "Anchor", "Rotation", "Centre", "Body", "Constraint" })
+    for (int n = 0; n < arrays->GetNumberOfArrays(); ++n)
     {
-      const Fingerprint parts[] = { h, FingerprintOf(arrays->GetArray(name)) };
+      const std::string name = arrays->GetArrayName(n) ? arrays->GetArrayName(n) : "";
+      h = FingerprintOf(name.data(), name.size(), h);
+      const Fingerprint parts[] = { h, FingerprintOf(arrays->GetArray(n)) }; // 0 where it has no numbers
       h = FingerprintOf(parts, sizeof(parts));
     }
     return h;

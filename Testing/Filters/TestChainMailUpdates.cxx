@@ -307,6 +307,22 @@ int TestChainMailUpdates(int, char*[])
   scene.Probes->GetPoints()->SetPoint(0, 5.0, 6.0, 5.0);
   scene.Probes->GetPoints()->Modified();
   update("probe moved", relaxed);
+  vtkNew<vtkDoubleArray> ofProbes[2];
+  for (int n = 0; n < 2; ++n)
+  {
+    ofProbes[n]->SetName(n == 0 ? "Tolerance" : "Radius");
+    ofProbes[n]->SetNumberOfTuples(scene.Probes->GetNumberOfPoints());
+    ofProbes[n]->Fill(n == 0 ? 0.4 : 0.0);
+    scene.Probes->GetPointData()->AddArray(ofProbes[n]);
+    update(std::string(ofProbes[n]->GetName()) + " of probes", relaxed);
+    ofProbes[n]->SetValue(0, n == 0 ? 2.5 : 1.5);
+    ofProbes[n]->Modified();
+    scene.Probes->Modified();
+    update(std::string(ofProbes[n]->GetName()) + " of a probe changed", relaxed);
+  }
+  scene.Probes->GetPointData()->RemoveArray("Tolerance");
+  scene.Probes->GetPointData()->RemoveArray("Radius");
+  update("probes without them again", relaxed);
   scene.Cuts->GetPoints()->SetPoint(1, 9.5, 6.3, -1.0);
   scene.Cuts->GetPoints()->Modified();
   update("cut changed", relaxed);
