@@ -3,11 +3,11 @@
  * @class   vtkChainMailBladeSource
  * @brief   one blade for vtkChainMailDeformation
  *
- * The output is a rectangle, or a parallelogram where Direction is not at right angles to the edge: an incision from
- * Start to End on the skin, Depth deep along Direction. It stands out by Height on the other side, so that it cuts
- * through skin that bulges between the two ends. Connect it to the `Cuts` of a vtkChainMailDeformation. Lengths are in
- * the physical units of the image (mm for medical data), in world axes. As with any VTK algorithm, one thread at a time
- * may use a source.
+ * The output is a rectangle, or a parallelogram where Direction is not at right angles to the edge. It is an incision
+ * from Start to End on the skin, Depth deep along Direction. On the other side it stands out by Height, so it also cuts
+ * skin that bulges between the two ends. Connect it to the `Cuts` of a vtkChainMailDeformation. Lengths are in the
+ * physical units of the image (mm for medical data), in world axes. As with any VTK algorithm, one thread at a time may
+ * use a source.
  */
 
 #ifndef vtkChainMailBladeSource_h
@@ -35,7 +35,7 @@ public:
 
   ///@{
   /**
-   * The way that the blade goes into the tissue, a vector of any length but 0. Default: 0 0 -1.
+   * The direction in which the blade enters the tissue, a vector of any length except 0. Default: 0 0 -1.
    */
   vtkSetVector3Macro(Direction, double);
   vtkGetVector3Macro(Direction, double);
@@ -43,7 +43,7 @@ public:
 
   ///@{
   /**
-   * How deep the blade goes, from the line between the ends [mm], [0, VTK_DOUBLE_MAX]. Default: 0.5.
+   * Depth of the blade below the line between the ends [mm], [0, VTK_DOUBLE_MAX]. Default: 0.5.
    */
   vtkSetClampMacro(Depth, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Depth, double);
@@ -51,7 +51,7 @@ public:
 
   ///@{
   /**
-   * How far it stands out, from the line between the ends [mm], [0, VTK_DOUBLE_MAX]. Default: 0.5.
+   * Height of the blade above the line between the ends [mm], [0, VTK_DOUBLE_MAX]. Default: 0.5.
    */
   vtkSetClampMacro(Height, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Height, double);

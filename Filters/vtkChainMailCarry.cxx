@@ -66,7 +66,7 @@ public:
   {
   }
 
-  /// Whether the processes of a parallel server ask for one piece each, all at once.
+  /// Whether the processes of a parallel server request one piece each, all at once.
   bool IsParallel(vtkInformation* output) const
   {
     vtkMultiProcessController* controller = this->Self->Controller;
@@ -75,7 +75,7 @@ public:
            controller->GetLocalProcessId() == output->Get(Pipeline::UPDATE_PIECE_NUMBER());
   }
 
-  /// Reads the deformation anew where it is another one than in the last update. Every process comes here.
+  /// Reads the deformation again if it has changed since the last update. All processes have to call this.
   void Read(const Exchange& exchange, vtkImageData* part, const Extent& whole)
   {
     std::vector<Source> sources;
@@ -207,7 +207,8 @@ private:
     this->LostArrays = names;
   }
 
-  /// An array of the deformation and when it changed. The array is kept, so that no other one can have its address.
+  /// An array of the deformation and the time of its last change. Keeping a reference prevents another array from being
+  /// allocated at the same address.
   struct Source
   {
     vtkSmartPointer<vtkAbstractArray> Array;
@@ -217,7 +218,7 @@ private:
 
   std::unique_ptr<Carrying> Map;
   std::vector<Source> Sources;
-  std::set<std::string> LostArrays; // that were warned about
+  std::set<std::string> LostArrays; // already warned about
 };
 
 //------------------------------------------------------------------------------
@@ -294,8 +295,8 @@ vtkMultiProcessController* vtkChainMailCarry::GetController()
 //------------------------------------------------------------------------------
 int vtkChainMailCarry::FillInputPortInformation(int port, vtkInformation* info)
 {
-  // Also what cannot be carried comes in here, so that an error can say what to do about it. A composite dataset is
-  // handled as one, since all processes have to come to each update of it, whichever blocks they have.
+  // Any data object is accepted, so that the error for an unsupported one can say what to do. A composite dataset is
+  // accepted as a whole because all processes have to take part in each update, whichever blocks they have.
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), port == INPUT ? "vtkDataObject" : "vtkImageData");
   return 1;
 }
@@ -329,8 +330,8 @@ int vtkChainMailCarry::RequestUpdateExtent(
     vtkChainMail::AskForAll(inputVector + DEFORMATION, 1);
     return 1;
   }
-  // The processes ask for a piece each, as the deformation then works once for all of them. The executive splits this
-  // extent when it comes to compute.
+  // Each process requests a piece, because then the deformation computes once for all of them. The executive splits
+  // this extent into pieces when it executes the deformation.
   const Extent whole = ExtentIn(model, Pipeline::WHOLE_EXTENT());
   model->Set(Pipeline::UPDATE_EXTENT(), whole.data(), 6);
   model->Set(Pipeline::UPDATE_NUMBER_OF_GHOST_LEVELS(), 0);
@@ -389,7 +390,7 @@ int vtkChainMailCarry::RequestData(
   }
   // SetErrorCode() would make this update out of date.
   this->ErrorCode = problem.empty() || isStopped ? vtkErrorCode::NoError : vtkErrorCode::UserError;
-  return 1; // what is downstream has something to show, and does not report the error again
+  return 1; // downstream filters have something to show, and do not report the error again
 }
 
 //------------------------------------------------------------------------------

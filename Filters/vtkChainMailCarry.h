@@ -3,13 +3,14 @@
  * @class   vtkChainMailCarry
  * @brief   carry meshes, points and images along with a deformation, or back to rest
  *
- * vtkChainMailDeformation deforms a scan. This filter takes what else there is of the same patient through the same
- * deformation: landmarks, lines, surfaces and meshes, images and labels on any grid. With DIRECTION_FORWARD what lies
- * in the tissue at rest goes to where this tissue is now; with DIRECTION_BACKWARD what was found in the deformed scan
- * goes to where its tissue was. One undoes the other.
+ * vtkChainMailDeformation deforms a scan. This filter applies the same deformation to other data of the same patient:
+ * landmarks, lines, surfaces and meshes, images and labels on any grid. DIRECTION_FORWARD moves what lies in the tissue
+ * at rest to where this tissue is now. DIRECTION_BACKWARD moves what was found in the deformed scan to where its tissue
+ * was at rest. One is the inverse of the other.
  *
- * Both are the map by which the deformation resamples its scan: trilinear between the elements of a cell that belong
- * together, so what lies beside a cut goes with the tissue on its own side. The way back is that map inverted.
+ * The forward map is the one by which the deformation resamples its scan: trilinear in each cell, between those of its
+ * elements that are still connected. So what lies beside a cut moves with the tissue on its own side. The backward map
+ * is its inverse.
  *
  * @section vtkChainMailCarry-inputs Input ports
  *
@@ -17,35 +18,37 @@
  * - 1, `Deformation`: output 1 of vtkChainMailDeformation, the model at rest, with its arrays `Displacement`, `Element`
  *   and, where something is cut or carved, `Links`. It can be read from a file.
  *
- * Both in the same world axes. The output has the time steps of both.
+ * Both inputs have to be in the same world axes. The output has the time steps of both.
  *
  * @section vtkChainMailCarry-output Output
  *
- * Of a point set the same with its points moved, each in their own type: cells, arrays and field data are the input's.
- * The active point normals turn with their surface, those of cells are left out; other vectors stay as they are. A cell
- * across a cut is stretched, as its points go with their own sides.
+ * For a point set: the same point set with its points moved, in their own type. Cells, arrays and field data are the
+ * input's. The active point normals rotate with their surface, cell normals are left out, and other vectors stay as
+ * they are. A cell across a cut is stretched because its points move with their own sides.
  *
- * Of an image the same grid, with all point arrays resampled as the deformation does: what moved is sampled, what did
- * not keeps its bits, and where tissue went away and none came, where it was carved, and where material comes from
- * outside of the image, there is background. Arrays of labels take the nearest voxel (see LabelArrays). Global ids
- * become an ordinary array; cell arrays are left out, which is warned about once; ghosts and blanks stay.
+ * For an image: the same grid, with all point arrays resampled as the deformation does. Voxels whose material moved are
+ * sampled; all others keep their bits. Background is shown where tissue left and none came, where tissue was carved
+ * away, and where material comes from outside of the image. Arrays of labels take the nearest voxel (see LabelArrays).
+ * Global ids become an ordinary array. Cell arrays are left out, which is warned about once. Ghost and blank marks stay
+ * in place.
  *
- * Points in the air go along with the tissue beside them, further away with a mean over more and more of it. On the way
- * back a point that no tissue came to, such as one in an open cut, goes along with the tissue that is nearest now.
- * Carved tissue counts as air here. In images air that no tissue moves stays where it is.
+ * Points in the air move with the nearby tissue; the further away they are, the more tissue their mean displacement
+ * includes. In the backward map a point that no tissue came to, such as one in an open cut, moves with the tissue that
+ * is nearest now. Carved tissue counts as air here. In images, air that no tissue moves stays where it is.
  *
  * An update that fails reports one error, sets the error code, and shows the input as it is, with the message in the
  * field array `Error`.
  *
  * @section vtkChainMailCarry-parallel Pieces and processes
  *
- * The processes of a parallel server (see SetController()) each carry their own part of a point set, or the blocks that
- * they have of a composite dataset. Each gets all of the deformation, and of an image, from which it makes its part.
+ * The processes of a parallel server (see SetController()) each carry their own part of a point set, or their own
+ * blocks of a composite dataset. Each process gets the whole deformation, and the whole of an image, of which it
+ * computes its part.
  *
  * @section vtkChainMailCarry-limitations Limitations
  *
- * Where tissue folded over itself a place has several origins: it gets the one that the deformed scan shows. Points in
- * float32 cannot be more exact than that.
+ * Where tissue folded over itself a place has several origins; the one that the deformed scan shows is taken. Points
+ * stored in float32 are only as accurate as float32.
  *
  * @par Example
  * @code
@@ -107,8 +110,8 @@ public:
   ///@{
   /**
    * How arrays of images are sampled: trilinear, integers rounded to the nearest (INTERPOLATION_LINEAR, 0), or at the
-   * nearest voxel (INTERPOLATION_NEAREST, 1), as always for arrays that are taken for labels
-   * (vtkChainMailScanStatistics), ids, bits, strings and variants. Default: INTERPOLATION_LINEAR.
+   * nearest voxel (INTERPOLATION_NEAREST, 1). Arrays that are taken for labels (vtkChainMailScanStatistics), ids, bits,
+   * strings and variants always take the nearest voxel. Default: INTERPOLATION_LINEAR.
    */
   vtkSetClampMacro(Interpolation, int, INTERPOLATION_LINEAR, INTERPOLATION_NEAREST);
   vtkGetMacro(Interpolation, int);
@@ -117,7 +120,7 @@ public:
   ///@}
 
   ///@{
-  /** Names of point arrays of images that hold labels and so take the nearest voxel. Default: none. */
+  /** Names of point arrays of images that hold labels, which are sampled at the nearest voxel. Default: none. */
   void AddLabelArray(const char* name);
   void RemoveLabelArray(const char* name);
   void ClearLabelArrays();
@@ -128,9 +131,9 @@ public:
 
   ///@{
   /**
-   * Whether an image shows what air is in it (vtkChainMailScanStatistics) where there is nothing to show. Off: its
-   * scalars show BackgroundValue. All other arrays show their smallest finite value, by component; bits are 0, strings
-   * empty. Default: on.
+   * Whether the background of an image is the value of air in it (vtkChainMailScanStatistics). Off: the background of
+   * the scalars is BackgroundValue. The background of all other arrays is their smallest finite value, by component;
+   * bits are 0, strings empty. Default: on.
    */
   vtkSetMacro(FitBackground, bool);
   vtkGetMacro(FitBackground, bool);
@@ -138,7 +141,7 @@ public:
   ///@}
 
   ///@{
-  /** Value of the scalars without FitBackground, brought into the range of their type. Default: 0. */
+  /** Background of the scalars without FitBackground, clamped to the range of their type. Default: 0. */
   vtkSetMacro(BackgroundValue, double);
   vtkGetMacro(BackgroundValue, double);
   ///@}

@@ -51,7 +51,7 @@ using vtkChainMail::Outcome;
 using vtkChainMail::PROBES;
 
 //------------------------------------------------------------------------------
-/// Keeps the state between updates, and is the one place that turns the engine's exceptions into VTK's errors.
+/// Keeps the state between updates, and is the only place that converts the engine's exceptions to VTK errors.
 class vtkChainMailDeformation::vtkInternals
 {
 public:
@@ -63,7 +63,7 @@ public:
   {
   }
 
-  /// Computes both outputs or, where that fails, what they show instead.
+  /// Computes both outputs or, after an error, what they show instead.
   Outcome Compute(const Inputs& inputs)
   {
     Outcome outcome;
@@ -75,7 +75,7 @@ public:
     catch (const chainmail::Aborted&)
     {
       this->Engine.Stop();
-      outcome.Stopped = true; // no error: somebody asked for it
+      outcome.Stopped = true; // on request, so no error
     }
     catch (const chainmail::DeviceError& error)
     {
@@ -106,7 +106,7 @@ public:
     return outcome;
   }
 
-  /// When a property last changed of which the state depends, and not only what is shown of it.
+  /// When a property last changed that the state depends on. ModelArrays is none: it changes only what is shown.
   vtkMTimeType GetTimeOfState() const
   {
     const vtkMTimeType own = this->Self->Superclass::GetMTime();
@@ -122,7 +122,7 @@ public:
     }
     catch (const chainmail::Aborted&)
     {
-      this->Last.Stopped = true; // so the next update makes what is missing
+      this->Last.Stopped = true; // so the next update adds the missing arrays
     }
     catch (const std::exception& error)
     {
@@ -146,7 +146,7 @@ public:
     }
     catch (const std::exception&)
     {
-      return false; // the next update says what is wrong
+      return false; // the next update reports the error
     }
   }
 
@@ -159,8 +159,8 @@ public:
   vtkChainMail::Report Words;
   vtkChainMail::LabelVoxels Labels;
 
-  /// Where readers were told that the deformed image of an image is, and where that was in the last update that
-  /// succeeded. The same in all processes.
+  /// Extent and spacing of the input and of the deformed image. `Announced` is what RequestInformation() gave to
+  /// downstream filters, `Good` that of the last successful update. Both are the same in all processes.
   struct Place
   {
     std::array<int, 6> Image{ { 0, -1, 0, -1, 0, -1 } };
@@ -193,7 +193,7 @@ private:
     scalars.Array = this->Self->GetInputAbstractArrayToProcess(0, inputs.Image, scalars.Association);
 
     const vtkChainMail::Scene scene(this->Self, inputs, scalars, this->Engine.GetTissue(), this->Labels);
-    // An output that is there already is written to again.
+    // Memory is checked for a new output only: an output of the same extent is written to again.
     const bool isNew =
       this->Announced.Deformed != this->Good.Deformed || this->Announced.Magnification != this->Good.Magnification;
     if (isNew && this->Announced.Magnification > 1)
@@ -324,7 +324,7 @@ void vtkChainMailDeformation::Reset()
 bool vtkChainMailDeformation::GetNeedsUpdate()
 {
   const bool needed = this->Mode == MODE_INTERACTIVE && this->Internals->Last.NeedsUpdate;
-  // Of several processes perhaps only one is asked. If it updated alone, it would wait for the others without end.
+  // In a parallel run perhaps only one process calls this. If it updated alone, it would wait for the others for ever.
   if (needed && !this->Internals->ComputedInParallel)
   {
     this->Modified();
@@ -339,7 +339,7 @@ const char* vtkChainMailDeformation::GetReport()
   {
     return this->Internals->Words.Get(this->Internals->Engine).c_str();
   }
-  catch (const std::exception& error) // the device failed while it was asked what holds a probe
+  catch (const std::exception& error) // the device failed during the search for what holds a probe
   {
     vtkErrorMacro(<< error.what());
     return "";
@@ -366,7 +366,7 @@ bool vtkChainMailDeformation::GetGlobalProbeWarnings()
 }
 
 //------------------------------------------------------------------------------
-// vtkSetMacro would take every call with NaN for a change, as NaN differs from itself.
+// vtkSetMacro would treat every call with NaN as a change, because NaN differs from itself.
 void vtkChainMailDeformation::SetTissueThreshold(double threshold)
 {
   if (this->TissueThreshold != threshold && !(std::isnan(this->TissueThreshold) && std::isnan(threshold)))
@@ -471,8 +471,8 @@ int vtkChainMailDeformation::FillInputPortInformation(int port, vtkInformation* 
 {
   const char* const types[] = { "vtkImageData", "vtkPointSet", "vtkPolyData", "vtkPolyData", "vtkPointSet" };
   info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), types[port]);
-  // Without this the executive would run the filter once for every block, with one simulation for all. An input that
-  // holds several images is an error that the update reports.
+  // Without this the executive would run the filter once for every block, with one simulation for all blocks. A
+  // composite image is an error, which the update reports.
   info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkCompositeDataSet");
   if (port != IMAGE)
   {
@@ -505,7 +505,7 @@ int vtkChainMailDeformation::RequestInformation(
     vtkDataObject::SetPointDataActiveScalarInfo(model, VTK_UNSIGNED_CHAR, 1);
   }
 
-  vtkNew<vtkImageData> image; // where its voxels are
+  vtkNew<vtkImageData> image; // geometry only: extent, origin, spacing and direction
   vtkChainMail::DescribeImage(input, image);
   vtkInternals::Place& place = this->Internals->Announced;
   place = vtkInternals::Place();
@@ -520,7 +520,8 @@ int vtkChainMailDeformation::RequestInformation(
   }
   catch (const InputError&)
   {
-    // The update will report it, and show what was shown last, or else the image as it is.
+    // The update will report this error. It then shows the last good result if that fits this image, else the image as
+    // it is. So announce the extent and spacing of that.
     const vtkInternals::Place& good = this->Internals->Good;
     place = good.Image == extent ? good : place;
   }
@@ -531,10 +532,10 @@ int vtkChainMailDeformation::RequestInformation(
   for (vtkInformation* output : { deformed, model })
   {
     times.Tell(output);
-    // Lets the executive turn the number of a piece into the extent to deliver.
+    // Lets the executive translate a piece number to the extent of that piece.
     output->Set(vtkAlgorithm::CAN_PRODUCE_SUB_EXTENT(), 1);
-    // An update that failed leaves its request behind. The executive would combine it with the next one, to an extent
-    // that this image may not have.
+    // A failed update leaves its update extent behind. The executive would combine it with the next request, into an
+    // extent that may exceed this image.
     output->Remove(Pipeline::COMBINED_UPDATE_EXTENT());
   }
   return 1;
@@ -557,15 +558,15 @@ int vtkChainMailDeformation::RequestData(
   vtkInternals& internals = *this->Internals;
   for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
   {
-    // Images keep their last scalars for filters that write into them. Here they would only keep memory from being
-    // used.
+    // VTK keeps the last scalars of an image for filters that overwrite them. This filter does not, so free their
+    // memory.
     vtkImageData::GetData(outputVector, port)->GetPointData()->Initialize();
   }
   vtkInformation* asked = outputVector->GetInformationObject(0);
   const int pieces = asked->Get(Pipeline::UPDATE_NUMBER_OF_PIECES());
 
-  // The processes of a parallel server ask for one piece each, all at once. Anything that asks in another way, say a
-  // writer that streams, is served alone.
+  // The processes of a parallel server request one piece each, all at once. Any other request, for example of a
+  // streaming writer, is answered by this process alone.
   const bool parallel = this->Controller && pieces > 1 && this->Controller->GetNumberOfProcesses() == pieces &&
                         this->Controller->GetLocalProcessId() == asked->Get(Pipeline::UPDATE_PIECE_NUMBER());
   const Exchange exchange(parallel ? this->Controller.Get() : nullptr);
@@ -583,9 +584,9 @@ int vtkChainMailDeformation::RequestData(
     if (!exchange.IsRoot())
     {
       internals.Engine.Leave();
-      internals.Words.Set(std::string()); // what was not written down is with an engine that is gone
+      internals.Words.Set(std::string()); // a report that is not written yet needs the engine, which is gone
     }
-    // The root prints the error; on other processes it reaches those that listen for it.
+    // The root prints the error; other processes only notify observers of ErrorEvent.
     if (!internals.Last.Error.empty() && (exchange.IsRoot() || this->HasObserver(vtkCommand::ErrorEvent)))
     {
       vtkErrorMacro(<< internals.Last.Error);
@@ -619,8 +620,8 @@ int vtkChainMailDeformation::RequestData(
 #if VTK_VERSION_NUMBER >= VTK_VERSION_CHECK(9, 2, 20220823)
   if (internals.Last.Stopped)
   {
-    // The executive would empty the outputs of a filter that says it was aborted. What that does to the time of
-    // modification would make views update again at once.
+    // The executive would empty the outputs of an aborted filter, so clear that mark. The setter changes MTime, by
+    // which views would update again at once, so restore MTime.
     const vtkTimeStamp before = this->MTime;
     this->SetAbortOutput(false);
     this->MTime = before;
@@ -628,8 +629,8 @@ int vtkChainMailDeformation::RequestData(
 #endif
   // SetErrorCode() would make this update out of date.
   this->ErrorCode = internals.Last.Error.empty() ? vtkErrorCode::NoError : vtkErrorCode::UserError;
-  // An update that failed shows the last good result, or the image as it is. If the pipeline failed instead, views
-  // would have nothing to draw, even after the mistake was mended, and would report it over and over.
+  // A failed update shows the last good result, or the image as it is. If it returned 0 instead, views would have
+  // nothing to draw, even after the mistake was corrected, and would report the error repeatedly.
   return 1;
 }
 

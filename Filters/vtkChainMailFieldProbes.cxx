@@ -27,7 +27,7 @@ namespace
 
 using chainmail::InputError;
 
-/// Where the field counts.
+/// The mask, or everything where there is none.
 class Mask
 {
 public:
@@ -78,8 +78,8 @@ private:
   int Extent[6] = { 0, -1, 0, -1, 0, -1 };
 };
 
-/// Visits the voxels of an image some steps apart, counted from index 0, so that pieces agree; and those that pieces
-/// have in common once.
+/// Visits every n-th voxel of an image along each axis. Counting starts at index 0, so all pieces choose alike. Voxels
+/// that two pieces have in common are visited once.
 void VisitVoxels(vtkImageData* image, vtkInformation* info, double spacing, const std::function<void(vtkIdType)>& visit)
 {
   int extent[6];

@@ -4,14 +4,15 @@
  * @brief   a field of displacements as probes for vtkChainMailDeformation
  *
  * Other programs give a displacement for each voxel of an image, or each point of a mesh [mm, world axes]. This class
- * takes places of it, some Spacing apart, and asks the tissue there to go along: all of it, or what is inside a mask
- * (port 1). Places where the field is not finite have none, as in the array `PullBack`.
+ * makes probes from it, about Spacing apart: everywhere, or inside a mask (port 1). There are none where the field is
+ * not finite, as in the background of the array `PullBack`.
  *
- * Probes have to be in tissue. So the mask is a mask of the tissue that is meant, or the scan itself with MaskMinimum
- * as its tissue threshold. It may be of another grid than the field: the nearest voxel counts.
+ * Probes have to be in tissue. So use a mask of that tissue, or the scan itself with MaskMinimum as its tissue
+ * threshold. The grid of the mask may differ from that of the field: the nearest voxel counts.
  *
- * With Tolerance the tissue follows a noisy field as far as its mechanics like. Without it the probes are met as far as
- * the tissue gives way, and where they do not fit together they share.
+ * With Tolerance the tissue follows a noisy field in the least-squares sense, weighed against its own energy. Without
+ * it probes reach their displacements as far as the limits of the tissue allow. Incompatible probes share if they are
+ * more than 32 (see ConflictPolicy of vtkChainMailDeformation).
  *
  * The output is for the `Probes` of vtkChainMailDeformation: points with `Displacement`, `Radius` and `Tolerance`.
  * Fields may come in pieces; the mask is read whole.
@@ -36,7 +37,7 @@ public:
 
   ///@{
   /**
-   * The image that says where the field counts, port 1; may be empty.
+   * The image that says where the field counts, port 1; optional.
    */
   void SetMaskConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(1, output); }
   void SetMaskData(vtkDataObject* data) { this->SetInputData(1, data); }
@@ -44,8 +45,8 @@ public:
 
   ///@{
   /**
-   * The point array of 3 components with the displacements [mm]. Default: "", which is `Displacement`, else the active
-   * vectors.
+   * The point array of 3 components with the displacements [mm]. Default: "", which means `Displacement`, else the
+   * active vectors.
    */
   vtkSetStdStringFromCharMacro(Field);
   vtkGetCharFromStdStringMacro(Field);
@@ -61,7 +62,7 @@ public:
 
   ///@{
   /**
-   * Inside is where the mask has this value or more. Default: 1.
+   * Inside the mask is where its value is at least this. Default: 1.
    */
   vtkSetMacro(MaskMinimum, double);
   vtkGetMacro(MaskMinimum, double);
@@ -69,8 +70,8 @@ public:
 
   ///@{
   /**
-   * How far apart the places are [mm], [0, VTK_DOUBLE_MAX]: every so many voxels of an image, rounded; of a mesh one
-   * point in each cube of that size. 0 takes all. Default: 0.
+   * Distance between probes [mm], [0, VTK_DOUBLE_MAX]. In an image it is rounded to a whole number of voxels along each
+   * axis; of a mesh, one point is taken in each cube of this size. 0 takes all. Default: 0.
    */
   vtkSetClampMacro(Spacing, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Spacing, double);
@@ -78,8 +79,8 @@ public:
 
   ///@{
   /**
-   * Tissue within this distance of a place moves with it [mm], [0, VTK_DOUBLE_MAX]; 0 stands for the nearest element
-   * alone. Default: 0.
+   * Tissue within this distance of a probe moves with it [mm], [0, VTK_DOUBLE_MAX]; 0: the nearest element alone.
+   * Default: 0.
    */
   vtkSetClampMacro(Radius, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Radius, double);
@@ -87,14 +88,15 @@ public:
 
   ///@{
   /**
-   * How far off the field may be [mm], [0, VTK_DOUBLE_MAX]; 0: it is met as far as tissue goes. Default: 0.
+   * By how much the tissue may miss the field [mm], [0, VTK_DOUBLE_MAX]; 0: not at all, as far as the tissue stretches.
+   * Default: 0.
    */
   vtkSetClampMacro(Tolerance, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Tolerance, double);
   ///@}
 
   /**
-   * How many probes the last update made, and how far they go, in words.
+   * A text with the number of probes that the last update made, and their largest displacement.
    */
   vtkGetCharFromStdStringMacro(Report);
 

@@ -5,18 +5,19 @@
  *
  * Reads what other programs save: lists of 3D Slicer (.mrk.json, .fcsv), point files of elastix and transformix (.txt,
  * .pts) and tables (.csv, .tsv, with the columns x, y, z, or l, p, s or r, a, s as Slicer exports them; or without
- * names, three numbers a row, a label before them if wanted). A table of six numbers a row, or of the columns x1 to z1
- * and x2 to z2, has pairs: where a landmark is, and where it goes.
+ * column names, three numbers a row, optionally with a label before them). A table with six numbers a row, or with the
+ * columns x1 to z1 and x2 to z2, has pairs: the place of a landmark, and where it goes.
  *
- * Such files count to the patient's left, back and head (LPS) or right, front and head (RAS), and so do scans. The
- * output is in the scan's axes, whichever the file has: .mrk.json and .fcsv say it, old .fcsv are RAS, elastix has LPS,
- * of tables `FileWorld` says it. GetReport() says what was found and what was converted.
+ * The axes of such files point to the patient's left, back and head (LPS) or right, front and head (RAS), and so do
+ * those of scans. The output is in the scan's axes, whichever the file has. Files .mrk.json and .fcsv name their axes,
+ * but old .fcsv files do not and are RAS; elastix has LPS; for tables `FileWorld` tells. GetReport() tells what was
+ * found and what was converted.
  *
  * Output: points, with a vertex each, the string array `Label` and, of pairs, the array `Target` (3). With
  * vtkChainMailLandmarks two lists, or pairs, are probes for vtkChainMailDeformation.
  *
- * Points that are counted in voxels (point files that begin with `index`) come out as they are, and the field array
- * `Voxels` says so: vtkChainMailLandmarks puts them where these voxels of an image are.
+ * Point files that begin with `index` give voxel indices. These are passed on unconverted and marked by the field array
+ * `Voxels`; vtkChainMailLandmarks converts them to the positions of these voxels in an image.
  *
  * @sa vtkChainMailLandmarks vtkChainMailMatrixReader
  */
@@ -70,9 +71,8 @@ public:
 
   ///@{
   /**
-   * Where the file's axes go: as the file or its format says, and as the scan's where neither does
-   * (FILE_WORLD_AS_SAID, 0); or LPS (FILE_WORLD_LPS, 1) or RAS (FILE_WORLD_RAS, 2), whatever the file says. Default:
-   * FILE_WORLD_AS_SAID.
+   * The file's axes. FILE_WORLD_AS_SAID (0): as the file or its format says, else the scan's. FILE_WORLD_LPS (1) or
+   * FILE_WORLD_RAS (2): LPS or RAS, whatever the file says. Default: FILE_WORLD_AS_SAID.
    */
   vtkSetClampMacro(FileWorld, int, FILE_WORLD_AS_SAID, FILE_WORLD_RAS);
   vtkGetMacro(FileWorld, int);
@@ -82,12 +82,12 @@ public:
   ///@}
 
   /**
-   * What the last update read, along which axes, and what was converted, in words.
+   * A text about what the last update read, along which axes, and what was converted.
    */
   vtkGetCharFromStdStringMacro(Report);
 
   /**
-   * Whether a file looks like one that this class reads.
+   * Whether a file looks like one that this class reads: by its content, or by the name .fcsv.
    */
   int CanReadFile(const char* fileName);
 

@@ -30,13 +30,13 @@ namespace
 using chainmail::InputError;
 using Place = std::array<double, 3>;
 
-/// What an input has.
+/// The landmarks of one input.
 struct Landmarks
 {
   std::string Name; ///< of the input, for messages
   std::vector<Place> Places;
   std::vector<Place> Targets;
-  std::vector<std::string> Labels; ///< none where the input has no such array
+  std::vector<std::string> Labels; ///< empty where the input has no such array
 
   std::string ToString(std::size_t n) const
   {
@@ -142,7 +142,7 @@ Landmarks LandmarksOf(vtkDataObject* data, const std::string& name, const std::s
 {
   auto* table = vtkTable::SafeDownCast(data);
   Landmarks landmarks = table ? FromTable(table, name) : FromPoints(vtkPointSet::SafeDownCast(data), name, targetArray);
-  if (data->GetFieldData()->GetArray("Voxels")) // as vtkChainMailLandmarkReader says
+  if (data->GetFieldData()->GetArray("Voxels")) // voxel indices, marked by vtkChainMailLandmarkReader
   {
     if (!image)
     {
@@ -172,7 +172,7 @@ Landmarks LandmarksOf(vtkDataObject* data, const std::string& name, const std::s
   return landmarks;
 }
 
-/// The number of each label. Throws where one is there twice.
+/// The number of the landmark with each label. Throws InputError for a label that occurs twice.
 std::map<std::string, std::size_t> NumbersOf(const Landmarks& landmarks)
 {
   std::map<std::string, std::size_t> numbers;
@@ -198,7 +198,8 @@ std::string ListOf(const std::vector<std::string>& names)
   return list + (names.size() > 5 ? " and " + std::to_string(names.size() - 5) + " more" : "");
 }
 
-/// Gives `from` the targets that `to` has under the same labels. Returns what was left out, in words.
+/// Gives `from` the places with the same labels in `to` as targets, and removes all other landmarks. Returns a text
+/// about those that were left out.
 std::string Match(Landmarks& from, const Landmarks& to)
 {
   for (const Landmarks* const one : { static_cast<const Landmarks*>(&from), &to })
@@ -250,7 +251,8 @@ bool AreShuffled(const Landmarks& from, const Landmarks& to)
   return from.Labels != to.Labels && mine.size() == from.Labels.size() && mine == theirs;
 }
 
-/// Whether the pairs would fit much better if the targets counted to the patient's other sides. Shifts do not matter.
+/// Whether at least 4 pairs would fit much better with x and y of the targets negated: below a quarter of the sum of
+/// squared distances, after subtracting the centroid of each list.
 bool AreMirrored(const Landmarks& pairs)
 {
   const std::size_t count = pairs.Places.size();

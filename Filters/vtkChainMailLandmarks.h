@@ -3,17 +3,16 @@
  * @class   vtkChainMailLandmarks
  * @brief   pairs of landmarks as probes for vtkChainMailDeformation
  *
- * A pair is a landmark in the scan at rest and the same landmark where it is to go. Two inputs of as many points have
- * them: `From` (port 0) and `To` (port 1), the first with the first, and so on, or by the point array `Label`
- * (MatchLabels). Or one input has both, in the array TargetArray. Inputs are point sets or tables; of a table the first
- * three numbers of a row are a place, and the next three, where there is no `To`, its target.
+ * A pair is a landmark in the scan at rest and the target of this landmark. Pairs come from two inputs with equal
+ * numbers of points, `From` (port 0) and `To` (port 1), matched by their order or by the point array `Label`
+ * (MatchLabels). Or one input has both, with the targets in the array TargetArray. Inputs are point sets or tables. The
+ * first three numbers in a row of a table are a place, and the next three, where there is no `To`, its target.
  *
  * The output is for the `Probes` of vtkChainMailDeformation: a point for each pair, with `Displacement`, `Radius`,
  * `Tolerance` and `Label`.
  *
- * Lists of landmarks are mixed up more often than not: one is in another order than the other, or counts to the
- * patient's right (RAS) where the other counts to the left (LPS). Where that looks so, a warning says it; it changes
- * nothing.
+ * Lists of landmarks often do not match: they differ in order, or one has its axes to the patient's right (RAS) and the
+ * other to the left (LPS). Where this seems to be so there is a warning, but nothing is changed.
  *
  * @sa vtkChainMailLandmarkReader vtkChainMailDeformation
  */
@@ -35,7 +34,7 @@ public:
 
   ///@{
   /**
-   * Where the landmarks go: port 1.
+   * The targets of the landmarks: port 1.
    */
   void SetToConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(1, output); }
   void SetToData(vtkDataObject* data) { this->SetInputData(1, data); }
@@ -43,9 +42,8 @@ public:
 
   ///@{
   /**
-   * The image whose voxels landmarks of vtkChainMailLandmarkReader count, where their field array `Voxels` says so:
-   * port
-   * 2. Its first voxel is 0, 0, 0. Others do not need it.
+   * The image in which voxel indices are positions, for landmarks with the field array `Voxels` (see
+   * vtkChainMailLandmarkReader), port 2. Its first voxel is 0, 0, 0. Other landmarks do not need it.
    */
   void SetImageConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(2, output); }
   void SetImageData(vtkDataObject* data) { this->SetInputData(2, data); }
@@ -53,7 +51,7 @@ public:
 
   ///@{
   /**
-   * Without an input `To`, the point array of 3 components that has where each landmark goes. Default: "", which is
+   * Without an input `To`, the point array of 3 components with the target of each landmark. Default: "", which means
    * `Target`.
    */
   vtkSetStdStringFromCharMacro(TargetArray);
@@ -62,8 +60,8 @@ public:
 
   ///@{
   /**
-   * Match the landmarks of both inputs by their array `Label`, instead of by their order. What only one of the two has
-   * is left out, with a warning. Default: off.
+   * Match the landmarks of both inputs by their array `Label`, instead of by their order. Landmarks in only one of the
+   * two are left out, with a warning. Default: off.
    */
   vtkSetMacro(MatchLabels, bool);
   vtkGetMacro(MatchLabels, bool);
@@ -72,8 +70,8 @@ public:
 
   ///@{
   /**
-   * Tissue within this distance of a landmark moves with it [mm], [0, VTK_DOUBLE_MAX]; 0 stands for the nearest element
-   * alone. Default: 0.
+   * Tissue within this distance of a landmark moves with it [mm], [0, VTK_DOUBLE_MAX]; 0: the nearest element alone.
+   * Default: 0.
    */
   vtkSetClampMacro(Radius, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Radius, double);
@@ -81,15 +79,15 @@ public:
 
   ///@{
   /**
-   * How far off the landmarks may be [mm], [0, VTK_DOUBLE_MAX]: tissue is drawn to them as if by springs, the softer
-   * the more. 0: they are met, as far as tissue goes. Default: 0.
+   * By how much the tissue may miss the landmarks [mm], [0, VTK_DOUBLE_MAX]. Above 0 the tissue is attracted as by
+   * springs, which are softer for a larger tolerance. 0: it goes exactly there, as far as it stretches. Default: 0.
    */
   vtkSetClampMacro(Tolerance, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Tolerance, double);
   ///@}
 
   /**
-   * How many pairs the last update made, and how far they go, in words.
+   * A text with the number of pairs that the last update made, and their displacements.
    */
   vtkGetCharFromStdStringMacro(Report);
 

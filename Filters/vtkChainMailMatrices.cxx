@@ -153,7 +153,7 @@ int vtkChainMailMatrices::RequestData(
     }
     catch (const InputError& error)
     {
-      problem = error.what(); // the other processes wait for the middles
+      problem = error.what(); // thrown later: all processes have to call BodyMiddles::Find()
     }
     vtkInformation* labelInfo = inputVector[1]->GetInformationObject(0);
     if (labelInfo)

@@ -3,17 +3,18 @@
  * @class   vtkChainMailMatrices
  * @brief   a table of matrices, one for each bone, as probes that turn
  *
- * A matrix moves a body, a bone as a rule: what is at x at rest goes to M x, in mm along the scan's world axes. The
- * input has a label, as in the `BodyArray` of vtkChainMailDeformation, and 16 numbers a row: a vtkTable whose columns
- * are, in this order, the label and the matrix row by row; or a data set with the point arrays `Body` (1) and `Matrix`
- * (16), as vtkChainMailMatrixReader makes it.
+ * A matrix M moves a body, usually a bone: from x at rest to M x, in mm along the scan's world axes. The input has a
+ * label, as in the `BodyArray` of vtkChainMailDeformation, and 16 numbers a row: a vtkTable whose columns are, in this
+ * order, the label and the matrix row by row; or a data set with the point arrays `Body` (1) and `Matrix` (16), as
+ * vtkChainMailMatrixReader makes it.
  *
- * With the image of the labels (port 1), each body turns about its own middle on its way, and its probe is there: so
- * bodies go the shortest way, and the probes are seen at their bones. Without it a point on the axis of each rotation
- * is taken. The end is the same.
+ * With the image of the labels (port 1), each body rotates about its own centroid, where its probe is, too. So bodies
+ * take the shortest path, and the probes are seen at their bones. Without this image each body rotates about a point on
+ * the axis of its rotation. The final pose is the same.
  *
  * The output is for the `Probes` of vtkChainMailDeformation: a point for each matrix, with `Displacement`, `Rotation`
- * [degrees], `Centre`, `Body` and `Matrix`. A matrix that is no rotation and shift is an error that names its row.
+ * [degrees], `Centre`, `Body` and `Matrix`. A matrix that is not rigid (a rotation and a translation) is an error that
+ * names its row.
  *
  * The image of labels may come in pieces, on the processes of a parallel server.
  *
@@ -37,7 +38,7 @@ public:
 
   ///@{
   /**
-   * The image of the labels, port 1; may be empty.
+   * The image of the labels, port 1; optional.
    */
   void SetLabelsConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(1, output); }
   void SetLabelsData(vtkDataObject* data) { this->SetInputData(1, data); }
@@ -45,7 +46,7 @@ public:
 
   ///@{
   /**
-   * The point array of that image that has the labels. Default: "", its active scalars.
+   * The point array of that image with the labels. Default: "", its active scalars.
    */
   vtkSetStdStringFromCharMacro(LabelArray);
   vtkGetCharFromStdStringMacro(LabelArray);
@@ -53,7 +54,7 @@ public:
 
   ///@{
   /**
-   * Take the way back of each matrix instead. Default: off.
+   * Take the inverse of each matrix instead. Default: off.
    */
   vtkSetMacro(Invert, bool);
   vtkGetMacro(Invert, bool);
@@ -61,7 +62,7 @@ public:
   ///@}
 
   /**
-   * What the last update made, in words.
+   * A text about what the last update made.
    */
   vtkGetCharFromStdStringMacro(Report);
 

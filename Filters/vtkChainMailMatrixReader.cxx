@@ -45,7 +45,7 @@ int vtkChainMailMatrixReader::RequestData(vtkInformation*, vtkInformationVector*
         }
       }
       Convert(motion.Centre.data(), axes.Axes, world);
-      CheckRigid(motion); // before the way back, so that a message has the file's numbers
+      CheckRigid(motion); // before inverting, so that an error message has the file's numbers
       if (this->Invert)
       {
         motion.Matrix = Inverted(motion.Matrix);

@@ -3,26 +3,26 @@
  * @class   vtkChainMailMatrixReader
  * @brief   reads matrices of bones as probes that turn
  *
- * A matrix moves a body, a bone as a rule: what is at x at rest goes to M x, both in mm. This class reads
- * - transforms of ITK, ANTs, elastix' kin and 3D Slicer as text (.tfm, .txt) and in Matlab's format (.mat): affine ones
- *   and all rigid ones, and composites of these;
+ * A matrix M moves a body, usually a bone: from x at rest to M x, both in mm. This class reads
+ * - transforms of ITK, ANTs, programs related to elastix and 3D Slicer as text (.tfm, .txt) and in Matlab's format
+ *   (.mat): affine ones and all rigid ones, and composites of these;
  * - 4 x 4 numbers as text, row by row;
  * - tables (.csv) with a matrix for each body: a label, as in the `BodyArray` of vtkChainMailDeformation, and 16
  * numbers a row, row by row.
  *
  * The output is for the `Probes` of vtkChainMailDeformation: a point for each matrix, with `Displacement`, `Rotation`
- * [degrees], `Centre`, `Body` and `Matrix`. A matrix that is no rotation and shift is an error that says how far off it
- * is; off by up to 1e-4, as by few digits in a file, it is put right.
+ * [degrees], `Centre`, `Body` and `Matrix`. A matrix that is not rigid (a rotation and a translation) is an error that
+ * gives its deviation. Deviations up to 1e-4, from few digits in a file, are corrected.
  *
- * Direction: transforms of ITK take a point of the fixed image to the moving one. So as it is the matrix of a
- * registration moves the bones of the fixed scan to where they are in the moving one; to deform the moving scan,
- * Invert. 3D Slicer, too, writes the inverse of the transform that its window shows: Invert.
+ * Direction: transforms of ITK map points of the fixed image to the moving one. So without Invert the matrix of a
+ * registration moves the bones of the fixed scan to where they are in the moving scan. To deform the moving scan, use
+ * Invert. 3D Slicer writes the inverse of the transform that its window shows: use Invert, too.
  *
- * Axes: transforms of ITK are LPS; of 4 x 4 numbers and tables `FileWorld` says it, else they have the scan's axes.
- * GetReport() says what was found and what was converted.
+ * Axes: transforms of ITK are LPS. Files with 4 x 4 numbers and tables have the axes of `FileWorld`, else the scan's.
+ * GetReport() tells what was found and what was converted.
  *
- * The centre about which a body turns on its way is that of ITK's transform, else a point on the axis of the rotation.
- * vtkChainMailMatrices takes the middle of each body instead.
+ * A body rotates about the centre of ITK's transform, else about a point on the axis of the rotation.
+ * vtkChainMailMatrices takes the centroid of each body instead.
  *
  * @sa vtkChainMailMatrices vtkChainMailLandmarkReader
  */
@@ -76,8 +76,8 @@ public:
 
   ///@{
   /**
-   * Where the file's axes go: as its format says, and as the scan's where that does not (FILE_WORLD_AS_SAID, 0); or LPS
-   * (FILE_WORLD_LPS, 1) or RAS (FILE_WORLD_RAS, 2), whatever the format says. Default: FILE_WORLD_AS_SAID.
+   * The file's axes. FILE_WORLD_AS_SAID (0): as its format says, else the scan's. FILE_WORLD_LPS (1) or FILE_WORLD_RAS
+   * (2): LPS or RAS, whatever the format says. Default: FILE_WORLD_AS_SAID.
    */
   vtkSetClampMacro(FileWorld, int, FILE_WORLD_AS_SAID, FILE_WORLD_RAS);
   vtkGetMacro(FileWorld, int);
@@ -88,7 +88,7 @@ public:
 
   ///@{
   /**
-   * Take the way back instead, as for the moving scan of a registration and for transforms of 3D Slicer. Default: off.
+   * Take the inverse instead, as for the moving scan of a registration and for transforms of 3D Slicer. Default: off.
    */
   vtkSetMacro(Invert, bool);
   vtkGetMacro(Invert, bool);
@@ -97,8 +97,8 @@ public:
 
   ///@{
   /**
-   * The label of the body that the one matrix of a file without labels moves, [-1, VTK_INT_MAX]; -1 is the body at
-   * Position. Default: -1.
+   * The label of the body that the matrix moves, [-1, VTK_INT_MAX], for a file without labels, which has one matrix;
+   * -1: the body at Position. Default: -1.
    */
   vtkSetClampMacro(Body, int, -1, VTK_INT_MAX);
   vtkGetMacro(Body, int);
@@ -113,12 +113,12 @@ public:
   ///@}
 
   /**
-   * What the last update read, along which axes, and what was converted, in words.
+   * A text about what the last update read, along which axes, and what was converted.
    */
   vtkGetCharFromStdStringMacro(Report);
 
   /**
-   * Whether a file looks like one that this class reads.
+   * Whether the content of a file looks like one that this class reads.
    */
   int CanReadFile(const char* fileName);
 

@@ -25,7 +25,7 @@ void vtkChainMailPoseSource::GetProbeRotation(double vector[3]) const
   const double* angles = this->Rotation;
   if (std::count(angles, angles + 3, 0.0) >= 2)
   {
-    std::copy_n(angles, 3, vector); // with all its turns, and to the bit
+    std::copy_n(angles, 3, vector); // about one axis or none: angles beyond 360 and all bits are kept
     return;
   }
   // Quaternions (w, x, y, z) of the three rotations, multiplied as R = RotateZ RotateX RotateY.
@@ -40,7 +40,7 @@ void vtkChainMailPoseSource::GetProbeRotation(double vector[3]) const
   double q[4];
   vtkMath::MultiplyQuaternion(about(2).data(), about(0).data(), zx);
   vtkMath::MultiplyQuaternion(zx, about(1).data(), q);
-  const double sine = vtkMath::Norm(q + 1); // of half the angle
+  const double sine = vtkMath::Norm(q + 1); // sine of half the angle
   const double factor = sine > 0.0 ? 2.0 * std::atan2(sine, std::fabs(q[0])) / sine : 0.0;
   for (int a = 0; a < 3; ++a)
   {

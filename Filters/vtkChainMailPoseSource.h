@@ -3,13 +3,13 @@
  * @class   vtkChainMailPoseSource
  * @brief   the pose of one bone for vtkChainMailDeformation, as a box with handles gives it
  *
- * A bone goes from x to Target + R (x - Position), where R is the rotation by the angles of Rotation: that is the
- * vtkTransform of Translate(Target), RotateZ, RotateX, RotateY and Translate(-Position), in this order, so a box widget
- * that is placed around the bone less Position has Target as its position and Rotation as its orientation.
+ * A bone moves from x to Target + R (x - Position), where R is the rotation by the angles of Rotation. This is the
+ * vtkTransform of Translate(Target), RotateZ, RotateX, RotateY and Translate(-Position), in this order. So a box widget
+ * that is placed around the bone shifted by -Position has Target as its position and Rotation as its orientation.
  *
- * The output is that of a vtkChainMailProbeSource with Turns on, to be connected to the `Probes` input. It differs from
- * that source in Rotation alone, which is there a vector along the axis: about one of the world's axes both are the
- * same. GetProbeRotation() has the vector.
+ * The output is that of a vtkChainMailProbeSource with Turns on, to be connected to the `Probes` input. Only Rotation
+ * differs: it is a rotation vector in that source. About a single world axis both are the same. GetProbeRotation()
+ * gives the vector.
  */
 
 #ifndef vtkChainMailPoseSource_h
@@ -27,7 +27,7 @@ public:
 
   ///@{
   /**
-   * What the bone turns about [mm], at rest; with Body -1 also a place in the bone. Default: 0 0 0.
+   * The point at rest about which the bone rotates [mm]; with Body -1 it also has to be in the bone. Default: 0 0 0.
    */
   vtkSetVector3Macro(Position, double);
   vtkGetVector3Macro(Position, double);
@@ -44,8 +44,8 @@ public:
   ///@{
   /**
    * The angles [degrees] about the world's axes x, y and z, as those of ParaView's transforms: R = RotateZ RotateX
-   * RotateY. An angle about one axis alone may be of any size, also more than a turn; the bone takes other rotations
-   * the short way, by at most half a turn. Default: 0 0 0.
+   * RotateY. An angle about a single axis may be of any size, also more than 360. The bone takes other rotations the
+   * short way, by at most 180 degrees. Default: 0 0 0.
    */
   vtkSetVector3Macro(Rotation, double);
   vtkGetVector3Macro(Rotation, double);
@@ -59,7 +59,7 @@ public:
   vtkGetMacro(Body, vtkIdType);
   ///@}
 
-  /// Rotation as a vector along its axis, as long as the angle [degrees]: what the output says.
+  /// Rotation as a vector along its axis, as long as the angle [degrees], as in the output.
   void GetProbeRotation(double vector[3]) const;
 
 protected:

@@ -42,8 +42,8 @@ public:
 
   ///@{
   /**
-   * Elements within this distance of Position move together [mm], [0, VTK_DOUBLE_MAX]; 0 stands for the nearest element
-   * alone. Default: 0.
+   * Elements within this distance of Position move together [mm], [0, VTK_DOUBLE_MAX]; 0: the nearest element alone.
+   * Default: 0.
    */
   vtkSetClampMacro(Radius, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Radius, double);
@@ -60,8 +60,9 @@ public:
 
   ///@{
   /**
-   * How near tissue has to come to Target [mm], [0, VTK_DOUBLE_MAX]. 0: exactly, as far as it stretches. Else the probe
-   * is soft: relaxation weighs this against tissue, see vtkChainMailDeformation. Default: 0.
+   * How near tissue has to come to Target [mm], [0, VTK_DOUBLE_MAX]. 0: exactly, as far as it stretches. Above 0 the
+   * probe is soft: relaxation weighs the distance to Target against the tissue's energy, see vtkChainMailDeformation.
+   * Default: 0.
    */
   vtkSetClampMacro(Tolerance, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Tolerance, double);
@@ -69,8 +70,9 @@ public:
 
   ///@{
   /**
-   * Also rotate what is grabbed, by Rotation about Position, and with each rigid element grip the whole bone, which
-   * goes exactly there. Adds the point array `Rotation`. Needs Rotations of the filter. Default: off.
+   * Also rotate what is grabbed, by Rotation about Position. The probe then grips the whole bone of each rigid element
+   * that it grabs, and the bone reaches exactly this pose. Adds the point array `Rotation`. Needs Rotations of the
+   * filter. Default: off.
    */
   vtkSetMacro(Turns, bool);
   vtkGetMacro(Turns, bool);
@@ -79,7 +81,7 @@ public:
 
   ///@{
   /**
-   * The rotation vector: along the axis, in world axes, as long as the angle [degrees], of any length. Default: 0 0 0.
+   * The rotation vector: along the axis, in world axes, its length the angle [degrees], of any size. Default: 0 0 0.
    */
   vtkSetVector3Macro(Rotation, double);
   vtkGetVector3Macro(Rotation, double);
@@ -87,8 +89,8 @@ public:
 
   ///@{
   /**
-   * Label of the filter's BodyArray whose voxels are gripped in place of what is at Position; -1: what is there, else
-   * the point array `Body` is added. Default: -1.
+   * Label of the filter's BodyArray whose voxels are gripped instead of the tissue at Position; -1: the tissue at
+   * Position. Other than -1 it adds the point array `Body`. Default: -1.
    */
   vtkSetMacro(Body, vtkIdType);
   vtkGetMacro(Body, vtkIdType);

@@ -33,7 +33,7 @@ public:
 
   ///@{
   /**
-   * Voxels within this distance of Center are in it [mm], [0, VTK_DOUBLE_MAX]. Default: 0.5.
+   * Voxels within this distance of Center are in the ball [mm], [0, VTK_DOUBLE_MAX]. Default: 0.5.
    */
   vtkSetClampMacro(Radius, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Radius, double);
@@ -41,7 +41,7 @@ public:
 
   ///@{
   /**
-   * The constraint of the tissue in it, a fraction of the image's spacing, [0, 0.999]; 0 is rigid. Default: 0.5.
+   * The constraint of the tissue in the ball, a fraction of the image's spacing, [0, 0.999]; 0 is rigid. Default: 0.5.
    */
   vtkSetClampMacro(Constraint, double, 0.0, 0.999);
   vtkGetMacro(Constraint, double);

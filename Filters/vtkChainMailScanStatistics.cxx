@@ -39,7 +39,7 @@ namespace
 
 constexpr vtkIdType mostVoxels = vtkIdType(1) << 24;
 
-/// What is counted of an image, or of a part of one.
+/// The histogram of an image or of a part of it, its pairs of neighbours, and its smallest and largest number.
 struct Counts
 {
   Histogram Voxels;
@@ -54,7 +54,7 @@ struct Counts
   }
 };
 
-/// The rows of a part that are read of it: those of the whole image that are, without planes that the part before has.
+/// The rows of a part that are read: every n-th row of the whole image, without the planes shared with the part before.
 class Rows
 {
 public:
@@ -68,7 +68,7 @@ public:
       voxels *= std::max<vtkIdType>(size[a], 1);
     }
     this->Every = (voxels + mostVoxels - 1) / mostVoxels;
-    // Rows go along the first axis with more than one voxel, which a slice may not have as x.
+    // Rows go along the first axis with more than one voxel; x may have only one in a slice.
     this->Axis = size[0] > 1 ? 0 : size[1] > 1 ? 1 : 2;
     vtkIdType step = 1;
     for (int a = 0; a < 3; ++a)
@@ -98,7 +98,7 @@ public:
   vtkIdType GetStart(std::size_t row) const { return this->Starts[row]; }
   vtkIdType GetStep() const { return this->Steps[this->Axis]; }
   vtkIdType GetLength() const { return this->Part[2 * this->Axis + 1] - this->Part[2 * this->Axis] + 1; }
-  /// The first voxel of a row that counts; the one before is there for the pair of both.
+  /// The first voxel of a row that is counted. A voxel before it only forms a pair of neighbours with it.
   vtkIdType GetFirst() const { return this->First[this->Axis] - this->Part[2 * this->Axis]; }
 
 private:
@@ -110,7 +110,7 @@ private:
   std::vector<vtkIdType> Starts;
 };
 
-/// Counts some of the rows.
+/// Counts the rows from `from` to before `to`.
 template <typename T>
 void CountRows(const T* scalars, int components, const unsigned char* ghosts, const Rows& rows, std::size_t from,
   std::size_t to, Counts& counts)
@@ -213,7 +213,7 @@ public:
         : vtkUnsignedCharArray::SafeDownCast(part->GetPointData()->GetArray(vtkDataSetAttributes::GhostArrayName()));
     const unsigned char* ghosts = marks ? marks->GetPointer(0) : nullptr;
     const Rows rows(extent.data(), this->Whole.data());
-    // Sums do not depend on how they are divided. A share is large, since every one has bins of its own.
+    // Counts do not depend on the division into shares. Shares are large because each has a histogram of its own.
     const std::size_t shares =
       std::clamp<std::size_t>(static_cast<std::size_t>(rows.GetLength()) * rows.GetNumber() >> 18, 1, 16);
     std::mutex mutex;
@@ -242,7 +242,7 @@ public:
   }
 
   ScanSummary Summary;
-  std::unique_ptr<Counts> Counted; // null where they came from elsewhere, and nothing will be added
+  std::unique_ptr<Counts> Counted; // null where only the summary was received, or nothing will be added
   std::array<int, 6> Whole{ { 0, -1, 0, -1, 0, -1 } };
   bool IsComplete = false;
   bool IsInteger = false;
@@ -384,7 +384,7 @@ vtkSmartPointer<vtkChainMailScanStatistics> vtkChainMailScanStatistics::Of(vtkIm
   one.Extent = extent;
   one.Statistics = vtkSmartPointer<vtkChainMailScanStatistics>::New();
   one.Statistics->Read(image, scalars);
-  one.Statistics->Internals->Counted.reset(); // all of the image was read
+  one.Statistics->Internals->Counted.reset(); // the whole image was read: nothing will be added
   kept.push_front(one);
   kept.resize(std::min(kept.size(), mostKept));
   return kept.front().Statistics;

@@ -45,7 +45,7 @@ bool HaveEqualCells(vtkCellArray* a, vtkCellArray* b)
   const vtkIdType* corners[2];
   if (a == b || a->GetNumberOfCells() != b->GetNumberOfCells())
   {
-    return a == b; // filters that move points pass the polygons on
+    return a == b; // filters that only move points share the polygons
   }
   a->InitTraversal();
   b->InitTraversal();
@@ -65,7 +65,7 @@ bool AreOneMesh(vtkPolyData* a, vtkPolyData* b)
          HaveEqualCells(a->GetStrips(), b->GetStrips());
 }
 
-/// The displacements from one surface to the same one elsewhere, by the order of points.
+/// The displacements there - rest of two surfaces, matched by the order of points.
 vtkSmartPointer<vtkDoubleArray> Subtract(vtkPolyData* there, vtkPolyData* rest, const char* name, const char* remedy)
 {
   if (there->GetNumberOfPoints() != rest->GetNumberOfPoints())
@@ -88,7 +88,8 @@ vtkSmartPointer<vtkDoubleArray> Subtract(vtkPolyData* there, vtkPolyData* rest, 
   return ways;
 }
 
-/// Triangles alone, which share their points: those of an STL file do not. The first point array goes along.
+/// The surface as triangles that share their points, which those of an STL file do not. `array`, a point array, is
+/// kept.
 vtkSmartPointer<vtkPolyData> Prepare(vtkPolyData* surface, const char* name, vtkDataArray* array = nullptr)
 {
   vtkNew<vtkPolyData> bare;
@@ -103,7 +104,7 @@ vtkSmartPointer<vtkPolyData> Prepare(vtkPolyData* surface, const char* name, vtk
   triangles->PassLinesOff();
   vtkNew<vtkCleanPolyData> clean;
   clean->SetInputConnection(triangles->GetOutputPort());
-  clean->ConvertPolysToLinesOff(); // what has no area is left out
+  clean->ConvertPolysToLinesOff(); // degenerate triangles are left out
   clean->ConvertLinesToPointsOff();
   clean->SetOutputPointsPrecision(vtkAlgorithm::DOUBLE_PRECISION);
   clean->Update();
@@ -152,7 +153,7 @@ int vtkChainMailSurfaceMotion::RequestData(
   {
     if (before->GetNumberOfPoints() == 0 && after->GetNumberOfPoints() == 0)
     {
-      return 1; // as on processes of a server that have no piece of either
+      return 1; // as on server processes that have no piece of either surface
     }
     CheckFinite(before, "Before");
     CheckFinite(after, "After");

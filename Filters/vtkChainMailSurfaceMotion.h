@@ -3,26 +3,26 @@
  * @class   vtkChainMailSurfaceMotion
  * @brief   a surface before and after as probes for vtkChainMailDeformation
  *
- * Two surfaces of one organ, as of segmentations at two times, say how its border moved. Where both are the same mesh
- * (equal numbers of points, as a program leaves them that deforms a mesh) each point goes to its counterpart. Else
- * points are matched by closest points, both ways, with smoothing:
+ * Two surfaces of one organ, for example from segmentations at two times, show how its border moved. Where both are the
+ * same mesh (equal numbers of points and equal polygons, as from a program that deforms a mesh) each point moves to its
+ * counterpart. Otherwise points are matched by closest points in both directions, with smoothing:
  *
- * 1. The first guess is the shift of the centre of volume (of area, where one of them is not closed), or the `Start`
- *    (port 2).
- * 2. Each point of the moved first surface looks for the closest point of the second; and each point of the second for
- * the closest one of the first, which pulls at the corners of the triangle that it finds. A point takes the mean of
- * both.
- * 3. The displacements are smoothed: each becomes the mean of its own and its neighbours' mean, Smoothing times and, at
- *    first, more often.
+ * 1. The initial displacement is that of the centre of volume (of area, where one surface is not closed), or the
+ *    `Start` (port 2).
+ * 2. For each point of the moved first surface the closest point of the second is found. For each point of the second
+ *    surface the closest point of the first is found, which attracts the corners of its triangle by their weights
+ *    there. The target of a point is the mean of both.
+ * 3. The displacements are smoothed: each becomes the mean of itself and the mean of its neighbours. This is done
+ *    Smoothing times, and more often in the first iterations.
  * 4. Steps 2 and 3 are repeated, Iterations times.
  *
- * Closest points cannot see sliding: where a surface moves along itself, as lungs along the chest wall or a ball that
- * turns, no point of it seems to move. What is known of such motion has to come from elsewhere, as from landmarks. Nor
- * can they tell one side of a thin gap from the other where the surface moves by more than the gap.
+ * Closest points do not detect sliding: where a surface moves along itself, as lungs along the chest wall or a rotating
+ * ball, no point seems to move. Such motion has to come from other data, such as landmarks. Closest points may also
+ * take the wrong side of a thin gap where the surface moves by more than the gap.
  *
- * Mechanics knows better than smoothing how tissue goes along. So the first surface may be matched again as it came out
- * of a deformation: that is the `Start`, as vtkChainMailCarry makes it of `Before`. With Iterations 1 and Smoothing 0
- * each point then goes to the second surface from where its tissue is, which may have slid meanwhile.
+ * Mechanics predicts the motion of tissue better than smoothing does. So the first surface may be matched again after a
+ * deformation: vtkChainMailCarry deforms the first input (Before), and the result is the `Start`. With Iterations 1 and
+ * Smoothing 0 each point then moves to the second surface from the present place of its tissue, which may have slid.
  *
  * The output is for the `Probes` of vtkChainMailDeformation: points of the first surface with `Displacement`, `Radius`
  * and `Tolerance`; one for each voxel is plenty (Spacing). Matched surfaces are noisy, so give them a Tolerance. The
@@ -56,8 +56,8 @@ public:
 
   ///@{
   /**
-   * The first surface where it is to be matched from, port 2: its points, moved. May be empty. Where points go by their
-   * order it is not read.
+   * The first surface with its points moved to where matching starts, port 2; optional. Not used where points are
+   * matched by their order.
    */
   void SetStartConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(2, output); }
   void SetStartData(vtkDataObject* data) { this->SetInputData(2, data); }
@@ -72,9 +72,9 @@ public:
 
   ///@{
   /**
-   * How points find their counterparts: MATCH_SAME_POINTS (1), by their order; MATCH_CLOSEST_POINTS (2), see above; or
-   * by order where both surfaces have equal numbers of points and the same polygons, else by closest points
-   * (MATCH_AUTOMATIC, 0). Default: MATCH_AUTOMATIC.
+   * How points are matched. MATCH_AUTOMATIC (0): by order where both surfaces have equal numbers of points and the same
+   * polygons, else by closest points. MATCH_SAME_POINTS (1): by order. MATCH_CLOSEST_POINTS (2): by closest points, see
+   * above. Default: MATCH_AUTOMATIC.
    */
   vtkSetClampMacro(Match, int, MATCH_AUTOMATIC, MATCH_CLOSEST_POINTS);
   vtkGetMacro(Match, int);
@@ -85,7 +85,7 @@ public:
 
   ///@{
   /**
-   * How often closest points are looked for, [1, 1000]. Default: 10.
+   * Number of iterations of the search for closest points, [1, 1000]. Default: 10.
    */
   vtkSetClampMacro(Iterations, int, 1, 1000);
   vtkGetMacro(Iterations, int);
@@ -93,8 +93,8 @@ public:
 
   ///@{
   /**
-   * How often the displacements are smoothed after the last of these, [0, 1000]; after the first as many times as often
-   * as there are iterations. Default: 5.
+   * Number of smoothing passes after the last iteration, [0, 1000]. Iteration n of N, counted from 1, has N - n + 1
+   * times as many. Default: 5.
    */
   vtkSetClampMacro(Smoothing, int, 0, 1000);
   vtkGetMacro(Smoothing, int);
@@ -102,8 +102,8 @@ public:
 
   ///@{
   /**
-   * How far apart probes are [mm], [0, VTK_DOUBLE_MAX]: one in each cube of that size. 0: one at each point. Default:
-   * 0.
+   * Distance between probes [mm], [0, VTK_DOUBLE_MAX]: one probe in each cube of this size. 0: one at each point.
+   * Default: 0.
    */
   vtkSetClampMacro(Spacing, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Spacing, double);
@@ -111,8 +111,8 @@ public:
 
   ///@{
   /**
-   * Tissue within this distance of a point moves with it [mm], [0, VTK_DOUBLE_MAX]. A surface lies between tissue and
-   * air, so 0, the nearest element alone, may find none; a voxel is enough. Default: 2.
+   * Tissue within this distance of a point moves with it [mm], [0, VTK_DOUBLE_MAX]. With 0, the nearest element alone,
+   * a probe may find no tissue because a surface lies between tissue and air; one voxel is enough. Default: 2.
    */
   vtkSetClampMacro(Radius, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Radius, double);
@@ -120,14 +120,16 @@ public:
 
   ///@{
   /**
-   * How far off the surface may be [mm], [0, VTK_DOUBLE_MAX]; 0: it is met as far as tissue goes. Default: 0.
+   * By how much the tissue may miss the surface [mm], [0, VTK_DOUBLE_MAX]; 0: not at all, as far as the tissue
+   * stretches. Default: 0.
    */
   vtkSetClampMacro(Tolerance, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Tolerance, double);
   ///@}
 
   /**
-   * How the last update matched, how far points go, and how far from the second surface they end, in words.
+   * A text about how the last update matched points, how far they move, and their final distance from the second
+   * surface.
    */
   vtkGetCharFromStdStringMacro(Report);
 

@@ -18,7 +18,8 @@ vtkStandardNewMacro(vtkChainMailTissuePicker);
 
 namespace
 {
-/// Cuts the way from `from` to `to`, in continuous indices, to the part within the image's voxels. False where none is.
+/// Clips the segment from `from` to `to`, in continuous indices, to the image's voxels. Returns false where nothing is
+/// left.
 bool ClipToVoxels(const int extent[6], const double from[3], const double to[3], double& first, double& last)
 {
   first = 0.0;
@@ -104,8 +105,8 @@ double vtkChainMailTissuePicker::Pick(vtkImageData* image, const double from[3],
   const double voxels = std::sqrt(vtkMath::Distance2BetweenPoints(a, b)) * (last - first);
   const int steps = std::max(1, static_cast<int>(std::min(1e6, std::ceil(2.0 * voxels))));
   const double step = std::sqrt(vtkMath::Distance2BetweenPoints(from, to)) * (last - first) / steps;
-  double seen = -1.0;      // the first tissue that is seen at all
-  double transparency = 1; // of what the ray has passed
+  double seen = -1.0;      // the first tissue with an opacity above 0
+  double transparency = 1; // of the tissue passed so far
   for (int n = 0; n < steps; ++n)
   {
     const double share = first + (n + 0.5) / steps * (last - first);

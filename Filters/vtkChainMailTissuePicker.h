@@ -3,15 +3,15 @@
  * @class   vtkChainMailTissuePicker
  * @brief   finds the first tissue that a ray through an image meets
  *
- * A probe has to be where tissue is seen: this is for the mouse, and for placing probes at first. The ray is sampled
- * every half voxel, at the nearest voxel. Voxels are tissue from TissueThreshold up, as in vtkChainMailDeformation.
- * With an opacity function, as of a volume that is shown, the ray ends where it has become half opaque (of tissue
- * alone: haze in the air stops nothing); else, and where tissue never becomes so opaque, at the first voxel of tissue
- * that the function lets see at all. Lengths are in the image's physical units, in world axes, whatever its extent,
- * origin, spacing and direction matrix.
+ * Probes have to be on visible tissue. This class finds it for the mouse, and for the initial place of a probe. The ray
+ * is sampled every half voxel, at the nearest voxel. Voxels are tissue from TissueThreshold up, as in
+ * vtkChainMailDeformation. Without an opacity function the ray ends at the first voxel of tissue. With one, for example
+ * that of the volume shown, it ends where the accumulated opacity reaches one half. Only tissue counts for this, so
+ * haze in the air does not stop the ray. If the opacity stays below one half, the ray ends at the first voxel of tissue
+ * with an opacity above 0. Lengths are in the image's physical units, in world axes, whatever its extent, origin,
+ * spacing and direction matrix.
  *
- * Of VTK's pickers vtkVolumePicker is closest; it needs a volume in a renderer, which a server without a window that
- * has only the data has not.
+ * The most similar VTK class is vtkVolumePicker. It needs a volume in a renderer, which a data server does not have.
  *
  * @sa vtkChainMailDeformation, vtkChainMailProbeSource
  */
@@ -45,8 +45,8 @@ public:
 
   ///@{
   /**
-   * Voxels with a smaller scalar are air. NaN stands for what fits the scalars, see vtkChainMailScanStatistics; its
-   * padding is no tissue, either. Default: NaN.
+   * Voxels with a smaller scalar are air. NaN: a threshold that fits the scalars, see vtkChainMailScanStatistics, whose
+   * high padding is never tissue. Default: NaN.
    */
   vtkSetMacro(TissueThreshold, double);
   vtkGetMacro(TissueThreshold, double);
@@ -54,7 +54,8 @@ public:
 
   ///@{
   /**
-   * From scalar to opacity, [0, 1], of OpacityUnitDistance of material. Default: null, all tissue is opaque.
+   * The function from scalar to opacity, [0, 1], of a layer of thickness OpacityUnitDistance. Default: null, all tissue
+   * is opaque.
    */
   void SetOpacity(vtkPiecewiseFunction* opacity);
   vtkPiecewiseFunction* GetOpacity();
@@ -62,15 +63,15 @@ public:
 
   ///@{
   /**
-   * The length [mm] that Opacity is meant for, above 0. Default: 1.
+   * The thickness [mm] to which Opacity refers, above 0. Default: 1.
    */
   vtkSetMacro(OpacityUnitDistance, double);
   vtkGetMacro(OpacityUnitDistance, double);
   ///@}
 
   /**
-   * Follows the ray from one place to another. Returns where it meets tissue, as a share of the way in [0, 1], or -1
-   * where it does not, or where the image has no such scalars.
+   * Follows the ray between two points. Returns where it meets tissue, as a fraction of the distance in [0, 1]; -1
+   * where it meets none, or where the image has no such scalars.
    */
   double Pick(vtkImageData* image, const double from[3], const double to[3]);
 

@@ -24,7 +24,7 @@ vtkStandardNewMacro(vtkChainMailTransformWriter);
 namespace
 {
 
-/// The header of a MetaImage. `flip` has the factors from world axes to those of the patient.
+/// The header of a MetaImage. `flip`: the signs that convert world axes to LPS.
 std::string HeaderOf(vtkImageData* image, const double flip[3])
 {
   int extent[6];
@@ -35,7 +35,7 @@ std::string HeaderOf(vtkImageData* image, const double flip[3])
   text.precision(std::numeric_limits<double>::max_digits10);
   text << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = False\n";
   text << "TransformMatrix =";
-  for (int axis = 0; axis < 3; ++axis) // each of the image's axes, one after the other
+  for (int axis = 0; axis < 3; ++axis) // column by column: one image axis after the other
   {
     for (int a = 0; a < 3; ++a)
     {
@@ -101,7 +101,7 @@ void vtkChainMailTransformWriter::WriteData()
   const double flip[3] = { turn, turn, 1.0 };
   const std::string header = HeaderOf(image, flip);
   file.write(header.data(), static_cast<std::streamsize>(header.size()));
-  // From any voxel out of any image of the same patient.
+  // A displacement that leads from any voxel out of any image of the same patient.
   const auto far = static_cast<float>(1e3 * std::max(1.0, image->GetLength()));
   int size[3];
   image->GetDimensions(size);
@@ -128,7 +128,7 @@ void vtkChainMailTransformWriter::WriteData()
   {
     this->SetErrorCode(vtkErrorCode::OutOfDiskSpaceError);
     vtkErrorMacro("Writing \"" << this->FileName << "\" failed: is the disk full?");
-    std::ofstream(this->FileName, std::ios::trunc); // rather nothing than half of it
+    std::ofstream(this->FileName, std::ios::trunc); // an empty file rather than half of the field
   }
 }
 

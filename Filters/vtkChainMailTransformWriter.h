@@ -3,18 +3,18 @@
  * @class   vtkChainMailTransformWriter
  * @brief   writes a deformation as a displacement field that ITK's programs read
  *
- * elastix, plastimatch, ANTs, 3D Slicer and SimpleITK resample images by a field that says for each voxel of the result
- * where its material was: the array `PullBack` of vtkChainMailDeformation's output 0, which has cuts and carves. With
- * it they deform what else there is of the same patient as the scan was deformed. Points go the other way: for them
- * write the model at rest, output 1, whose array `Displacement` says where tissue went.
+ * elastix, plastimatch, ANTs, 3D Slicer and SimpleITK resample images by a pull-back field: for each voxel of the
+ * result, the displacement to where its material was. This is the array `PullBack` of vtkChainMailDeformation's output
+ * 0, which includes cuts and carves. With it these programs deform other images of the same patient as the scan was
+ * deformed. Points need the forward map: for them write the model at rest, output 1, with its array `Displacement`.
  *
  * The file is a MetaImage (.mha) of three float32 values a voxel [mm], with the image's origin, spacing and direction,
- * not compressed. What ITK calls physical space has its axes to the patient's left, back and head (LPS), as have scans
- * from DICOM, .mha and .nrrd; of images whose world axes go to the right, front and head say so (WORLD_RAS). NaN, where
- * there is background, becomes a displacement far out of any image, so that programs show their own background there.
+ * not compressed. The axes of ITK's physical space go to the patient's left, back and head (LPS), as do those of scans
+ * from DICOM, .mha and .nrrd. If the image's world axes go to the right, front and head, set WORLD_RAS. NaN, the
+ * background, is written as a displacement far out of any image, so programs show their own background there.
  *
- * Limitations: a program that interpolates between voxels of the field, as for a finer grid, takes means across a cut.
- * The image has to be whole in one process.
+ * Limitations: a program that interpolates between voxels of the field, for example for a finer grid, interpolates
+ * across cuts. The image has to be whole in one process.
  *
  * @par Example
  * @code
@@ -52,7 +52,7 @@ public:
 
   ///@{
   /**
-   * The array of 3 components that is written. Default: "", which is `PullBack`, else `Displacement`.
+   * The array of 3 components that is written. Default: "", which means `PullBack`, else `Displacement`.
    */
   vtkSetStdStringFromCharMacro(Field);
   vtkGetCharFromStdStringMacro(Field);

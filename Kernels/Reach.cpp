@@ -12,17 +12,17 @@ namespace chainmail
 namespace
 {
 
-/// Handles that have not come as far as they are to, and by how much all of them lack [mm], each on its worst axis.
+/// Handles that fall short of their targets, and the sum of the missing displacements [mm], each on its worst axis.
 struct Lacking
 {
   Handles::Change handles;
-  std::vector<Pose> reached; ///< by each of them
+  std::vector<Pose> reached; ///< the pose of each of them
   double lack = 0.0;
-  int furtherWaves = 0; ///< that those which go in steps need for the rest of their way
+  int furtherWaves = 0; ///< the most waves that one of them needs for the rest of its path, moving in steps
 };
 
-/// The way of a handle from one pose to another [mm]: that of the corner of the box around its elements which goes
-/// furthest along one axis.
+/// The displacement of a handle from one pose to another [mm]. Where it rotates: that of the corner of its elements'
+/// bounding box that moves furthest along one axis.
 Vector3 longestWay(const Handle& handle, const Pose& from, const Pose& to)
 {
   if (!handle.turns())
@@ -52,7 +52,7 @@ Vector3 longestWay(const Handle& handle, const Pose& from, const Pose& to)
   return longest;
 }
 
-/// Its length along the axis along which it is longest.
+/// The maximum norm of a displacement.
 double lengthOf(const Vector3& way)
 {
   return std::max({ std::fabs(way[0]), std::fabs(way[1]), std::fabs(way[2]) });
@@ -83,7 +83,8 @@ Lacking lackingOf(Handles& handles)
   return all;
 }
 
-/// Lets handles go a small share of what they lack, which takes a wave of few steps. Returns how much of it they got.
+/// Moves handles by a small share of their missing displacements, which takes a wave of few steps. Returns which
+/// fraction of that they gained.
 double tryShare(
   double share, Waves& waves, Handles& handles, const Lacking& lacking, const Checkpoint& checkpoint, int& iterations)
 {
@@ -113,14 +114,14 @@ double tryShare(
   }
   catch (...)
   {
-    askAgain(); // whoever stops an update finds the probes as they were
+    askAgain(); // the probes keep their targets after an abort, too
     throw;
   }
   askAgain();
   return (lacking.lack - lackingOf(handles).lack) / (share * lacking.lack);
 }
 
-/// Whether a voxel lies in a joint of two bodies, or right beside the links that a free one is without.
+/// Whether a voxel is in a joint of two bodies, or adjacent to a link across a free joint.
 bool isAtJoint(const Model& model, std::size_t voxel)
 {
   if (model.isJoint(voxel))
@@ -155,11 +156,11 @@ bool isRigid(const Model& model, std::size_t voxel)
   return constraint[0] == 0.0f;
 }
 
-/// The joints on a path of voxels, where it leads from one body to another: a voxel of either.
+/// The joints where a path of voxels leads from one body to another: a voxel of each body.
 std::vector<std::pair<std::size_t, std::size_t>> jointsOn(const std::vector<std::size_t>& path, const Model& model)
 {
   std::vector<std::pair<std::size_t, std::size_t>> joints;
-  std::optional<std::size_t> body; // the last voxel of one so far
+  std::optional<std::size_t> body; // the last rigid voxel so far
   bool crosses = false;
   for (const std::size_t voxel : path)
   {
@@ -183,11 +184,11 @@ std::vector<std::pair<std::size_t, std::size_t>> jointsOn(const std::vector<std:
 Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const Checkpoint& checkpoint)
 {
   constexpr int mostWaves = 40;
-  constexpr double leastGain = 0.02; // of what is lacking
+  constexpr double leastGain = 0.02; // fraction of Lacking::lack
   Further further;
   double before = std::numeric_limits<double>::infinity();
   int most = mostWaves;
-  int mayStop = 2; // times that a wave of probes that turn may gain little, as tissue may follow after it
+  int mayStop = 2; // how often a wave of rotating probes may gain little, because tissue may follow after it
   for (int wave = 0; wave < most; ++wave)
   {
     const Lacking lacking = lackingOf(handles);
@@ -207,7 +208,7 @@ Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const
     most = wave == 0 ? most + lacking.furtherWaves : most;
     before = lacking.lack;
     settle(anyTurns, !gains);
-    // Where turning helps nothing, a wave that asks for all would only be taken back.
+    // If the rotation of bones gains nothing, a wave for the full displacement would only be taken back.
     if (wave == 0 && !anyTurns && tryShare(leastGain, waves, handles, lacking, checkpoint, further.iterations) < 0.1)
     {
       break;

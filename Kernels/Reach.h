@@ -13,16 +13,16 @@ namespace chainmail
 struct Further
 {
   int iterations = 0;     ///< of the waves
-  bool travelled = false; ///< whether a wave travelled again, but for the small step
+  bool travelled = false; ///< whether a wave travelled again, not counting the small trial step
 };
 
-/// Lets tissue settle between one wave and the next: a little or, where probes turn, until what is around them has
+/// Relaxes tissue between two waves: a little or, where probes rotate (`anyTurns`), until the tissue around them has
 /// followed. `thoroughly`: after a wave that gained nothing.
 using Settle = std::function<void(bool anyTurns, bool thoroughly)>;
 
-/// Lets the waves of probes that came less far than asked travel again, for as long as they gain. Waves move bones and
-/// do not turn them, and where elements turn, what a probe can reach grows with the rotation of bones. Probes that turn
-/// go in steps. After the first time a small step of those that do not tells whether settling helps at all.
+/// Repeats the waves of probes that fell short of their targets, as long as they gain. Waves translate bones and do not
+/// rotate them. Where elements rotate, a probe can reach further once bones have rotated. Probes that rotate move in
+/// steps. If none rotates, a small trial step after the first settling tests whether settling helps at all.
 Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const Checkpoint& checkpoint);
 
 /// Simulation::heldBy(), where no wave is under way. `reduction` is null where the model is not reduced; `bricks` are

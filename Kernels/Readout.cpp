@@ -17,7 +17,7 @@ namespace chainmail
 namespace
 {
 
-/// The links that lead out of handles, for one axis of the constraint, and the forces of these links.
+/// The links that lead out of handles, for one component of the constraint, and the forces of these links.
 class OutgoingLinks
 {
 public:
@@ -31,7 +31,7 @@ public:
   {
   }
 
-  /// Adds the links that lead out of a handle. The voxels (ascending) move with it.
+  /// Adds the links that lead out of a handle. `voxels` (ascending) move with it.
   void add(std::size_t handle, const std::vector<std::size_t>& voxels)
   {
     const Grid& grid = this->bricks_.model().grid();
@@ -105,7 +105,7 @@ public:
             2.0 * this->linksPerLink_ * Elasticity::weight(this->limits_[m]) * pull;
           if (this->swells())
           {
-            // Both ends pull along the link as their own spin has it (swelling.clh).
+            // The pressure of each end acts along the link as rotated by that end (swelling.clh).
             const int direction = this->directions_[m];
             const double way = (direction % 2 == 0 ? -1.0 : 1.0) / spins->proportions.s[direction / 2];
             results[this->handles_[m]].force[a] -=
@@ -131,7 +131,7 @@ public:
   }
 
 private:
-  /// Adds the pull of soft links, which lead out of a handle, too.
+  /// Adds the forces of soft links, which lead out of a handle, too.
   void pullSoft(std::vector<ProbeResult>& results)
   {
     std::vector<std::uint32_t> addresses;
@@ -156,8 +156,8 @@ private:
 
   bool swells() const { return this->bricks_.spins() && this->bricks_.spins()->swell(); }
 
-  /// Adds the moment of a link about the centre of its handle: that of its force, by which `result` has just grown
-  /// since `before`, at the element, and what its energy changes by as the element rotates with the handle.
+  /// Adds the moment of a link about the centre of its handle: lever arm x force, and the derivative of the link's
+  /// energy by the rotation of the element with the handle. `before`: the force of the handle without this link.
   void addTorque(std::size_t link, const Vector3& before, const float* ui, const float* uj, const float* si,
     ProbeResult& result) const
   {
@@ -167,8 +167,8 @@ private:
     const int direction = this->directions_[link];
     Vector3 arm;
     Vector3 force;
-    Vector3 way;    // the link as the rotation of its inner end has it [mm]
-    Vector3 strain; // what the link is away from that, times the derivative of the energy [energy / mm]
+    Vector3 way;    // the unstrained link, by the rotation of its inner end [mm]
+    Vector3 strain; // derivative by u(i) of the energy of the deviation from that [energy / mm]
     for (int a = 0; a < 3; ++a)
     {
       arm[a] = this->probes_.origin()[a] + (this->places_[link][a] + static_cast<double>(ui[a])) * grid.spacing[a] -
@@ -188,7 +188,7 @@ private:
     }
   }
 
-  /// Notes which shares of a link's strain lie in the halves of its two ends.
+  /// Stores which shares of a link's strain are in the halves of its two ends.
   void addShares(const Index3& at, const Index3& next)
   {
     const float own = this->meanOf(at);
@@ -197,7 +197,7 @@ private:
     this->shares_.push_back({ counts ? own / (own + other) : 0.0f, counts ? other / (own + other) : 0.0f });
   }
 
-  /// One constraint for an element, as meanConstraint() of swelling.clh.
+  /// One constraint for an element, like meanConstraint() of swelling.clh.
   float meanOf(const Index3& at) const
   {
     const int axes = this->bricks_.model().axes();
@@ -215,7 +215,7 @@ private:
     return sum / static_cast<float>(axes);
   }
 
-  /// One part of where a spin turns the unit vector along an axis.
+  /// One component of R e, with e the unit vector along an axis and R the rotation `spin`.
   static double armOf(const float* spin, int along, int axis)
   {
     float turned[3];
@@ -248,8 +248,8 @@ private:
   std::vector<std::uint32_t> outer_;
   std::vector<float> limits_;
   std::vector<int> directions_;              ///< from inner_ to outer_
-  std::vector<Index3> places_;               ///< of the inner ones at rest
-  std::vector<std::array<float, 2>> shares_; ///< where tissue resists swelling
+  std::vector<Index3> places_;               ///< indices of the inner elements
+  std::vector<std::array<float, 2>> shares_; ///< only where tissue resists changes of volume
 };
 
 }
@@ -267,14 +267,14 @@ void Readout::displacements(float* out, bool zeroed) const
     {
       for (const Bricks::Row& row : bricks.rows(bricks.brick(slot)))
       {
-        // Memory that the system has yet to provide stays so where nothing moved.
+        // Rows in which nothing moved are not written. So the system need not provide memory for them.
         bool moved = false;
         for (int i = 0; i < row.count; ++i)
         {
           for (std::size_t a = 0; a < 3; ++a)
           {
             const float value = u(a, row.local(i));
-            moved = moved || value != 0.0f || std::signbit(value); // -0 is shown, too, whatever lies beside it
+            moved = moved || value != 0.0f || std::signbit(value); // -0 is written, too, whatever else its row holds
           }
         }
         float* to = moved ? out + 3 * row.voxel : nullptr;
@@ -433,8 +433,8 @@ std::vector<RigidBody> Readout::bodies(const Handles& handles, const RigidCluste
   return bodies;
 }
 
-/// Adds the gradients of the energy where the voxels of a handle move together with the bone that they are part of, and
-/// what the links of soft probes pull with.
+/// Adds the force of each handle: the gradient of the energy by a displacement of its voxels together with the bone
+/// that they are part of. Of soft probes: the forces of their links.
 void Readout::addForces(std::vector<ProbeResult>& results, Handles& handles, const RigidClusters& clusters,
   const Elasticity& elasticity) const
 {
@@ -456,7 +456,7 @@ void Readout::addForces(std::vector<ProbeResult>& results, Handles& handles, con
   {
     OutgoingLinks links(
       this->bricks_, handles, component, elasticity, this->reduction_ ? this->reduction_->linksPerLink() : 1.0);
-    std::unordered_map<int, std::size_t> onlyThisBone; // the first handle that holds no other tissue
+    std::unordered_map<int, std::size_t> onlyThisBone; // per bone, the first handle that holds no other tissue
     std::vector<std::pair<std::size_t, std::size_t>> alike;
     for (std::size_t handle = 0; handle < results.size(); ++handle)
     {

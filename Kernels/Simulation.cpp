@@ -110,7 +110,7 @@ private:
   Relaxer& relaxer();
   void tissueChanged();
 
-  /// Runs a public call that a progress callback may stop. Tissue is then at rest.
+  /// Runs a public call that a progress callback may stop, which puts tissue at rest.
   template <typename Body> auto stoppable(Body&& body) -> decltype(body())
   {
     try
@@ -128,7 +128,7 @@ private:
   PaperRelaxation paperRelaxation_;
   RelaxationMethod relaxationMethod_ = RelaxationMethod::Projected;
   Elasticity elasticity_;
-  bool beyondLimits_ = false; ///< whether links may be, since the published method has relaxed
+  bool beyondLimits_ = false; ///< whether links may exceed their limits, because the published method has relaxed
   Resampling resampling_;
   std::optional<RigidClusters> clusters_;
 };
@@ -194,14 +194,14 @@ std::vector<Handles::Grabbed> Simulation::Impl::grab(
   return grabbed;
 }
 
-/// To be called when soft probes pull with something else than before.
+/// To be called when the pull of soft probes has changed.
 void Simulation::Impl::softChanged()
 {
   this->bricks_.setSoftLinks(this->handles_.softLinks());
   this->relaxer().restart(true);
 }
 
-/// A body with stiff tissue in its notches, where no probe holds that.
+/// A body, and the stiff tissue in its notches that no probe holds.
 std::vector<std::size_t> Simulation::Impl::withFreeNotches(std::vector<std::size_t> body)
 {
   std::unordered_set<std::size_t> held;
@@ -222,7 +222,7 @@ std::vector<std::size_t> Simulation::Impl::withFreeNotches(std::vector<std::size
   return body;
 }
 
-/// The bodies that are free, of which some of these handles hold elements, and nothing else does.
+/// The free bodies that at least two of these handles hold, and nothing else.
 std::vector<Handles::SharedBody> Simulation::Impl::sharedBodies(const std::vector<Handles::Pointer>& handles)
 {
   RigidClusters& clusters = this->rigidClusters();
@@ -407,7 +407,7 @@ PropagateResult Simulation::Impl::propagate(int iterations)
       PropagateResult result = this->waves_.run(iterations, checkpoint);
       if (iterations == 0 && this->bricks_.spins())
       {
-        bool coarse = true; // once coarser grids gain nothing they go on to, as bones only turn further
+        bool coarse = true; // once coarser grids gain nothing, they never do again: bones only rotate further
         const auto sweep = [&](int sweeps, double tolerance)
         {
           const RelaxationTask task{ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
@@ -421,8 +421,8 @@ PropagateResult Simulation::Impl::propagate(int iterations)
             this->settleAround(sweep, thoroughly);
             return;
           }
-          // Sweeps that turn bones about as far as a wave moves them: fewer where coarser grids have turned them
-          // before.
+          // These sweeps rotate bones about as far as a wave moves them. Fewer are needed where coarser grids have
+          // rotated bones before.
           constexpr int few = 4;
           this->relaxer().restart(coarse);
           coarse = sweep(few, 0.0).coarseStep > 0.0;
@@ -436,15 +436,16 @@ PropagateResult Simulation::Impl::propagate(int iterations)
         if (further.travelled)
         {
           this->relaxer().restart(false); // a last wave leaves little for coarser grids
-        }                                 // else the sweeps that follow go on from those of settling
+        }                                 // else the sweeps that follow continue those of settling
       }
       return result;
     });
 }
 
-/// Lets tissue around probes that turn rotate with them, by `sweep(sweeps, tolerance)`, until further sweeps lower the
-/// energy little. That is near the probes, so that coarser grids help little, and what hardly moves can wait for the
-/// sweeps after the last wave; but not where a wave gained nothing.
+/// Relaxes the tissue around rotating probes by `sweep(sweeps, tolerance)`, until further sweeps lower the energy
+/// little. The energy falls near the probes, so coarser grids help little. Tissue that hardly moves can wait for the
+/// sweeps after the last wave. After a wave that gained nothing (`thoroughly`), coarser grids take part and no tissue
+/// waits.
 template <typename F> void Simulation::Impl::settleAround(const F& sweep, bool thoroughly)
 {
   constexpr int first = 8;
@@ -497,7 +498,7 @@ RigidClusters& Simulation::Impl::rigidClusters()
   return *this->clusters_;
 }
 
-/// The relaxation that was chosen.
+/// The relaxation of the chosen method.
 Relaxer& Simulation::Impl::relaxer()
 {
   switch (this->relaxationMethod_)
@@ -509,7 +510,7 @@ Relaxer& Simulation::Impl::relaxer()
   }
 }
 
-/// To be called when links or elements are gone, or are back again.
+/// To be called when links or elements have been removed or restored.
 void Simulation::Impl::tissueChanged()
 {
   this->clusters_.reset();
@@ -619,7 +620,7 @@ Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& setti
 
 void Simulation::Release::operator()(Impl* impl) const
 {
-  if (!isForkedFromOpenCL()) // there it is left to the end of the process
+  if (!isForkedFromOpenCL()) // in a forked process it is left to the end of the process
   {
     delete impl;
   }

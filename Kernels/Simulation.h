@@ -21,29 +21,35 @@ namespace chainmail
 /// from a relaxation by the published method until the next projected one.
 ///
 /// With Settings::modelReduction n an element stands for n x n x n voxels and exists where any of them is tissue. Its
-/// constraint is their mean; it is rigid or anchored where any of them is. Two elements are linked where any of their
-/// voxels are. Voxels are displaced by interpolation between the elements around them that are on their own side of
-/// every cut, and rigid voxels exactly as their own element. Calls that read or write the grid (displacements, times,
-/// clusters, links, cuts, carves, resampling) still work voxel by voxel. A probe holds the elements of which it grabs
-/// at least half the voxels, or else the one of which it grabs most. Energies and forces count a link n x n times, so
-/// that they compare with those of the whole model. Bodies closer than n voxels may stick together, and bone is up to
-/// n - 1 voxels thicker.
+/// constraint is the mean of their constraints; it is rigid or anchored where any of them is. Two elements are linked
+/// where any of their voxels are. Voxels are displaced by interpolation between those elements around them that are on
+/// their own side of every cut, and rigid voxels exactly like their own element. Calls that read or write the grid
+/// (displacements, times, clusters, links, cuts, carves, resampling) still work voxel by voxel. A probe holds the
+/// elements of which it grabs at least half the voxels, or else the one of which it grabs most. Energies and forces
+/// count a link n x n times, so they are comparable with those of the whole model. Bodies closer than n voxels may
+/// stick together, and bone is up to n - 1 voxels thicker.
 ///
-/// With Settings::rotations every element has a rotation R, too, and a rigid cluster moves and turns as a body. A link
-/// from i to j, of the vector x at rest, obeys |u(j) - u(i) - w| <= D(i,j) with w the mean of (R - I) x of its two
-/// ends, and its energy is W / 2 times the squares of what u(j) - u(i) is away from either, with W = v / (|x|^2 D) and
-/// v the length of a cube as large as an element. So it costs nothing to turn tissue as a whole; where nothing turns
-/// and elements are cubes the energy is as without. A cluster of which a probe holds one element turns about that, one
-/// of which elements in a line are held about this line; with more, or an anchor, it does not turn, nor where
-/// constraints differ by axis. A wave moves and does not turn, so a probe that comes less far than it asks tries again
-/// after tissue has settled a little. Rotations add up to any angle, also beyond half a turn. Calls for Timestamp,
-/// Paper or an elastic recovery other than 1 throw InputError.
+/// With Settings::rotations every element has a rotation R, too, and a rigid cluster moves and rotates as a body. A
+/// link from i to j, of the vector x at rest, obeys |u(j) - u(i) - w| <= D(i,j) with the rest offset
+/// w = 1/2 ((R(i) - I) x + (R(j) - I) x). Its energy is
 ///
-/// With Settings::poissonRatio n as well tissue resists changing its volume: an element i costs n / (1 - 2 n) v / D(i)
-/// d^2 more, with d its swelling. That is the sum over its links of what these are stretched by along R x, as a
-/// fraction of |x|, times D(i) / (D(i) + D(j)), the share of a stretch that lies in its own half. Links to rigid
-/// elements do not count. Small strains of tissue of one kind cost what Hooke's law says of a shear modulus of 1 / D. A
-/// propagation is as without, and so are limits.
+///   W / 2 (|u(j) - u(i) - (R(i) - I) x|^2 + |u(j) - u(i) - (R(j) - I) x|^2),  W = v / (|x|^2 D(i,j)),
+///
+/// v the edge length of a cube as large as an element. So rotating tissue as a whole costs nothing. Where nothing
+/// rotates and elements are cubes, the energy is that without rotations. A cluster of which a probe holds one element
+/// rotates about that element. One of which elements on a line are held rotates about this line. With more held
+/// elements or an anchor it does not rotate, and no cluster does where constraints differ by axis. Waves translate
+/// tissue and do not rotate it, so a probe that falls short of its target tries again after tissue has settled a
+/// little. Rotations add up to any angle, also beyond half a turn. Calls for Timestamp, Paper or an elastic recovery
+/// other than 1 throw InputError.
+///
+/// With Settings::poissonRatio n tissue also resists changes of volume: an element i has the further energy
+///
+///   n / (1 - 2 n) v / D(i) d^2,  d = sum over its links of D(i) / (D(i) + D(j)) (strain along R x relative to |x|).
+///
+/// d is its volumetric strain, and D(i) / (D(i) + D(j)) the share of the strain in its own half of the link. Links to
+/// rigid elements do not count. For small strains of homogeneous tissue the energy is that of Hooke's law with a shear
+/// modulus of 1 / D. Propagation and limits are the same as without.
 ///
 /// Errors are exceptions of Error.h. Every call that needs the device may throw DeviceError or MemoryError; after that
 /// only the destructor may be called. After InputError the state is as before the call. Every call that reports
@@ -55,9 +61,9 @@ public:
   /// Called with the share that is done, 0 to 1. Returning false stops the call, which then throws Aborted.
   using Progress = std::function<bool(double)>;
 
-  /// Throws InputError where a setting cannot be used, Poisson's ratio without rotations among them, or where the model
-  /// is divided into bodies (Joints) and is to be reduced, which would make them one again; and DeviceError where there
-  /// is no such device.
+  /// Throws InputError where a setting cannot be used, for example Poisson's ratio without rotations. Also where a
+  /// model that is divided into bodies (Joints) is to be reduced, because reduction would join them again. Throws
+  /// DeviceError where there is no such device.
   Simulation(std::shared_ptr<const Model> model, const Settings& settings);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
@@ -67,17 +73,17 @@ public:
   const std::string& deviceName() const;
   Index3 brickSize() const;
 
-  /// The most bytes of buffers that were on the device at once since the last call of this function, summed over all
-  /// simulations of this process on that device. What a processor keeps for the next buffers when some are gone is not
-  /// counted; together with the buffers it is never more than these once were.
+  /// The peak of the bytes of buffers on the device since the last call of this function, summed over all simulations
+  /// of this process on that device. Memory that a CPU device keeps for the next buffers after some are freed is not
+  /// counted; together with the buffers it never exceeds their earlier peak.
   std::size_t takePeakDeviceBytes();
 
-  /// The function that calls which take time report to from now on; null for none.
+  /// The function to which long calls report progress from now on; null for none.
   void setProgress(Progress progress);
 
-  /// The function that calls report to, several times a second, as long as they wait for the device's compiler; null
-  /// for none. They wait where kernels are used for the first time and are not in the cache of compiled kernels. Where
-  /// it returns false, propagate(), relax() and resample() stop as they do for setProgress().
+  /// The function that calls invoke several times a second while they wait for the device's compiler; null for none.
+  /// They wait where kernels are used for the first time and are not in the cache of compiled kernels. Where it returns
+  /// false, propagate(), relax() and resample() stop as they do for setProgress().
   void setCompiling(std::function<bool()> compiling);
 
   /// How waves that start from now on travel. Finishes a wave that is under way first. Default: Envelope, Limit.
@@ -88,12 +94,12 @@ public:
   void setPropagationTimes(bool wanted);
 
   /// How tissue settles from now on. With `elasticRecovery` r, strain of a link up to (1 - r) of its limit costs no
-  /// energy, so that much of it stays when tissue is released. Default: Projected, 1. Throws InputError where r is not
-  /// in [0, 1].
+  /// energy, and this much strain remains when tissue is released. Default: Projected, 1. Throws InputError where r is
+  /// not in [0, 1].
   void setRelaxation(RelaxationMethod method, double elasticRecovery);
 
   /// Whether the first relaxation after a wave, cut or carve starts on coarser grids (Projected only). The energy still
-  /// does not rise: a correction that would raise it is taken only in part, or not at all. Default: off.
+  /// does not rise: a correction that would raise it is applied only in part, or not at all. Default: off.
   void setCoarseToFine(bool wanted);
 
   /// Puts everything back to its rest place and releases all probes. Cuts and carves stay.
@@ -115,18 +121,19 @@ public:
   /// the surface is not closed.
   std::size_t carve(const Surface& surface, SurfaceParts* parts = nullptr);
 
-  /// Holds exactly these probes from now on. A probe with the position and radius of one that is already held is that
-  /// same probe, moved where its displacement changed. Any other probe grabs the tissue that is at its place now.
-  /// Probes that are no longer in the list are released where they are. Moves nothing yet: propagate() does, and
-  /// relax() for soft probes, of which propagate() knows nothing. A probe may become soft, or cease to be, and stays
-  /// the same. Throws ProbeError for a probe without tissue at its place, or with an invalid position, displacement,
-  /// radius or tolerance.
+  /// Holds exactly these probes from now on. A probe with the position, radius, `turns` and `body` of one that is
+  /// already held is that same probe, moved where its displacement changed. Any other probe grabs the tissue that is at
+  /// its place now. Probes that are no longer in the list are released where they are. Moves nothing yet: propagate()
+  /// does, and relax() does for soft probes, which propagate() ignores. A probe may become soft, or cease to be, and
+  /// stays the same. Throws ProbeError for a probe without tissue at its place, or with an invalid position,
+  /// displacement, radius or tolerance.
   ///
   /// A probe that `turns` takes what it grabs from x to c + displacement + R (x - c), with c its centre and R its
-  /// rotation, and elements with it rotate by R. With each rigid element it grabs all of the rigid cluster, which then
-  /// is where R has it exactly, unless the probe is soft, and elements of a constraint up to 0.12 in its notches: those
-  /// with two links to it or to others of these, up to three layers. The rotations of other elements settle with the
-  /// tissue. It needs Settings::rotations and constraints that are the same for all axes.
+  /// rotation. The elements rotate by R, too. With each rigid element it grabs the whole rigid cluster. Unless the
+  /// probe is soft, the cluster then has exactly this pose. A probe that is not soft also grabs elements of a
+  /// constraint up to 0.12 in the notches of the cluster: those with two links to it or to others of these, up to three
+  /// layers. The rotations of other elements settle with the tissue. It needs Settings::rotations and constraints that
+  /// are the same for all axes.
   void hold(const std::vector<Probe>& probes);
 
   /// Lets the waves of moved probes travel, in the order in which the probes were moved, for at most `iterations` (0:
@@ -134,17 +141,18 @@ public:
   /// wave has reached. Throws InputError where the number is negative.
   ///
   /// With Envelope, probes that one call of hold() moved form one wave if they are compatible with each other and with
-  /// the tissue that is held; if not, one half of them goes before the other, and so on. With Timestamp each probe has
-  /// a wave of its own. A wave starts when those before it have finished; with Timestamp and Latest it starts at once,
-  /// and where waves overlap the later one prevails.
+  /// the tissue that is held. If not, one half of them goes before the other, and so on recursively. With Timestamp
+  /// each probe has a wave of its own. A wave starts when those before it have finished; with Timestamp and Latest it
+  /// starts at once, and where waves overlap the later one prevails.
   ///
-  /// With Settings::rotations, up to 32 probes that one call moved and that alone hold a free rigid cluster take it on
-  /// the rigid motion that brings their elements nearest to where they are asked to (least squares), unless they Share.
+  /// With Settings::rotations, several probes that one call moved may be all that holds a free rigid cluster. If the
+  /// call moved at most 32 probes and they do not Share, they then move the cluster together: by the rigid motion that
+  /// brings their elements nearest to their targets (least squares).
   ///
-  /// Probes that turn, and such clusters, go at most 7.5 degrees in a wave and, where that is too far, less, all that
-  /// move together by the same share of their ways. With `iterations` 0 tissue then settles a little and they go on,
-  /// until they have come to the end or what holds them gives way no more. Otherwise they stay there until they are
-  /// moved again.
+  /// Probes that turn, and such clusters, rotate by at most 7.5 degrees in a wave, or less where that is too far. All
+  /// that move together go the same share of their paths. With `iterations` 0 tissue then settles a little and they
+  /// continue, until they reach their targets or gain nothing more. Otherwise they stay there until they are moved
+  /// again.
   PropagateResult propagate(int iterations = 0);
 
   /// Calls hold() and propagate() to the end, and returns what each probe reached. Forces come from probes() alone.
@@ -155,12 +163,12 @@ public:
   /// and Envelope none. Throws InputError where either number is negative.
   RelaxResult relax(int iterations, double tolerance);
 
-  /// The probes of the last hold(), in their order, with how far they have come and what they pull with now.
+  /// The probes of the last hold(), in their order, with what they have reached and their forces.
   std::vector<ProbeResult> probes() const;
 
-  /// What keeps a probe, given by its number, from going further on the axis on which it lacks most [mm]; the nearest
-  /// where several do. This searches on the host through the tissue that the probe strains, so it is meant for the few
-  /// probes that got much less than they asked for. Throws InputError where there is no probe of that number.
+  /// What keeps a probe, given by its number, from moving further on the axis on which it lacks most [mm]; the nearest
+  /// one where several do. This searches on the host through the tissue that the probe strains, so it is meant for the
+  /// few probes that got much less than they asked for. Throws InputError where there is no probe of that number.
   HeldBy heldBy(std::size_t probe) const;
 
   /// The bodies of rigid tissue as it is now, in the order of their first voxels; cuts and carves may have divided
@@ -191,16 +199,16 @@ public:
   void elements(std::uint8_t* out) const;
 
   /// Which of an element's links exist: bit 0 x-, 1 x+, 2 y-, 3 y+, 4 z-, 5 z+. One value a voxel, 0 in air.
-  /// `ofPictures`: links that free joints (Joints) are without count as there, as they do for resample().
+  /// `ofPictures`: links across free joints (Joints) count as existing, as they do for resample().
   void links(std::uint8_t* out, bool ofPictures = false) const;
 
   /// Finds where the material of each output voxel comes from. Output voxels are those of the grid and `padding` more
-  /// on every side; `detail` may ask for a part of them, and for more between them. Offsets are in voxels of the grid.
-  /// `visit` gets boxes that do not overlap and that together cover every voxel that may show something
-  /// else than at an earlier resampling with this padding and detail, named by its number; with `since` 0, every voxel
-  /// that changed. Tissue that is displaced by less than a millionth of a voxel on every axis counts as at rest. Throws
-  /// InputError where a padding is negative, the output cannot be as fine or there was no such resampling; another way
-  /// to show cut surfaces than at the last one starts anew, as another padding or detail does.
+  /// on every side; `detail` may select a part of them, and further voxels between them. Offsets are in voxels of the
+  /// grid. `visit` gets boxes that do not overlap. Together they cover every voxel that may differ from an earlier
+  /// resampling with this padding and detail, which `since` names by its number; with `since` 0, every voxel that
+  /// changed. Tissue that is displaced by less than a millionth of a voxel on every axis counts as at rest. Throws
+  /// InputError where a padding is negative, the output cannot be as fine or there was no such resampling. Changing
+  /// `cuts`, the padding or the detail since the last resampling starts anew.
   Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since = 0,
     CutSurfaces cuts = CutSurfaces::Stepped, const OutputDetail& detail = {}) const;
 

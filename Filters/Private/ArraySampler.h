@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What samples one point array of an image at displaced places.
+// The interface of samplers, each of which samples one point array of an image at displaced places.
 
 #ifndef ArraySampler_h
 #define ArraySampler_h
@@ -21,7 +21,7 @@ namespace vtkChainMail
 /// Tells whether a voxel of the input is tissue at rest. May be called from several threads.
 using TissueTest = std::function<bool(vtkIdType)>;
 
-/// Numbers that stand for "not measured": those up to Low and those from High on. Not to be mixed up with the voxels
+/// Numbers that stand for "not measured": those up to Low and those from High on. Not to be confused with the voxels
 /// that OutputPadding adds.
 struct PaddingValues
 {
@@ -33,26 +33,27 @@ struct PaddingValues
   bool operator==(const PaddingValues& other) const { return this->Low == other.Low && this->High == other.High; }
 };
 
-/// Whether an offset says that a voxel did not change. NaN does not.
+/// Whether the offset of a voxel is 0: it did not change. False for NaN.
 inline bool isAtRest(const float* offset)
 {
   return offset[0] == 0.0f && offset[1] == 0.0f && offset[2] == 0.0f;
 }
 
-/// Makes one array of the output from one of the input, which stays as it is, update after update.
+/// Makes one output array from one input array, again in every update as long as the input array does not change.
 class ArraySampler
 {
 public:
   virtual ~ArraySampler() = default;
 
-  /// Begins an update. Returns the number of the resampling since which it needs the changes; 0 for all.
+  /// Begins an update. Returns the number of the resampling from which its buffer continues: Sample() needs all boxes
+  /// that changed since. 0: all boxes.
   virtual std::uint64_t Begin() = 0;
 
   /// Writes the values of the boxes, which do not overlap.
   virtual void Sample(const std::vector<chainmail::ResampledBox>& boxes) = 0;
 
-  /// Ends the update, which is a resampling of this number. Returns the output's array: the input's own one where all
-  /// is at rest and there is no padding.
+  /// Ends the update, which is a resampling of this number. Returns the output array: the input array itself where
+  /// everything is at rest and the grids are equal.
   virtual vtkSmartPointer<vtkAbstractArray> End(std::uint64_t number, bool atRest) = 0;
 };
 

@@ -18,9 +18,8 @@
 namespace vtkChainMail
 {
 
-/// Allocates memory for so many tuples. With `zeros` it holds 0, and the system provides each part of it only when it
-/// is written to. Throws std::bad_alloc, where VTK's own allocation would end the process unless VTK was built for
-/// release.
+/// Allocates memory for `tuples` tuples. With `zeros` it holds 0, and the system maps each page only on its first
+/// write. Throws std::bad_alloc. VTK's own allocation would instead end the process, unless VTK is a release build.
 inline void Allocate(vtkDataArray* array, vtkIdType tuples, bool zeros = false)
 {
   const vtkIdType values = tuples * array->GetNumberOfComponents();
@@ -45,8 +44,8 @@ inline void Describe(vtkAbstractArray* array, vtkAbstractArray* like)
   }
 }
 
-/// An array whose tuples lie one after the other in memory: `array` itself, or a copy where it is stored in another way
-/// (by component, mapped, ...). Not for bits.
+/// An array with interleaved tuples (AOS): `array` itself, or a copy where its layout differs (by component, mapped,
+/// ...). Not for bits.
 inline vtkSmartPointer<vtkDataArray> Interleaved(vtkDataArray* array)
 {
   if (array->HasStandardMemoryLayout())
@@ -57,14 +56,14 @@ inline vtkSmartPointer<vtkDataArray> Interleaved(vtkDataArray* array)
   Describe(copy, array);
   Allocate(copy, array->GetNumberOfTuples());
 #if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 7, 0)
-  array->ExportToVoidPointer(copy->GetVoidPointer(0)); // where DeepCopy() takes some 64-bit integers for doubles
+  array->ExportToVoidPointer(copy->GetVoidPointer(0)); // DeepCopy() rounds some 64-bit integers to doubles here
 #else
-  copy->DeepCopy(array); // into the memory that is there
+  copy->DeepCopy(array); // into the memory allocated above
 #endif
   return copy;
 }
 
-/// A new array of numbers with room for so many tuples, see Allocate().
+/// A new array of numbers with memory for `tuples` tuples, see Allocate().
 template <typename ArrayType>
 vtkSmartPointer<ArrayType> MakeArray(const char* name, int components, vtkIdType tuples, bool zeros = false)
 {
@@ -75,7 +74,7 @@ vtkSmartPointer<ArrayType> MakeArray(const char* name, int components, vtkIdType
   return array;
 }
 
-/// A whole number of an array to the last digit: as a double, labels from 2^53 on would be rounded. 0 for what is none.
+/// A label of an array as an exact integer: a double would round labels from 2^53 on. 0 where the value is none.
 inline vtkIdType LabelAt(vtkDataArray* labels, vtkIdType voxel)
 {
   const double rounded = labels->GetComponent(voxel, 0);
@@ -87,8 +86,8 @@ inline vtkIdType LabelAt(vtkDataArray* labels, vtkIdType voxel)
   return static_cast<vtkIdType>(labels->GetVariantValue(voxel * labels->GetNumberOfComponents()).ToTypeInt64());
 }
 
-/// Makes the copies of the image's active arrays the active ones of `out`. Global ids are left out: they would have to
-/// be unique, but tissue that stretches shows one twice.
+/// Makes the copies of the image's active arrays active in `out`. Global ids are left out because they have to be
+/// unique, and stretched tissue shows an id twice.
 inline void CopyActiveAttributes(vtkPointData* arrays, vtkPointData* out)
 {
   for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)

@@ -22,7 +22,7 @@ namespace vtkChainMail
 namespace
 {
 
-/// Bodies of several processes; sent as double, which holds labels up to 2^53.
+/// The bodies of all processes, sorted and unique. They are sent as doubles, which hold labels up to 2^53.
 std::vector<double> BodiesOfAll(const std::vector<BodyMotion>& motions, vtkMultiProcessController* controller)
 {
   std::vector<double> mine;
@@ -43,7 +43,7 @@ std::vector<double> BodiesOfAll(const std::vector<BodyMotion>& motions, vtkMulti
       offsets[p] = total;
       total += counts[p];
     }
-    all.resize(static_cast<std::size_t>(total) + 1); // never without memory
+    all.resize(static_cast<std::size_t>(total) + 1); // a buffer of 0 elements has no memory
     mine.resize(mine.size() + 1);
     controller->AllGatherV(mine.data(), all.data(), count, counts.data(), offsets.data());
     all.pop_back();
@@ -53,11 +53,11 @@ std::vector<double> BodiesOfAll(const std::vector<BodyMotion>& motions, vtkMulti
   return all;
 }
 
-/// Gives `frame` origin, spacing and direction of the first process that has some of the image. Returns false where
-/// none has.
+/// Gives `frame` the origin, spacing and direction of the first process with voxels of the image. Returns false where
+/// no process has any.
 bool TakeFrame(vtkImageData* mine, vtkMultiProcessController* controller, vtkImageData* frame)
 {
-  std::array<double, 16> numbers{}; // whether there is one, origin, spacing, direction
+  std::array<double, 16> numbers{}; // 1 if this process has voxels, origin, spacing, direction
   if (mine && mine->GetNumberOfPoints() > 0)
   {
     numbers[0] = 1.0;
@@ -92,8 +92,8 @@ std::string BodyMiddles::Find(
 {
   vtkMultiProcessController* const controller = vtkMultiProcessController::GetGlobalController();
   const std::vector<double> bodies = BodiesOfAll(motions, controller);
-  // For each body its number of voxels and the sums of their indices: whole numbers, so that neither order nor number
-  // of processes matters.
+  // For each body: the number of voxels and the sums of their indices i, j, k. These are integers, so neither the order
+  // nor the number of processes matters.
   std::vector<long long> sums(4 * bodies.size() + 1);
   std::string problem;
   vtkDataArray* array = nullptr;
@@ -113,8 +113,8 @@ std::string BodyMiddles::Find(
   }
   if (array)
   {
-    // Pieces have the voxels at their border in common. Each is counted where it is not at the upper end of a piece,
-    // except at that of the whole.
+    // Neighbouring pieces share the voxels at their border. A voxel at the upper end of a piece is counted by the next
+    // piece, except at the end of the whole extent.
     int whole[6];
     std::memcpy(whole, extent, sizeof(whole));
     if (info->Has(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT()))
@@ -126,7 +126,7 @@ std::string BodyMiddles::Find(
     {
       last[a] = extent[2 * a + 1] < whole[2 * a + 1] ? extent[2 * a + 1] - 1 : extent[2 * a + 1];
     }
-    std::size_t found = bodies.size(); // of the voxel before, which mostly has the same
+    std::size_t found = bodies.size(); // cached from the previous voxel, whose label is mostly the same
     double before = -1.0;
     for (int k = extent[4]; k <= last[2]; ++k)
     {
@@ -161,7 +161,7 @@ std::string BodyMiddles::Find(
     controller->AllReduce(sums.data(), all.data(), static_cast<vtkIdType>(sums.size()), vtkCommunicator::SUM_OP);
     sums = all;
   }
-  vtkNew<vtkImageData> frame; // of a process that has voxels, the same on all
+  vtkNew<vtkImageData> frame; // geometry of a process with voxels, equal on all processes
   if (!TakeFrame(labels, controller, frame))
   {
     return problem;

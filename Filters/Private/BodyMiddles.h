@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the bodies of an image of labels have their middle, also where the image is spread over processes.
+// The centroids of the bodies in an image of labels, also where the image is distributed over processes.
 
 #ifndef BodyMiddles_h
 #define BodyMiddles_h
@@ -20,12 +20,12 @@ namespace vtkChainMail
 class BodyMiddles
 {
 public:
-  /// Finds the middles of all bodies that have a motion on any process, which all have to call this. `info` is that of
-  /// the pipeline, with the whole extent. Returns what is wrong, empty where nothing is.
+  /// Finds the centroids of all bodies that have a motion on any process. All processes have to call this. `info` is
+  /// the pipeline information of `labels`, with the whole extent. Returns an error message, or an empty text.
   std::string Find(
     vtkImageData* labels, vtkInformation* info, const std::string& arrayName, const std::vector<BodyMotion>& motions);
 
-  /// The middle of a body in world axes. Returns false where it has no voxel.
+  /// The centroid of a body in world axes. Returns false where the body has no voxel.
   bool Get(long long body, std::array<double, 3>& middle) const;
 
 private:

@@ -30,7 +30,7 @@ using chainmail::Vector3;
 namespace
 {
 
-/// Points, or voxels, that are carried between two reports of progress.
+/// Number of points or voxels that are carried between two progress reports.
 constexpr vtkIdType portion = vtkIdType(1) << 18;
 
 std::array<double, 9> LinearPart(vtkMatrix4x4* matrix)
@@ -65,7 +65,7 @@ Vector3 TransposedTimes(const std::array<double, 9>& m, const Vector3& v)
     m[2] * v[0] + m[5] * v[1] + m[8] * v[2] };
 }
 
-/// An array of the model as one of the type that the engine reads.
+/// An array of the model, converted to the type that the engine reads.
 template <typename ArrayType>
 vtkSmartPointer<ArrayType> Read(vtkImageData* model, const char* name, int components, const std::string& lacks)
 {
@@ -81,7 +81,7 @@ vtkSmartPointer<ArrayType> Read(vtkImageData* model, const char* name, int compo
                      " at each voxel. Connect the second output of ChainMail Deformation, the model at rest.");
   }
   vtkSmartPointer<ArrayType> typed = ArrayType::SafeDownCast(array);
-  if (!typed) // as some files have it
+  if (!typed) // another type, from some files
   {
     typed = MakeArray<ArrayType>(name, components, array->GetNumberOfTuples());
     for (vtkIdType t = 0; t < array->GetNumberOfTuples(); ++t)
@@ -92,7 +92,7 @@ vtkSmartPointer<ArrayType> Read(vtkImageData* model, const char* name, int compo
   return typed;
 }
 
-/// Calls f(n) for the numbers from 0 to `count`, from several threads, and reports progress in between.
+/// Calls f(n) for n in [0, count), from several threads, and reports progress in between.
 template <typename F> void ForAll(vtkIdType count, const std::function<void(double)>& progress, const F& f)
 {
   constexpr vtkIdType task = 1024;
@@ -201,7 +201,7 @@ void Carrying::Carry(vtkPointSet* input, const Options& options, vtkPointSet* ou
       if (std::isfinite(place[0]) && std::isfinite(place[1]) && std::isfinite(place[2]))
       {
         const Vector3 there = options.Backward ? this->Map->backward(place) : this->Map->forward(place);
-        // What does not move keeps its bits.
+        // A point that does not move keeps its bits.
         if (there != place)
         {
           const double index[3] = { there[0] + this->First[0], there[1] + this->First[1], there[2] + this->First[2] };
@@ -217,7 +217,8 @@ void Carrying::Carry(vtkPointSet* input, const Options& options, vtkPointSet* ou
   this->TurnNormals(input, options, output);
 }
 
-/// Normals go with the planes that they stand on. Those of cells are left out: what draws a mesh makes them anew.
+/// Transforms point normals as covectors, by the inverse transpose of the deformation gradient F. Cell normals are left
+/// out: renderers compute them again.
 void Carrying::TurnNormals(vtkPointSet* input, const Options& options, vtkPointSet* output) const
 {
   if (vtkDataArray* ofCells = input->GetCellData()->GetNormals())
@@ -380,7 +381,7 @@ std::vector<std::string> Carrying::Carry(
           bool isShown = shown.what == CarryMap::Shown::What::Material;
           for (int a = 0; a < 3; ++a)
           {
-            // Half a voxel around the outermost ones belongs to them; rounding takes no more of it.
+            // The outermost voxels extend by half a voxel; 1e-4 is the allowance for rounding.
             constexpr double half = 0.5 + 1e-4;
             const double from = index[a] + way[a];
             isShown = isShown && from >= whole[2 * a] - half && from <= whole[2 * a + 1] + half;

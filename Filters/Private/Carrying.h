@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Carries datasets through a deformation that is known by its model at rest.
+// Carries datasets through a deformation that is given by its model at rest.
 
 #ifndef Carrying_h
 #define Carrying_h
@@ -35,12 +35,12 @@ public:
   {
     bool Backward = false;
     bool Nearest = false;
-    double Background = 0.0; ///< NaN: what fits the array
+    double Background = 0.0; ///< NaN: the value that fits the array
     std::function<bool(const std::string&)> IsLabelArray;
     std::function<void(double)> Progress; ///< may throw
   };
 
-  /// Gives `output` what `input` has, with points that went along, and normals that turned with them.
+  /// Gives `output` everything of `input` except cell normals, with its points moved and its point normals rotated.
   void Carry(vtkPointSet* input, const Options& options, vtkPointSet* output) const;
 
   /// Gives `output` the grid of `input` and its point arrays, resampled within `extent`. Returns the names of the cell
@@ -53,12 +53,12 @@ private:
 
   void TurnNormals(vtkPointSet* input, const Options& options, vtkPointSet* output) const;
 
-  vtkSmartPointer<vtkImageData> Model; // its grid
+  vtkSmartPointer<vtkImageData> Model; // only its grid
   vtkSmartPointer<vtkFloatArray> Displacement;
   vtkSmartPointer<vtkUnsignedCharArray> Element;
-  vtkSmartPointer<vtkUnsignedCharArray> Links; // null where nothing is cut
+  vtkSmartPointer<vtkUnsignedCharArray> Links; // null where nothing is cut or carved
   chainmail::Vector3 First;                    // index of the first voxel
-  Matrix ToVoxels;                             // from a vector of the world
+  Matrix ToVoxels;                             // from a vector in world axes to voxels
   Matrix ToWorld;
   std::unique_ptr<chainmail::CarryMap> Map;
 };

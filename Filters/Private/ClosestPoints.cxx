@@ -24,7 +24,7 @@ namespace
 
 using Vector = std::array<double, 3>;
 
-/// The closest point of a surface, as the corners of its triangle and their weights, which are 0 to 1 and add up to 1.
+/// The closest point of a surface, by the corners of its triangle and their weights (barycentric: 0 to 1, with sum 1).
 struct Foot
 {
   Vector Place;
@@ -32,8 +32,8 @@ struct Foot
   Vector Weights;
 };
 
-/// Of a triangle that is hardly more than a line, weights come out of any size, or not at all: then the nearest corner
-/// stands for the place. Others miss their range by rounding.
+/// Clamps the weights to [0, 1] and normalises their sum, since they are off by rounding. Nearly degenerate triangles
+/// give arbitrary weights or none; the nearest corner then gets the weight 1.
 void MakeConvex(Foot& foot, vtkPolyData* surface)
 {
   double sum = 0.0;
@@ -64,13 +64,13 @@ void MakeConvex(Foot& foot, vtkPolyData* surface)
     1.0;
 }
 
-/// For each of some points the closest one of a surface.
+/// The closest points of a surface for each of `points`.
 std::vector<Foot> FeetOf(vtkPoints* points, vtkPolyData* surface)
 {
   vtkNew<vtkStaticCellLocator> locator;
   locator->SetDataSet(surface);
   locator->BuildLocator();
-  surface->BuildCells(); // which threads would do at once
+  surface->BuildCells(); // here, because threads would do it concurrently
   std::vector<Foot> feet(static_cast<std::size_t>(points->GetNumberOfPoints()));
   vtkSMPTools::For(0, points->GetNumberOfPoints(),
     [&](vtkIdType begin, vtkIdType end)
@@ -86,7 +86,7 @@ std::vector<Foot> FeetOf(vtkPoints* points, vtkPolyData* surface)
         double squared = 0.0;
         locator->FindClosestPoint(place, foot.Place.data(), cell, id, part, squared);
         surface->GetCell(id, cell);
-        foot.Weights.fill(vtkMath::Nan()); // there are none of a triangle without area
+        foot.Weights.fill(vtkMath::Nan()); // a triangle without area leaves them unset
         double parametric[3];
         double closest[3];
         cell->EvaluatePosition(foot.Place.data(), closest, part, parametric, squared, foot.Weights.data());
@@ -100,8 +100,8 @@ std::vector<Foot> FeetOf(vtkPoints* points, vtkPolyData* surface)
   return feet;
 }
 
-/// Whether a surface has an inside: its edges belong to two triangles, once in each direction. Programs that decimate
-/// surfaces leave slits, so some edges may be amiss.
+/// Whether a surface is closed: each edge belongs to two triangles, once in each direction. Decimation leaves slits, so
+/// up to 2 % of the edges may be open.
 bool IsClosed(vtkPolyData* surface)
 {
   std::vector<std::pair<vtkIdType, vtkIdType>> there;
@@ -125,14 +125,15 @@ bool IsClosed(vtkPolyData* surface)
   return open.size() <= there.size() / 50;
 }
 
-/// The centre of volume of closed surfaces, else of area, which folds of a surface draw to themselves.
+/// The centroid: of volume for closed surfaces, else of area. The latter is worse because folds of a surface attract
+/// it.
 Vector CentreOf(vtkPolyData* surface, bool isClosed)
 {
   Vector centre = { { 0.0, 0.0, 0.0 } };
   double whole = 0.0;
   vtkIdType size = 0;
   const vtkIdType* corners = nullptr;
-  double middle[3]; // volumes are counted from there, for the sake of rounding
+  double middle[3]; // apex of all tetrahedra, to reduce rounding errors
   surface->GetCenter(middle);
   vtkCellArray* triangles = surface->GetPolys();
   for (triangles->InitTraversal(); triangles->GetNextCell(size, corners);)
@@ -143,7 +144,7 @@ Vector CentreOf(vtkPolyData* surface, bool isClosed)
       surface->GetPoint(corners[c], p[c]);
       vtkMath::Subtract(p[c], middle, p[c]);
     }
-    // A triangle stands for itself, or for the tetrahedron between it and the middle.
+    // The area of the triangle, or the volume of the tetrahedron between it and the middle.
     const double part =
       isClosed ? vtkMath::Determinant3x3(p[0], p[1], p[2]) / 6.0 : vtkTriangle::TriangleArea(p[0], p[1], p[2]);
     whole += part;
@@ -245,7 +246,7 @@ void ClosestPoints::Look()
 {
   const std::vector<Foot> there = FeetOf(this->Moved->GetPoints(), this->After);
   const std::vector<Foot> back = FeetOf(this->After->GetPoints(), this->Moved);
-  // What the second surface asks of each point, weighted.
+  // For each point: the weighted sum of the targets from the second surface, and the sum of the weights.
   std::vector<std::array<double, 4>> asked(this->Displacements.size());
   for (std::size_t n = 0; n < back.size(); ++n)
   {

@@ -17,29 +17,29 @@ namespace vtkChainMail
 class ClosestPoints
 {
 public:
-  /// Surfaces of triangles, each point once. With `start`, an array of displacements of the first one's points,
-  /// matching begins there, else with the shift of the centre.
+  /// Both are surfaces of triangles without duplicate points. `start`: initial displacements of the points of `before`;
+  /// with null all points start with the displacement of the centroid.
   ClosestPoints(vtkPolyData* before, vtkPolyData* after, vtkDataArray* start);
 
-  /// Finds the displacements. `progress` gets the share that is done and says whether to go on.
+  /// Finds the displacements. `progress` gets the fraction done and returns whether to go on.
   void Match(int iterations, int smoothing, const std::function<bool(double)>& progress);
 
   const std::vector<std::array<double, 3>>& GetDisplacements() const { return this->Displacements; }
 
-  /// How far the moved points are from the second surface, on average [mm].
+  /// The mean distance of the moved points from the second surface [mm].
   double GetDistance();
 
 private:
   void Look();
   void Smooth();
-  /// Moves the points of Moved to where the displacements say.
+  /// Sets the points of Moved by the displacements.
   void Move();
 
   vtkSmartPointer<vtkPolyData> Before;
   vtkSmartPointer<vtkPolyData> After;
-  vtkSmartPointer<vtkPolyData> Moved; ///< Before, at present
+  vtkSmartPointer<vtkPolyData> Moved; ///< Before with the present displacements
   std::vector<std::array<double, 3>> Displacements;
-  std::vector<vtkIdType> FirstNeighbour; ///< where those of a point begin in Neighbours
+  std::vector<vtkIdType> FirstNeighbour; ///< index in Neighbours of the first neighbour of each point
   std::vector<vtkIdType> Neighbours;
 };
 

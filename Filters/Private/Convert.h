@@ -18,12 +18,12 @@ namespace vtkChainMail
 /// The array in a form that the engine can read: bits as bytes, anything else in its own type, interleaved.
 vtkSmartPointer<vtkDataArray> ToEngineArray(vtkDataArray* array);
 
-/// A view of an array from ToEngineArray(); of null, a view of nothing.
+/// A view of an array from ToEngineArray(); an empty view for null.
 chainmail::ArrayView View(vtkDataArray* array);
 
-/// A function of the same values, which shares the ownership of `function`. It is much faster where straight lines join
-/// the nodes, as they nearly always do; vtkPiecewiseFunction::GetValue() is slow, and the engine asks for every voxel
-/// of a scan.
+/// A function with the same values. It holds a copy of the nodes where straight lines join them, which is nearly always
+/// so, and else a reference to `function`. With the copy it is much faster: vtkPiecewiseFunction::GetValue() is slow,
+/// and the engine calls the function for every voxel of a scan.
 std::function<double(double)> ToEngineFunction(const vtkSmartPointer<vtkPiecewiseFunction>& function);
 
 }

@@ -30,15 +30,15 @@ namespace
 
 constexpr int root = 0;
 
-// Messages from one process to another arrive in the order in which they were sent, so the tags only help debugging.
+// Messages between two processes arrive in the order in which they were sent, so the tags only help debugging.
 enum Tags
 {
   LEAVES = 7101,
   ARRAYS
 };
 
-/// Whether an array is sent as its memory. Bits, strings and variants are stored otherwise and are sent as a table with
-/// one column.
+/// Whether an array is sent as a block of memory. Bits, strings and variants have other storage and are sent as a table
+/// with one column.
 bool IsRaw(vtkAbstractArray* array)
 {
   return vtkDataArray::SafeDownCast(array) && array->GetDataType() != VTK_BIT;
@@ -89,7 +89,7 @@ Inputs Exchange::Gather(const Inputs& mine) const
   {
     return mine;
   }
-  // Each process first says what it has, so that nothing travels that the root already has.
+  // Each process first sends a list of what it has, so nothing is sent that the root already has.
   vtkMultiProcessStream about;
   about << mine.Problem << static_cast<int>(mine.Leaves.size());
   for (const Leaf& leaf : mine.Leaves)
@@ -140,7 +140,7 @@ std::vector<Exchange::Wanted> Exchange::Choose(
       Fingerprint fingerprint;
       abouts[p] >> leaf.Port >> leaf.Input >> leaf.Block >> leaf.BlockName >> fingerprint;
       leaf.Process = p;
-      // Equal data on the same process are two datasets; equal data on two processes are one dataset that both have.
+      // Equal data on the same process are two datasets. Equal data on two processes are one dataset, which both have.
       const auto key = std::make_tuple(leaf.Port, leaf.Input, leaf.Block, fingerprint);
       if (p == root || std::find(known.begin(), known.end(), key) == known.end())
       {
@@ -226,8 +226,8 @@ void Exchange::Share(Outcome& outcome) const
 namespace
 {
 
-/// Makes the arrays active that are so in `from`. A copy of an array that is active twice, as the vectors that are the
-/// scalars, too, is so only once.
+/// Makes the arrays active that are active in `from`. A copied array keeps only one active role, so an array that is
+/// both the vectors and the scalars would lose one.
 void CopyAttributes(vtkDataSetAttributes* from, vtkDataSetAttributes* to)
 {
   for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
@@ -248,7 +248,7 @@ vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Exten
   {
     auto image = vtkSmartPointer<vtkImageData>::New();
     image->ShallowCopy(whole);
-    // What is shown after an error need not be what was promised.
+    // After an error the extent shown may differ from the announced one.
     const Extent there = ExtentOf(whole);
     bool meets = true;
     for (int a = 0; a < 3; ++a)
@@ -345,7 +345,8 @@ vtkSmartPointer<vtkImageData> Exchange::Assemble(vtkImageData* part, const Exten
 
 void Exchange::Send(vtkImageData* image, int to) const
 {
-  // The name and components of an array travel with its memory; its type and its place among the arrays are sent here.
+  // The name and number of components of an array are sent with its memory. Its type, its component names and its place
+  // among the arrays are sent here.
   vtkMultiProcessStream about;
   for (const int e : ExtentOf(image))
   {

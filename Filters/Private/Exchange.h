@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the processes of a parallel server exchange in an update. The root process has the engine: it gets the inputs of
-// all, computes alone, and hands each process the parts of the outputs that it was asked for. So the result cannot
-// depend on the number of processes, nor on how the inputs are spread over them.
+// all processes, computes alone, and sends each process its requested parts of the outputs. So the result depends
+// neither on the number of processes nor on how the inputs are distributed over them.
 
 #ifndef Exchange_h
 #define Exchange_h
@@ -19,10 +19,10 @@ class vtkMultiProcessStream;
 namespace vtkChainMail
 {
 
-/// What all processes have to know about an update, apart from its images.
+/// The result of an update that all processes need, apart from its images.
 struct Outcome
 {
-  std::string Error; ///< for the user; empty where there is none
+  std::string Error; ///< message for the user; empty where there is no error
   bool Stopped = false;
   bool NeedsUpdate = false;
   bool Interacting = false;
@@ -31,16 +31,17 @@ struct Outcome
 class Exchange
 {
 public:
-  /// With null this process works alone.
+  /// Null: this process works alone.
   explicit Exchange(vtkMultiProcessController* controller);
 
   bool IsRoot() const;
 
-  /// Whether `mine` is true on all processes. All have to call this and the functions below, in the same order.
+  /// Whether `mine` is true on all processes. All processes have to call this and the functions below, in the same
+  /// order.
   bool All(bool mine) const;
 
-  /// Brings the inputs of all processes to the root; the others get nothing. Data that several processes have alike
-  /// count once. Parts of an image are put together where the root does not have all of it.
+  /// Sends the inputs of all processes to the root; the others get nothing. Equal data of several processes count once.
+  /// The image is assembled from its parts where the root does not have all of it.
   Inputs Gather(const Inputs& mine) const;
 
   /// Sends the root's outcome to all.
@@ -49,8 +50,8 @@ public:
   /// Gives this process its `extent` of the root's image `whole`, with all field data.
   vtkSmartPointer<vtkImageData> Deliver(vtkImageData* whole, const std::array<int, 6>& extent) const;
 
-  /// Gives every process all of an image of which each has a part, or the whole. `problem` is the same everywhere:
-  /// empty, or why the parts do not fit together.
+  /// Gives every process the whole of an image of which each process has a part or the whole. `problem` is the same on
+  /// all processes: empty, or why the parts do not fit together.
   vtkSmartPointer<vtkImageData> Assemble(
     vtkImageData* part, const std::array<int, 6>& whole, std::string& problem) const;
 
@@ -59,15 +60,14 @@ private:
   struct Wanted
   {
     std::vector<int> Numbers; ///< numbers of its leaves
-    std::vector<Leaf> Leaves; ///< these leaves, still without data; known to the root alone
+    std::vector<Leaf> Leaves; ///< these leaves without their data; set on the root only
     bool Image = false;       ///< whether to send its part of the image
 
     void Write(vtkMultiProcessStream& stream) const;
     void Read(vtkMultiProcessStream& stream);
   };
 
-  /// Chooses, among all that the processes say they have, what the root lacks. `problem`: the first one that a process
-  /// has.
+  /// Chooses from the lists of all processes what the root lacks. `problem` is that of the first process with one.
   static std::vector<Wanted> Choose(
     const Inputs& mine, std::vector<vtkMultiProcessStream>& abouts, std::string& problem);
   void Send(const Inputs& mine, const Wanted& wanted) const;

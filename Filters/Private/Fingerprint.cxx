@@ -14,8 +14,8 @@ namespace vtkChainMail
 namespace
 {
 
-/// Multiplication carries every bit upwards, the shift brings them down again (the finaliser of SplitMix64: Steele, Lea
-/// and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014).
+/// Multiplication spreads every bit upwards, and the shifts spread them downwards (the finaliser of SplitMix64: Steele,
+/// Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014).
 Fingerprint Mix(Fingerprint h)
 {
   h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -34,7 +34,7 @@ Fingerprint Word(const char* at)
 
 Fingerprint FingerprintOfPart(const char* data, std::size_t bytes)
 {
-  // Four lanes, so that a processor can multiply for one while it waits for another.
+  // Four independent lanes hide the latency of the multiplications.
   constexpr Fingerprint odd = 0x9e3779b97f4a7c15u;
   Fingerprint lanes[4] = { 1, 2, 3, 4 };
   std::size_t n = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tells by their contents whether data are the same as before. An upstream filter that runs again gives equal values in
-// a new array, and an array that is written to stays the same object, so addresses would tell the wrong thing.
+// Compares data by their contents (hashes). Addresses do not suffice: an upstream filter that runs again gives equal
+// values in a new array, and an array that is written to stays the same object.
 
 #ifndef Fingerprint_h
 #define Fingerprint_h
@@ -17,11 +17,11 @@ namespace vtkChainMail
 
 using Fingerprint = vtkTypeUInt64;
 
-/// 64 bits that stand for the contents of memory: different contents have the same bits with a chance of 2^-64. They
-/// depend on the order of bytes in a word, and so are for this process alone.
+/// A 64-bit hash of memory: different contents have the same hash with a probability of 2^-64. It depends on the byte
+/// order, so it is not portable between machines.
 Fingerprint FingerprintOf(const void* data, std::size_t bytes, Fingerprint before = 0);
 
-/// Another such number, made in this thread alone: for parts of something large.
+/// Another such hash, computed in this thread alone: for parts of something large.
 Fingerprint FingerprintOfPart(const char* data, std::size_t bytes);
 
 /// The fingerprint of an array's values, type and number of components; 0 for null.
@@ -34,8 +34,8 @@ struct ArrayContents
   vtkMTimeType Time = 0;
   Fingerprint Values = 0;
 
-  /// `imageTime` is when the image was last modified: some programs write voxels in place and tell it to the image
-  /// alone. An array that `before` knows with the same times is not read again.
+  /// `imageTime`: when the image was last modified, because some programs write voxels in place and modify the image
+  /// alone. An array that is in `before` with the same times is not read again.
   void Take(vtkDataArray* array, vtkMTimeType imageTime, const ArrayContents& before)
   {
     this->Array = array;
@@ -46,8 +46,8 @@ struct ArrayContents
   bool operator==(const ArrayContents& other) const { return this->Values == other.Values; }
 };
 
-/// An array that outputs share from update to update, as long as what it shows is of the same version and nobody has
-/// written to it. A filter downstream may write to it without this filter's knowledge, so its contents are compared.
+/// An array that outputs share from update to update, as long as its version is current and nobody has written to it. A
+/// filter downstream may write to it unnoticed, so its contents are compared.
 template <typename ArrayType> class SharedArray
 {
 public:

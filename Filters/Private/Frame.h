@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Converts between the world's axes and the engine's.
+// Converts between world space and the engine's space.
 
 #ifndef Frame_h
 #define Frame_h
@@ -43,7 +43,7 @@ public:
         {
           product += this->Direction[3 * row + a] * this->Direction[3 * row + b];
         }
-        // Image files often hold direction cosines of six digits.
+        // Direction cosines in image files often have only six digits.
         if (!(std::fabs(product - (a == b ? 1.0 : 0.0)) < 1e-4))
         {
           throw chainmail::InputError(
@@ -65,7 +65,7 @@ public:
     return engine;
   }
 
-  /// Where a voxel is, by its indices from the image's first one on.
+  /// The position of a voxel, whose indices count from the image's first voxel.
   Vector3 VoxelToWorld(const chainmail::Index3& at) const
   {
     double engine[3];
@@ -85,7 +85,7 @@ public:
       d[2] * world[0] + d[5] * world[1] + d[8] * world[2] };
   }
 
-  /// Vectors along axes of rotation and moments: where the image's axes are left-handed they point the other way.
+  /// For axial vectors (rotation vectors, moments): where the image's axes are left-handed they change sign.
   Vector3 AxialToEngine(const double world[3]) const
   {
     Vector3 engine = this->VectorToEngine(world);

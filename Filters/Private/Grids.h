@@ -18,14 +18,14 @@
 namespace vtkChainMail
 {
 
-/// Whether a voxel may have this index. Behind the last one there has to be a next integer, at which loops end.
+/// Whether a voxel may have this index. The next integer has to exist, too, because loops end there.
 inline bool IsIndex(std::int64_t index)
 {
   return index > std::numeric_limits<int>::min() && index < std::numeric_limits<int>::max();
 }
 
-/// Whether the extent of an image with `padding` more voxels on every side can be told in integers, and has no more
-/// voxels than can be handled. Axes with a single voxel are not padded.
+/// Whether the extent of an image with `padding` more voxels on every side fits into integers, and its number of voxels
+/// into the engine's limit. Axes with a single voxel are not padded.
 inline bool PaddingFits(const std::array<int, 6>& extent, int padding)
 {
   chainmail::Grid grid;
@@ -45,7 +45,7 @@ inline bool PaddingFits(const std::array<int, 6>& extent, int padding)
   return grid.fits();
 }
 
-/// The most padding that fits, up to `wanted`.
+/// The largest padding that fits, at most `wanted`.
 inline int FittingPadding(const std::array<int, 6>& extent, int wanted)
 {
   while (wanted > 0 && !PaddingFits(extent, wanted))
@@ -55,15 +55,15 @@ inline int FittingPadding(const std::array<int, 6>& extent, int wanted)
   return wanted;
 }
 
-/// The input's grid and the output's, which may have padding, be a part of the input, and be finer. Indices of both
-/// count from the input's first voxel on; output voxel Finer * i lies where the input's voxel i does.
+/// The grids of the input and of the output, which may be padded, be a part of the input, and be finer. Indices of both
+/// count from the input's first voxel. Output voxel Finer * i has the position of input voxel i.
 struct Grids
 {
   std::array<int, 3> Size;  // of the input
-  std::array<int, 3> First; // of the output: its lowest voxel, and how many there are along each axis
-  std::array<int, 3> Width;
+  std::array<int, 3> First; // lowest voxel of the output
+  std::array<int, 3> Width; // size of the output
   int Finer = 1;
-  bool AreCells = false; // and not voxels
+  bool AreCells = false; // the grids are those of cells, not of voxels
 
   Grids(const chainmail::Index3& size, const chainmail::Index3& padding, const chainmail::OutputDetail& detail)
     : Size(size)
@@ -84,9 +84,9 @@ struct Grids
     return all(*this) == all(other);
   }
 
-  /// Whether the output's voxels are the input's.
+  /// Whether the grids of output and input are equal.
   bool AreAlike() const { return this->Finer == 1 && this->Width == this->Size && this->First == chainmail::Index3{}; }
-  /// Whether there is no output voxel outside the input.
+  /// Whether all output voxels are within the input.
   bool IsWithinInput() const
   {
     const std::array<int, 3> last{ { this->First[0] + this->Width[0] - 1, this->First[1] + this->Width[1] - 1,
@@ -117,13 +117,13 @@ struct Grids
            this->Width[0] * ((j - this->First[1]) + this->Width[1] * static_cast<vtkIdType>(k - this->First[2]));
   }
 
-  /// Where an index of the output lies along an axis, by those of the input.
+  /// The position of an output index along an axis, in input indices.
   double PlaceOf(int index) const
   {
     const double place = this->Finer == 1 ? index : (this->AreCells ? index + 0.5 : index) / this->Finer;
     return this->AreCells && this->Finer > 1 ? place - 0.5 : place;
   }
-  /// Whether an output voxel lies where one of the input does.
+  /// Whether an output voxel has the position of an input voxel.
   bool IsOnInput(const std::array<int, 3>& voxel) const
   {
     return this->Finer == 1 || (voxel[0] % this->Finer == 0 && voxel[1] % this->Finer == 0 &&
@@ -140,8 +140,8 @@ struct Grids
     }
     return is;
   }
-  /// Calls f(voxel) for the first output voxel of each row along x in a slice k that has some within the input, and
-  /// how many these are.
+  /// Calls f(voxel, count) for each row along x in slice k that has output voxels within the input, with the first of
+  /// these and their number.
   template <typename F> void ForRows(int k, const F& f) const
   {
     const int low = std::max(this->First[0], 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Counts numbers in bins that depend on nothing but the number, so histograms of parts add up to that of the whole.
+// Counts numbers in bins that depend on the number only, so histograms of parts add up to that of the whole.
 
 #ifndef Histogram_h
 #define Histogram_h
@@ -13,14 +13,14 @@ namespace vtkChainMail
 {
 
 /// The bins follow the floating-point format: sign, exponent, and the first 15 binary digits after the leading one.
-/// Whole numbers up to 65,536 have a bin each; any other number shares its bin with those that differ from it by less
-/// than one part in 32,768. Numbers below 2^-200 count as 0.
+/// Whole numbers up to 65,536 have a bin each. Any other number shares its bin with numbers that differ by less than
+/// one part in 32,768. Magnitudes below 2^-200 count as 0.
 class Histogram
 {
 public:
   struct Bin
   {
-    double Value; ///< of the numbers in the bin the one nearest to 0
+    double Value; ///< the number of the bin that is nearest to 0
     std::uint64_t Count;
   };
 
@@ -45,15 +45,15 @@ public:
 private:
   static constexpr int DIGITS = 15;
   static constexpr int PAGE = 1 << DIGITS; // one exponent
-  static constexpr int EXPONENT = 200;     // of the smallest and the largest number
+  static constexpr int EXPONENT = 200;     // largest magnitude of an exponent
 
   using Page = std::array<std::uint32_t, PAGE>;
 
-  /// Ascending with the number, 0 for 0, and the negative for its negative.
+  /// The signed bin: ascending with the number, 0 for 0, and antisymmetric.
   static int BinOf(double number);
   static double ValueOf(int bin);
 
-  // By sign, then by exponent. Pages that nothing is counted in are not there.
+  // By sign, then by exponent. Pages without counts are null.
   std::array<std::array<std::unique_ptr<Page>, 2 * EXPONENT + 2>, 2> Pages;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far a probe came of what it asked for, in numbers and in words.
+// How much of its displacement and rotation a probe reached, as numbers and as text.
 
 #ifndef HowFar_h
 #define HowFar_h
@@ -26,8 +26,8 @@ public:
   {
   }
 
-  /// The lesser of the shares of its displacement and of its rotation. What is below `leastLength` [mm], or a
-  /// thousandth of a degree, does not count.
+  /// The smaller one of the reached shares of displacement and rotation. A displacement up to `leastLength` [mm], or a
+  /// rotation up to a thousandth of a degree, counts as reached.
   double GetShare(double leastLength = 0.0) const
   {
     constexpr double leastAngle = 1e-3;
@@ -36,7 +36,7 @@ public:
     return std::min(ofWay, ofAngle);
   }
 
-  /// "reached 2 of 3 mm and turned by 4 of 5 degrees", or one of the two, with numbers written by a function.
+  /// "reached 2 of 3 mm and turned by 4 of 5 degrees", or one of the two. `write` formats the numbers.
   template <typename Write> std::string ToString(const Write& write) const
   {
     const auto of = [&write](double reached, double asked) { return write(reached) + " of " + write(asked); };

@@ -17,7 +17,7 @@ namespace vtkChainMail
 namespace
 {
 
-/// What is known of a voxel.
+/// Where the value of a voxel comes from.
 enum Knowledge : unsigned char
 {
   Missing,
@@ -57,7 +57,7 @@ void Check(vtkImageData* part, vtkImageData* image)
   }
 }
 
-/// Copies the voxels of a part that are not known yet, or known only from a ghost copy.
+/// Copies the voxels of a part that are still missing, or of which only a ghost copy was found so far.
 void Copy(vtkImageData* part, vtkImageData* image, std::vector<Knowledge>& known)
 {
   vtkPointData* arrays = image->GetPointData();
@@ -141,7 +141,7 @@ vtkSmartPointer<vtkImageData> PutTogether(const std::vector<vtkSmartPointer<vtkI
     throw chainmail::InputError("The parts of the image that the processes have leave out " + std::to_string(missing) +
                                 " of its " + std::to_string(voxels) + " voxels. Give the whole image.");
   }
-  // In the whole image no voxel is a copy of another process's voxel.
+  // In the whole image no voxel duplicates one of another process.
   if (vtkUnsignedCharArray* ghosts = image->GetPointGhostArray())
   {
     for (vtkIdType v = 0; v < voxels; ++v)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Puts together an image of which several processes have parts.
+// Assembles an image of which several processes have parts.
 
 #ifndef ImageParts_h
 #define ImageParts_h
@@ -21,9 +21,8 @@ bool Contains(const Extent& outer, const Extent& inner);
 /// The extent of an image; an empty one for null.
 Extent ExtentOf(vtkImageData* image);
 
-/// Puts the parts of an image together. Where parts overlap they hold the same values, except for voxels that one of
-/// them marks as ghosts, which may be old copies. Throws InputError where parts do not fit together or leave voxels
-/// out.
+/// Assembles the parts of an image. Overlapping parts have to hold the same values, except for voxels that a part marks
+/// as ghosts, which may be outdated copies. Throws InputError where parts do not fit together or leave voxels out.
 vtkSmartPointer<vtkImageData> PutTogether(const std::vector<vtkSmartPointer<vtkImageData>>& parts, const Extent& whole);
 
 }

@@ -33,7 +33,8 @@ Fingerprint OfCells(vtkCellArray* cells, Fingerprint before)
   return FingerprintOf(parts, sizeof(parts));
 }
 
-/// The part of a dataset that an update reads; null where it reads nothing. `problem` says what is wrong with it.
+/// The part of a dataset that an update reads; null where it reads nothing. `problem` gets what is wrong with the
+/// dataset.
 vtkSmartPointer<vtkPolyData> TakeLeaf(int port, vtkDataObject* data, std::string& problem)
 {
   auto leaf = vtkSmartPointer<vtkPolyData>::New();
@@ -62,7 +63,7 @@ vtkSmartPointer<vtkPolyData> TakeLeaf(int port, vtkDataObject* data, std::string
   return leaf->GetNumberOfPolys() > 0 || leaf->GetNumberOfStrips() > 0 ? leaf : nullptr;
 }
 
-/// The name that the user gave a block, or the collection of partitions that it is part of.
+/// The name that the user gave a block or, in a collection, the partitioned dataset that the block belongs to.
 std::string NameOfBlock(vtkCompositeDataIterator* leaf, vtkCompositeDataSet* composite)
 {
   vtkInformation* info = leaf->HasCurrentMetaData() ? leaf->GetCurrentMetaData() : nullptr;
@@ -181,7 +182,7 @@ Inputs CollectInputs(vtkInformationVector** inputs)
       all.Image->GetSpacing(grid.spacing.data());
       try
       {
-        grid.check(); // before anything is read of the image
+        grid.check(); // before any array of the image is read
       }
       catch (const chainmail::InputError& error)
       {
@@ -233,7 +234,8 @@ Inputs CollectInputs(vtkInformationVector** inputs)
 
 bool InputWatch::IsUnchanged(vtkInformationVector** connected, const Inputs& inputs, vtkMTimeType filterTime)
 {
-  // Times tell quickly that nothing changed, but not that something did, since a reader runs again for every piece.
+  // Equal times prove quickly that nothing changed. Different times do not prove a change, because a reader runs again
+  // for every piece. Contents are compared then.
   const auto isUnchanged = [connected](Watched& watched, int firstPort, int endPort, const auto& fingerprint)
   {
     decltype(watched.Times) times;
@@ -261,7 +263,7 @@ bool InputWatch::IsUnchanged(vtkInformationVector** connected, const Inputs& inp
   this->FilterTime = filterTime;
   if (!inputs.Problem.empty())
   {
-    // Nothing else is read, and so nothing is known of it.
+    // Image and leaves are not read now, so forget their former contents.
     this->Image = Watched();
     this->Leaves = Watched();
     return sameProblem && sameFilter;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The inputs of an update: the image, and the datasets of the other ports as one list of leaves, so that
-// composite data and data of several processes are handled alike.
+// The inputs of an update: the image, and the datasets of the other ports as one list of leaves. So composite data and
+// data of several processes are handled alike.
 
 #ifndef Inputs_h
 #define Inputs_h
@@ -32,21 +32,21 @@ enum Ports
   NUMBER_OF_PORTS
 };
 
-/// One dataset of Probes, Cuts, Carves or Regions: a connected one, or a leaf of it where that is composite.
+/// One dataset of Probes, Cuts, Carves or Regions: a connected dataset, or a leaf of a connected composite dataset.
 struct Leaf
 {
   int Port = 0;
   int Input = 0;         ///< number of the connection
   int Block = -1;        ///< flat index in a composite dataset; -1 where it is none
-  std::string BlockName; ///< that the user gave the block; may be empty
+  std::string BlockName; ///< the user's name for the block; may be empty
   int Process = 0;       ///< the process of a parallel server that has it
   /// Points with their arrays (Probes, Regions), or points, polygons and strips (Cuts, Carves).
   vtkSmartPointer<vtkPolyData> Data;
 
-  /// The name for messages: "Probes input 0", with block and process where it would be ambiguous.
+  /// The name for messages: "Probes input 0", with block and process where there are several.
   std::string ToString() const;
 
-  /// The fingerprint of everything that an update reads of it.
+  /// The fingerprint of all that an update may read of this dataset.
   Fingerprint GetFingerprint() const;
 };
 
@@ -54,13 +54,13 @@ struct Inputs
 {
   /// What is wrong with the inputs, in a sentence for the user; empty where nothing is.
   std::string Problem;
-  /// Null where the process has none.
+  /// Null where the process has no image.
   vtkSmartPointer<vtkImageData> Image;
   std::array<int, 6> WholeExtent{ { 0, -1, 0, -1, 0, -1 } };
   /// In the order of port, input, block and process.
   std::vector<Leaf> Leaves;
 
-  /// The fingerprints of all of the image, and of all of the leaves, that can change an output.
+  /// The fingerprints of everything in the image, and in the leaves, that can change an output.
   Fingerprint GetImageFingerprint() const;
   Fingerprint GetLeavesFingerprint() const;
 };
@@ -68,7 +68,7 @@ struct Inputs
 /// The inputs of this process. Empty datasets are left out.
 Inputs CollectInputs(vtkInformationVector** inputs);
 
-/// Tells whether an update has anything to do.
+/// Detects whether an update has anything to do.
 class InputWatch
 {
 public:
@@ -77,7 +77,7 @@ public:
   bool IsUnchanged(vtkInformationVector** connected, const Inputs& inputs, vtkMTimeType filterTime);
 
 private:
-  /// The data of some ports with their times of change and update, and what these hold.
+  /// The datasets of some ports with their times of modification and update, and the fingerprint of their contents.
   struct Watched
   {
     std::vector<std::tuple<vtkDataObject*, vtkMTimeType, vtkMTimeType>> Times;
@@ -86,7 +86,7 @@ private:
 
   vtkMTimeType FilterTime = 0;
   std::string Problem;
-  Watched Image; // apart from the leaves, since it is large and mostly stays as it is
+  Watched Image; // separate from the leaves because it is large and seldom changes
   Watched Leaves;
 };
 

@@ -34,7 +34,7 @@ Matrix3 Product(const Matrix3& a, const Matrix3& b)
   return product;
 }
 
-/// A rotation about one axis, counter-clockwise as seen from its end.
+/// A rotation about one axis by the right-hand rule.
 Matrix3 About(int axis, double angle)
 {
   const int j = (axis + 1) % 3;
@@ -60,7 +60,7 @@ Matrix3 OfQuaternion(double w, const double* xyz)
   return matrix;
 }
 
-/// A unit quaternion with w >= 0 by its other three parts.
+/// The rotation of a versor: a unit quaternion with w >= 0, given by its vector part.
 Matrix3 OfVersor(const double* xyz)
 {
   return OfQuaternion(std::sqrt(std::max(0.0, 1.0 - vtkMath::Dot(xyz, xyz))), xyz);
@@ -182,11 +182,11 @@ BodyMotion MotionOf(const std::vector<ItkTransform>& transforms)
   {
     std::array<double, 3> centre = { { 0.0, 0.0, 0.0 } };
     const std::array<double, 16> matrix = MatrixOf(transforms[n], centre);
-    // The last one is applied first.
+    // The last transform is applied first.
     std::array<double, 16> product{};
     vtkMatrix4x4::Multiply4x4(motion.Matrix.data(), matrix.data(), product.data());
     motion.Matrix = product;
-    // A centre of 0 is that of a program that chose none.
+    // A centre of 0 means that the program chose none.
     motion.HasCentre = transforms.size() == first + 1 && vtkMath::Norm(centre.data()) > 0.0;
     motion.Centre = centre;
   }

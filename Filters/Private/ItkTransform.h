@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The matrices of ITK's transforms by their names and parameters.
+// The matrices of ITK's transforms, from their type names and parameters.
 
 #ifndef ItkTransform_h
 #define ItkTransform_h
@@ -15,13 +15,13 @@ namespace vtkChainMail
 /// A transform as ITK writes it, in whichever format.
 struct ItkTransform
 {
-  std::string Type; ///< as "AffineTransform_double_3_3"
+  std::string Type; ///< for example "AffineTransform_double_3_3"
   std::vector<double> Parameters;
-  std::vector<double> Fixed; ///< the centre, of most
+  std::vector<double> Fixed; ///< for most types the centre of rotation
 };
 
-/// The matrix of what a file has: of one transform, or of several that are one (CompositeTransform). Throws
-/// chainmail::InputError where it has none, or several that do not belong together.
+/// The matrix of a file's transform, or of the several transforms of one CompositeTransform. Throws
+/// chainmail::InputError where there is none, or several without a CompositeTransform.
 BodyMotion MotionOf(const std::vector<ItkTransform>& transforms);
 
 }

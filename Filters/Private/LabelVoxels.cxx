@@ -17,7 +17,8 @@ namespace vtkChainMail
 namespace
 {
 
-/// Whether a value of the array is a label, without rounding: doubles hold no integers beyond 2^53.
+/// Whether a value of the array equals a label. Compared without rounding: doubles are not exact for integers beyond
+/// 2^53.
 template <typename T> bool IsLabel(T value, vtkTypeInt64 label)
 {
   if constexpr (std::is_floating_point<T>::value)
@@ -56,7 +57,7 @@ void LabelVoxels::Read(vtkDataArray* labels, vtkMTimeType imageTime, const std::
   }
   constexpr std::size_t parts = 64;
   const std::size_t voxels = static_cast<std::size_t>(labels->GetNumberOfTuples());
-  std::vector<std::vector<std::size_t>> found(parts * missing.size()); // of each part, label by label
+  std::vector<std::vector<std::size_t>> found(parts * missing.size()); // [part][label]
   const vtkSmartPointer<vtkDataArray> values = ToEngineArray(labels);
   const chainmail::ArrayView view = View(values);
   chainmail::dispatch(view,
@@ -71,7 +72,7 @@ void LabelVoxels::Read(vtkDataArray* labels, vtkMTimeType imageTime, const std::
           for (std::size_t n = voxels * part / parts; n < end; ++n)
           {
             const auto here = value[n * step];
-            if (n == voxels * part / parts || here != value[(n - 1) * step]) // labels come in runs
+            if (n == voxels * part / parts || here != value[(n - 1) * step]) // runs of equal labels
             {
               m = static_cast<std::size_t>(std::find_if(missing.begin(), missing.end(),
                                              [here](vtkTypeInt64 label) { return IsLabel(here, label); }) -

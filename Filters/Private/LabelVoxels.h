@@ -14,20 +14,21 @@
 namespace vtkChainMail
 {
 
-/// Keeps the voxels of labels from update to update, as long as the array holds the same.
+/// Caches the voxels of labels from update to update, as long as the contents of the array do not change.
 class LabelVoxels
 {
 public:
   struct Body
   {
     std::shared_ptr<const std::vector<std::size_t>> Voxels; ///< ascending
-    Fingerprint Number = 0;                                 ///< of the label and its voxels
+    Fingerprint Number = 0;                                 ///< hash of the label and its voxels
   };
 
-  /// Finds the voxels of these labels, of all that are not known in one pass. `imageTime` as in ArrayContents::Take().
+  /// Finds the voxels of the labels `wanted`; one pass finds all that are not cached. `imageTime` as in
+  /// ArrayContents::Take().
   void Read(vtkDataArray* labels, vtkMTimeType imageTime, const std::vector<vtkTypeInt64>& wanted);
 
-  /// What was read.
+  /// The voxels of a label; Read() has to have found it.
   const Body& Get(vtkTypeInt64 label) const { return this->Known.at(label); }
 
 private:

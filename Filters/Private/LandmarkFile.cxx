@@ -19,7 +19,7 @@ namespace
 using chainmail::InputError;
 using Place = std::array<double, 3>;
 
-/// Slicer counts its coordinate systems, and in later versions names them.
+/// Slicer numbers its coordinate systems, and in later versions names them.
 PatientAxes AxesNamed(const std::string& name)
 {
   if (name == "LPS" || name == "1")
@@ -46,7 +46,7 @@ std::vector<LandmarkList> ReadMarkups(const std::string& content)
   {
     isParsed = reader->parse(content.data(), content.data() + content.size(), &root, &errors);
   }
-  catch (const std::exception& error) // as of a thousand brackets
+  catch (const std::exception& error) // for example too deeply nested
   {
     errors = error.what();
   }
@@ -158,7 +158,7 @@ LandmarkList ReadFiducials(const std::vector<Line>& lines)
 {
   LandmarkList list;
   list.SaysAxes = true;
-  list.Axes = RAS; // of old versions, which do not say
+  list.Axes = RAS; // old versions do not name their axes
   list.Who = "the format (the file does not say)";
   std::vector<std::string> header = { "id", "x", "y", "z", "ow", "ox", "oy", "oz", "vis", "sel", "lock", "label" };
   for (const Line& line : lines)
@@ -200,7 +200,7 @@ bool IsPointFile(const std::vector<Line>& lines)
   return first == "point" || first == "index";
 }
 
-/// Point files of elastix and transformix: "point" or "index", their number, one a line.
+/// Point files of elastix and transformix: a line "point" or "index", the number of points, then one point a line.
 LandmarkList ReadPointFile(const std::vector<Line>& lines)
 {
   LandmarkList list;
@@ -232,7 +232,7 @@ bool HasNumber(const std::vector<std::string>& fields)
   return std::any_of(fields.begin(), fields.end(), [&](const std::string& field) { return ToNumber(field, number); });
 }
 
-/// A table, with or without names of its columns: a place a row, perhaps with a label, perhaps with where it goes.
+/// A table, with or without names of its columns. Each row has a place, optionally a label and a target.
 LandmarkList ReadTable(std::vector<Line> lines)
 {
   lines.erase(
@@ -283,7 +283,7 @@ LandmarkList ReadTable(std::vector<Line> lines)
   }
   else
   {
-    // Without names: numbers, three or six of them, behind what may be a label.
+    // Without column names: an optional label, then three or six numbers.
     double number = 0.0;
     const auto size = static_cast<int>(first.size());
     const bool isNamed = size == 4 || size == 7 || !ToNumber(first[0], number);
@@ -376,7 +376,7 @@ bool IsLandmarkFile(const std::string& fileName)
     {
       return true;
     }
-    // Not the last line, which may not be whole.
+    // Without the last line, which may be incomplete.
     ReadTable({ lines.begin(), lines.begin() + std::min<std::size_t>(std::max<std::size_t>(lines.size(), 2) - 1, 20) });
     return true;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files of landmarks: what is in them, as it stands there, and along which axes.
+// Files of landmarks: their content as written, and their axes.
 
 #ifndef LandmarkFile_h
 #define LandmarkFile_h
@@ -16,21 +16,21 @@ namespace vtkChainMail
 /// Landmarks that have their axes in common.
 struct LandmarkList
 {
-  bool SaysAxes = false; ///< whether the file or its format tells which way its axes go
+  bool SaysAxes = false; ///< whether the file or its format defines its axes
   PatientAxes Axes = LPS;
-  std::string Who; ///< of whom a message says so: "the file", "the format of elastix"
+  std::string Who; ///< what defines them, for messages: "the file", "the format of elastix"
   std::vector<std::array<double, 3>> Places;
-  std::vector<std::array<double, 3>> Targets; ///< as many, or none where the file has no pairs
-  std::vector<std::string> Labels;            ///< as many; empty where a landmark has none
-  bool AreIndices = false;                    ///< voxels of an image, counted from its first one
-  int LeftOut = 0;                            ///< landmarks without a place
+  std::vector<std::array<double, 3>> Targets; ///< one for each place; none where the file has no pairs
+  std::vector<std::string> Labels;            ///< one for each place; empty text where a landmark has no label
+  bool AreIndices = false;                    ///< whether places are voxel indices, from the image's first voxel
+  int LeftOut = 0;                            ///< number of landmarks without a place
 };
 
-/// Reads Slicer's .mrk.json and .fcsv, point files of elastix, and tables; by their contents, whatever their name.
-/// Throws chainmail::InputError.
+/// Reads Slicer's .mrk.json and .fcsv, point files of elastix, and tables. The format is recognised by the content
+/// (also by the name .fcsv). Throws chainmail::InputError.
 std::vector<LandmarkList> ReadLandmarks(const std::string& fileName);
 
-/// Whether a file looks like one of these, for the list of readers of a file.
+/// Whether a file looks like one of these (also by the name .fcsv), for choosing a reader.
 bool IsLandmarkFile(const std::string& fileName);
 
 }

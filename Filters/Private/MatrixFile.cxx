@@ -33,7 +33,7 @@ std::vector<double> NumbersOf(const std::string& text, const Line& line)
   return numbers;
 }
 
-/// ITK's text: "Transform: TYPE", "Parameters: ...", "FixedParameters: ..." of each.
+/// ITK's text format: "Transform: TYPE", "Parameters: ...", "FixedParameters: ..." for each transform.
 std::vector<ItkTransform> ReadText(const std::vector<Line>& lines)
 {
   std::vector<ItkTransform> transforms;
@@ -77,12 +77,13 @@ bool ReadHeader(const std::string& content, std::size_t at, MatlabHeader& header
   }
   std::memcpy(&header, &content[at], sizeof(header));
   vtkByteSwap::Swap4LERange(&header, 5);
-  // Little-endian doubles (0) or floats (10), of which a transform has no many.
+  // Little-endian doubles (0) or floats (10), fewer than 1000 because a transform has few.
   return (header.Type == 0 || header.Type == 10) && header.Columns == 1 && header.IsComplex == 0 && header.Rows >= 0 &&
          header.Rows < 1000 && header.NameLength > 0 && header.NameLength < 200;
 }
 
-/// Matlab's binary format: the parameters under the name of the type, then the fixed ones as "fixed".
+/// Matlab's binary format: for each transform a matrix of the parameters, named by its type, then the fixed parameters,
+/// named "fixed".
 std::vector<ItkTransform> ReadMatlab(const std::string& content)
 {
   std::vector<ItkTransform> transforms;
@@ -96,7 +97,7 @@ std::vector<ItkTransform> ReadMatlab(const std::string& content)
     {
       throw InputError("it breaks off, or is no transform of ITK in Matlab's format of level 4.");
     }
-    const std::string name(&content[at]); // ends with 0
+    const std::string name(&content[at]); // null-terminated
     at += static_cast<std::size_t>(header.NameLength);
     std::vector<double> numbers(static_cast<std::size_t>(header.Rows));
     for (double& number : numbers)
@@ -128,11 +129,11 @@ std::vector<ItkTransform> ReadMatlab(const std::string& content)
 }
 
 //------------------------------------------------------------------------------
-/// Numbers: 4 x 4 of them, or a table with a label before 16 in each row.
+/// Reads 4 x 4 numbers, or a table with a label and 16 numbers in each row.
 std::vector<BodyMotion> ReadNumbers(std::vector<Line> lines)
 {
   std::vector<BodyMotion> motions;
-  std::vector<double> loose; // of rows of four
+  std::vector<double> loose; // numbers from rows of four
   const auto isComment = [](const Line& line) { return line.Text[0] == '#' || line.Text[0] == '%'; };
   lines.erase(std::remove_if(lines.begin(), lines.end(), isComment), lines.end());
   for (std::size_t n = 0; n < lines.size(); ++n)
@@ -270,7 +271,7 @@ bool IsMatrixFile(const std::string& fileName)
       return true;
     }
     std::vector<Line> lines = LinesOf(content);
-    if (lines.size() > 20) // the last one may not be whole
+    if (lines.size() > 20) // the last one may be incomplete
     {
       lines.resize(20);
     }

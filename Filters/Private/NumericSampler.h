@@ -52,8 +52,8 @@ public:
   {
     this->MakeOutput();
     this->Buffers.Get().Touch(boxes, this->G, this->Bytes(1));
-    const bool isOld = this->Since != 0; // what is at rest now may not have been, in what was there
-    // Not by vtkSMPTools: as Debian builds VTK, these have one thread until an application asks for more.
+    const bool isOld = this->Since != 0; // the buffer may hold former values of voxels that are at rest now
+    // Not with vtkSMPTools: in Debian's build of VTK they use one thread until an application requests more.
     chainmail::inParallel(boxes.size(),
       [&](std::size_t n)
       {
@@ -99,7 +99,7 @@ private:
     if constexpr (std::is_integral<T>::value)
     {
       const double rounded = std::floor(value + 0.5);
-      // std::clamp would not do: the largest 64-bit integer becomes larger by one as a double, and overflows on the way
+      // std::clamp would not do: the largest 64-bit integer is rounded up by one to a double, which overflows when cast
       // back.
       return rounded <= static_cast<double>(std::numeric_limits<T>::lowest()) ? std::numeric_limits<T>::lowest()
              : rounded >= static_cast<double>(std::numeric_limits<T>::max())  ? std::numeric_limits<T>::max()
@@ -111,8 +111,8 @@ private:
     }
   }
 
-  /// Interpolation is done in double. 64-bit integers do not fit into one, but their differences from a neighbour do,
-  /// unless they are as large as 2^53.
+  /// Interpolation is in double. 64-bit integers do not fit into a double, but their difference from a neighbour
+  /// (`base`) does, below 2^53.
   static double ToDouble(T value, T base)
   {
     if constexpr (IsWide)
@@ -141,7 +141,7 @@ private:
       return ToType(value);
     }
   }
-  /// larger - smaller, which may not fit into T.
+  /// The difference larger - smaller, which may not fit into T.
   static std::uint64_t Magnitude(T larger, T smaller)
   {
     return static_cast<std::uint64_t>(larger) - static_cast<std::uint64_t>(smaller);
@@ -150,8 +150,8 @@ private:
   /// A value between a and b. Equal ends are returned as they are, without rounding and without inf - inf.
   static double Between(double a, double b, double share) { return a == b ? a : a + share * (b - a); }
 
-  /// Interpolates along the axes up to `Axis`. Neighbours of weight 0 are not read: a place on the grid gets the value
-  /// that is there, whatever lies beside it.
+  /// Interpolates along the axes 0 to `Axis`. Neighbours of weight 0 are not read, so a place on a voxel gets exactly
+  /// its value, whatever its neighbours are.
   template <int Axis> double Interpolate(const T* corner, const double* share, T base) const
   {
     if constexpr (Axis < 0)
@@ -174,9 +174,9 @@ private:
     double Weight;
   };
 
-  /// Like Interpolate(), but values outside tissue that are not finite have no weight, since they would blot out tissue
-  /// beside them; nor has padding, with which a blend would be what no scan has. Values within tissue count even so:
-  /// what is unknown there stays unknown.
+  /// Like Interpolate(), but without weight for values outside tissue that are not finite, which would spread NaN into
+  /// adjacent tissue, and for padding, whose blends occur in no scan. Non-finite values within tissue keep their
+  /// weight: what is unknown there stays unknown.
   template <int Axis> Weighted InterpolateKnown(const T* corner, const double* share) const
   {
     if constexpr (Axis < 0)
@@ -231,7 +231,8 @@ private:
     }
   }
 
-  /// Mixes a share of the background into values. What is not finite mixes with nothing: the larger share stays.
+  /// Mixes a share of the background into values. Where one of both is not finite, the one with the larger share is
+  /// taken.
   void MixIn(double share, T* out) const
   {
     for (int c = 0; c < this->Components; ++c)
@@ -253,7 +254,7 @@ private:
   void SampleAt(const std::array<int, 3>& voxel, const float* offset, T* out) const
   {
     const T* corner = this->In;
-    vtkIdType step[3]; // to the next voxel; 0 at the image's last one, which has a share of 0
+    vtkIdType step[3]; // to the next voxel; 0 at the image's last voxel, where the share is 0
     double share[3];
     for (int a = 0; a < 3; ++a)
     {
@@ -282,7 +283,7 @@ private:
       }
       if constexpr (!IsWide)
       {
-        // Without a branch, since these are most of an image's voxels. What is no finite number takes the careful way.
+        // The fast path for most voxels: no branches in Blend(). Results that are not finite go to SampleCarefully().
         const double value = Blend(corner + c, step, share);
         if (std::is_integral<T>::value || std::isfinite(value))
         {
@@ -294,7 +295,7 @@ private:
     }
   }
 
-  /// Gives an output voxel that changed nothing the value of the nearest voxel of the input where that is padding.
+  /// For an output voxel at rest: takes the value of the nearest input voxel where that is padding.
   void KeepPadding(const std::array<int, 3>& voxel, T* out) const
   {
     const T* nearest = this->In;
@@ -308,7 +309,7 @@ private:
     }
   }
 
-  /// Whether one of the eight voxels around a place is padding.
+  /// Whether any of the eight voxels around a place is padding.
   bool IsBesidePadding(const T* corner, const vtkIdType* step) const
   {
     bool is = false;
@@ -320,8 +321,8 @@ private:
     return is;
   }
 
-  /// Samples what has weight. A place whose nearest voxel has none gets that voxel's value, or the background where
-  /// that is padding, as tissue would otherwise grow by half a voxel on all sides.
+  /// Samples the voxels that have weight. If the nearest voxel has none, its value is taken, or the background if it is
+  /// padding. Otherwise tissue would grow by half a voxel on all sides.
   void SampleKnown(const T* corner, const double* share, int component, T* out) const
   {
     vtkIdType toNearest = 0;
@@ -340,7 +341,7 @@ private:
     }
   }
 
-  /// The trilinear value of one component, of eight values that are all read.
+  /// Trilinear interpolation of one component. All eight values are read.
   static double Blend(const T* corner, const vtkIdType* step, const double* share)
   {
     double along[4];
@@ -355,12 +356,12 @@ private:
     return low + share[2] * (high - low);
   }
 
-  /// A value between values of the type as one of it.
+  /// Rounds an interpolated value to T, whose range contains it.
   static T Rounded(double value)
   {
     if constexpr (std::is_integral<T>::value)
     {
-      // As std::floor(), which takes a call where processors of any age are to be served.
+      // The floor of `up`. std::floor() would be a function call in builds for old processors.
       const double up = value + 0.5;
       const auto whole = static_cast<std::int64_t>(up);
       return static_cast<T>(whole - (up < static_cast<double>(whole) ? 1 : 0));
@@ -371,7 +372,7 @@ private:
     }
   }
 
-  /// The value of one component where some values may not be finite, or not fit into a double.
+  /// Samples one component where values may not be finite, or not fit into a double.
   void SampleCarefully(const T* corner, const double* share, int component, T* out) const
   {
     if (share[0] == 0.0 && share[1] == 0.0 && share[2] == 0.0)
@@ -393,7 +394,7 @@ private:
 
   std::size_t Bytes(vtkIdType voxels) const { return static_cast<std::size_t>(voxels) * this->Components * sizeof(T); }
 
-  /// Sees to it that there is a buffer to write to, and that it holds the result of the resampling `Since`.
+  /// Opens a buffer to write to that holds the result of the resampling `Since`, or of the undeformed input.
   void MakeOutput()
   {
     if (this->Buffers.IsOpen())
@@ -425,7 +426,7 @@ private:
       });
   }
 
-  /// Copies voxels along x that lie within the input, or interpolates between its voxels.
+  /// Copies a row of output voxels within the input or, where the output is finer, interpolates them.
   void CopyRow(const std::array<int, 3>& first, int count)
   {
     if (this->G.Finer == 1)

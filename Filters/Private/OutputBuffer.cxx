@@ -21,13 +21,13 @@ namespace
 
 constexpr std::size_t partSize = std::size_t(1) << 18;
 
-/// The memory that arrays have.
+/// The memory that is lent to arrays.
 struct Lent
 {
   std::mutex Mutex;
   std::map<void*, std::shared_ptr<char>> Memory;
 
-  // Never deleted: an array may outlive everything that is static.
+  // Never deleted: an array may outlive all static objects.
   static Lent& Get()
   {
     static Lent* const lent = new Lent;
@@ -137,7 +137,7 @@ std::uint64_t OutputBuffers::Begin()
       return this->Since = buffer->GetNumber();
     }
   }
-  // Readers have all that there is, so there will be a new one, which begins as a copy of the last.
+  // Arrays use all buffers that there are. So Open() makes a new one, as a copy of the newer buffer if there is one.
   this->Current = nullptr;
   return this->Since = this->Buffers[1] ? this->Buffers[1]->GetNumber() : 0;
 }
@@ -160,7 +160,7 @@ bool OutputBuffers::Open(std::size_t bytes)
   }
   if (this->Current == this->Buffers[0].get())
   {
-    std::swap(this->Buffers[0], this->Buffers[1]); // the newer one comes last
+    std::swap(this->Buffers[0], this->Buffers[1]); // Buffers[1] is the newer one
   }
   this->Opened = true;
   if (this->Since == 0)
@@ -173,7 +173,7 @@ bool OutputBuffers::Open(std::size_t bytes)
 void OutputBuffer::GiveBack(void* memory)
 {
   Lent& lent = Lent::Get();
-  std::shared_ptr<char> last; // freed after the lock
+  std::shared_ptr<char> last; // destroyed after the lock is released
   const std::lock_guard<std::mutex> lock(lent.Mutex);
   const auto found = lent.Memory.find(memory);
   if (found != lent.Memory.end())

@@ -25,7 +25,7 @@ namespace vtkChainMail
 namespace
 {
 
-/// The padding on every side of the image. Throws InputError where the image would become too large by it.
+/// The padding on both sides of each axis. Throws InputError where the padded image would be too large.
 chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, vtkImageData* image)
 {
   std::array<int, 6> extent;
@@ -55,8 +55,8 @@ chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, vtkImageData* ima
   return sides;
 }
 
-/// The voxels around a box in world axes, from the image's first one on. Throws InputError where the image, with its
-/// padding, is elsewhere.
+/// Sets the range of voxels that holds a box in world axes, in indices from the image's first voxel. Throws InputError
+/// where the box does not meet the padded image.
 void ReadBounds(
   const double* bounds, vtkImageData* image, const chainmail::Index3& padding, chainmail::OutputDetail& detail)
 {
@@ -66,7 +66,7 @@ void ReadBounds(
   bool isBox = true;
   for (int a = 0; a < 3; ++a)
   {
-    isBox = isBox && bounds[2 * a] <= bounds[2 * a + 1]; // false where one is NaN
+    isBox = isBox && bounds[2 * a] <= bounds[2 * a + 1]; // false for NaN
   }
   for (int corner = 0; corner < 8; ++corner)
   {
@@ -79,7 +79,7 @@ void ReadBounds(
       high[a] = std::max(high[a], index);
     }
   }
-  constexpr double slack = 1e-6; // of a voxel, for bounds that were computed from its place
+  constexpr double slack = 1e-6; // [voxels] for rounding, in bounds computed from voxel positions
   int dimensions[3];
   image->GetDimensions(dimensions);
   for (int a = 0; a < 3; ++a)

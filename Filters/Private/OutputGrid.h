@@ -20,8 +20,8 @@ struct OutputGrid
   chainmail::Index3 Padding{};
   chainmail::OutputDetail Detail;
 
-  /// Of `image` no more is read than where its voxels are. Throws InputError, whose message names the property, where
-  /// there cannot be such an output.
+  /// Only the geometry of `image` is read. Throws InputError, whose message names the property, where such an output is
+  /// impossible.
   OutputGrid(vtkChainMailDeformation* filter, vtkImageData* image);
 
   /// The extent and the spacing of the deformed image.
@@ -29,8 +29,8 @@ struct OutputGrid
   std::array<double, 3> SpacingOf(vtkImageData* image) const;
 };
 
-/// Throws InputError where the arrays of a deformed image of `image`, with `more` bytes for each voxel, do not fit into
-/// the memory that is free.
+/// Throws InputError where the arrays of the deformed image, and `more` bytes for each voxel, do not fit into the free
+/// main memory.
 void RequireMemory(const OutputGrid& grid, vtkImageData* image, std::size_t more);
 
 }

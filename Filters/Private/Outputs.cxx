@@ -30,7 +30,7 @@ namespace vtkChainMail
 namespace
 {
 
-/// Calls f(first, last) for portions of some voxels, from several threads.
+/// Calls f(first, end) for portions of the voxels, from several threads.
 template <typename F> void ForPortions(vtkIdType voxels, const F& f)
 {
   constexpr vtkIdType portion = vtkIdType(1) << 16;
@@ -84,10 +84,10 @@ bool Outputs::Sampled::operator==(const Sampled& other) const
   return all(*this) == all(other) && sameBackground && this->NotMeasured == other.NotMeasured;
 }
 
-/// Goes on with samplers of the last update where all is as it was, apart from the deformation.
+/// Reuses samplers of the last update where nothing changed apart from the deformation.
 void Outputs::ChooseSamplers(const Scene& scene)
 {
-  // The same test as the model's, which only one thread at a time may use.
+  // The same test as that of the model, which only one thread at a time may use.
   const double threshold = scene.Tissue.Threshold;
   const double ceiling = scene.Tissue.HighPadding;
   vtkDataArray* engineScalars = this->Source.GetEngineScalars();
@@ -110,7 +110,7 @@ void Outputs::ChooseSamplers(const Scene& scene)
     one.Array = array;
     if (auto* numbers = vtkDataArray::SafeDownCast(array))
     {
-      // ParaView shows the filter an image that was just modified in every update, with the arrays that it had.
+      // ParaView passes an image that was just modified in every update, but with the same arrays.
       const auto same = std::find_if(before.begin(), before.end(), [&](const Sampled& s) { return s.Array == array; });
       one.Numbers.Take(numbers, scene.Image->GetMTime(),
         array == scene.Scalars ? scene.Tissue.Scalars
@@ -147,7 +147,7 @@ void Outputs::ChooseSamplers(const Scene& scene)
     this->Samplers.push_back(one);
     if (array == scene.Scalars && scene.ScalarSmoothing > 0.0 && array->GetDataType() != VTK_BIT)
     {
-      // Who shows it goes on seeing something when values become labels.
+      // With deviation 0 the array still exists where values are labels, so a view of it keeps something to show.
       const double deviation = one.Nearest ? 0.0 : scene.ScalarSmoothing;
       const bool goesOn = smoothedBefore && smoothedBefore->IsFor(one.Sampler, deviation);
       this->Smoothed = goesOn ? std::move(smoothedBefore)
@@ -218,7 +218,7 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
     }
   }
   CopyActiveAttributes(scene.Image->GetPointData(), output->GetPointData());
-  if (this->PullBack) // in place of an array of that name, which is the way through another deformation
+  if (this->PullBack) // replaces an input array of that name, which belongs to another deformation
   {
     output->GetPointData()->AddArray(this->PullBack->End(resampled.number, resampled.atRest));
   }
@@ -270,12 +270,12 @@ void Outputs::ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* mod
   const int ofTissue = this->Source.GetTissueChanges();
   const int ofLinks = this->Source.GetLinkChanges();
   share("Element", wants("Element"), this->Element, ofTissue, [&] { return this->FetchElement(voxels); });
-  // Without it nobody could tell to which side of a cut a displacement belongs.
+  // Links tell to which side of a cut a displacement belongs.
   share("Links", wants("Displacement") && this->Source.IsCut(), this->Links, ofLinks,
     [&] { return this->FetchLinks(voxels); });
   share("Constraint", wants("Constraint"), this->Constraint, ofTissue, [&] { return this->FetchConstraint(voxels); });
   share("Cluster", wants("Cluster"), this->Cluster, ofLinks, [&] { return this->FetchCluster(voxels); });
-  // Writers that hold one array, such as that of MetaImage, write the active scalars.
+  // Writers of a single array, such as that of MetaImage, write the active scalars.
   const char* const most = wants("Displacement") ? "Displacement" : "Element";
   if (wants(most))
   {
@@ -340,7 +340,8 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   device->InsertNextValue(this->Source.GetSimulation().deviceName());
   fields->AddArray(device);
 
-  // These come last: field data has as many rows as its first array, and with none ParaView shows and sends nothing.
+  // These come last: field data has as many rows as its first array. With 0 rows (no probes) ParaView would show and
+  // send nothing.
   constexpr double degrees = 180.0 / 3.14159265358979323846;
   addVectors("ProbeReached", &chainmail::ProbeResult::reached, &Frame::VectorToWorld<double>);
   addVectors("ProbeForce", &chainmail::ProbeResult::force, &Frame::VectorToWorld<double>);
@@ -348,7 +349,7 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   addVectors("ProbeTorque", &chainmail::ProbeResult::torque, &Frame::AxialToWorld);
 }
 
-/// Adds a row for each body of bone, in the order of their numbers in the array Cluster.
+/// Adds one row for each rigid body, in the order of the numbers in the array Cluster.
 void Outputs::AddBodies(vtkFieldData* fields)
 {
   const std::vector<chainmail::RigidBody> bodies = this->Source.GetSimulation().bodies();
@@ -409,7 +410,7 @@ vtkSmartPointer<vtkUnsignedCharArray> Outputs::FetchLinks(vtkIdType voxels)
   {
     for (int j = 0; j < size[1]; ++j)
     {
-      model.row(0, j, k, size[0], row.data()); // as it was before any carve
+      model.row(0, j, k, size[0], row.data()); // the model at rest, before any carve
       for (int i = 0; i < size[0]; ++i, ++v)
       {
         if (element->GetValue(v) == 0 && !std::isinf(row[static_cast<std::size_t>(i) * axes]))
@@ -455,7 +456,7 @@ vtkSmartPointer<vtkFloatArray> Outputs::FetchConstraint(vtkIdType voxels)
       model.row(0, j, k, size[0], c);
       for (int i = 0; i < size[0]; ++i, c += axes, ++e)
       {
-        // The engine marks air by an infinite constraint and anchors by a negative one.
+        // The engine marks air by an infinite constraint, and anchors by a negative one.
         for (int a = 0; a < axes; ++a)
         {
           c[a] = *e ? std::fabs(c[a]) : 0.0f;
@@ -503,7 +504,7 @@ void Outputs::FetchTimes(const Scene& scene, vtkPointData* output)
       {
         for (vtkIdType n = first * axes + a; n < last * axes; n += axes)
         {
-          // A negative time says that no wave came, and stays as it is.
+          // A negative time means that no wave came, and is kept.
           t[n] = t[n] > 0.0f ? static_cast<float>(t[n] * spacing[a]) : t[n];
         }
       }

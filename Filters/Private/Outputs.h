@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes the filter's two outputs from what an update found.
+// Makes the filter's two outputs from the state after an update.
 
 #ifndef Outputs_h
 #define Outputs_h
@@ -33,7 +33,7 @@ class vtkPointData;
 namespace vtkChainMail
 {
 
-/// Turns the state of a session into images. Throws the engine's exceptions and std::bad_alloc.
+/// Converts the state of a session to images. Throws the engine's exceptions and std::bad_alloc.
 class Outputs
 {
 public:
@@ -43,12 +43,12 @@ public:
   {
   }
 
-  /// The arrays of the model at rest that can be chosen, and whether one is chosen unless somebody says otherwise.
+  /// The arrays of the model at rest that can be chosen, and whether an array is chosen by default.
   static const std::array<const char*, 4> ModelArrays;
   static bool IsDefault(const std::string& modelArray);
 
-  /// Removes all field arrays with names that Write() and Shown may give: those of the image, perhaps from another
-  /// deformation, must not pass for the figures of this update.
+  /// Removes all field arrays with the names that Write() and Shown use. Those of the input image, perhaps from another
+  /// deformation, must not be mistaken for results of this update.
   static void RemoveFigures(vtkFieldData* fields);
 
   /// Makes the deformed image and the model at rest, after an update of the session with this scene.
@@ -57,7 +57,7 @@ public:
   /// Gives the model at rest of the last Write() the arrays that are chosen now, and no others of ModelArrays.
   void ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* model);
 
-  /// Adds the array Cluster of the last update and, where there are some, the labels of bodies.
+  /// Adds the array Cluster of the last update and, if there is one, the BodyArray.
   void WriteBodies(vtkPointData* output);
 
 private:
@@ -71,8 +71,8 @@ private:
 
     Grids G;
     vtkAbstractArray* Array = nullptr; ///< of the input
-    ArrayContents Numbers;             ///< where it has numbers
-    vtkMTimeType Time = 0;             ///< where it has none
+    ArrayContents Numbers;             ///< for arrays of numbers
+    vtkMTimeType Time = 0;             ///< for all other arrays
     bool Nearest = false;
     bool Still = false;
     bool SmoothCuts = false;
@@ -101,10 +101,10 @@ private:
   Progress& Reports;
 
   std::vector<Sampled> Samplers;             // one for each point array of the image
-  std::unique_ptr<PullBackSampler> PullBack; // null where it is not wanted, as the next one
+  std::unique_ptr<PullBackSampler> PullBack; // null where it is off, as is the next one
   std::unique_ptr<SmoothScalars> Smoothed;
 
-  // Arrays that the outputs share as long as updates find nothing new.
+  // Arrays that successive outputs share as long as they do not change.
   SharedArray<vtkFloatArray> Constraint;
   SharedArray<vtkUnsignedCharArray> Element;
   SharedArray<vtkUnsignedCharArray> Links;
@@ -112,7 +112,7 @@ private:
 
   std::optional<Frame> Space; // of the image of the last update
 
-  // Cell arrays that are not passed on, and that were warned about.
+  // Cell arrays that are not passed on and were already warned about.
   std::set<std::string> LostArrays;
 };
 

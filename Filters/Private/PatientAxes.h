@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The two ways in which world axes go through a patient, and the way from one to the other.
+// The two conventions for world axes in a patient, and the conversion between them.
 
 #ifndef PatientAxes_h
 #define PatientAxes_h
@@ -21,13 +21,13 @@ inline std::string NameOf(PatientAxes axes)
   return axes == LPS ? "LPS" : "RAS";
 }
 
-/// The factors of x, y and z from one to the other, which is the same both ways.
+/// The signs by which x, y and z are converted; the same in both directions.
 inline double SignOf(PatientAxes from, PatientAxes to, int axis)
 {
   return from != to && axis < 2 ? -1.0 : 1.0;
 }
 
-/// A place or a vector, counted along the other axes.
+/// Converts a position or a vector from one convention to the other.
 inline void Convert(double p[3], PatientAxes from, PatientAxes to)
 {
   for (int a = 0; a < 3; ++a)
@@ -36,7 +36,7 @@ inline void Convert(double p[3], PatientAxes from, PatientAxes to)
   }
 }
 
-/// What files of points or matrices are taken for: a property of their readers.
+/// How readers of points or matrices interpret the axes of a file: their property FileWorld.
 enum FileAxes
 {
   AS_THE_FILE_SAYS = 0,
@@ -44,8 +44,8 @@ enum FileAxes
   FILE_IS_RAS = 2
 };
 
-/// Chooses the axes of a file, and says in words why. `said`: whether the file or its format tells; if not it is taken
-/// to have the scan's own axes.
+/// Chooses the axes of a file, with a text about the reason. `said`: whether the file or its format defines the axes;
+/// if not, they are the scan's own. `chosen`: a FileAxes.
 struct AxesOfFile
 {
   PatientAxes Axes = LPS;
@@ -75,7 +75,7 @@ struct AxesOfFile
     }
   }
 
-  /// The whole sentence, with what was done.
+  /// The whole sentence, with the conversion that was done.
   std::string ToString(PatientAxes world) const
   {
     return this->Reason + "; the scan's world is " + NameOf(world) + ": " +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the filter tells the pipeline before an update, and asks of it.
+// What the filter sets in the pipeline's information before an update, and requests from it.
 
 #ifndef Pipeline_h
 #define Pipeline_h
@@ -13,27 +13,27 @@ class vtkInformationVector;
 namespace vtkChainMail
 {
 
-/// The times at which any input changes. An input that changes with time changes the outputs: the scan, or a probe
-/// alone.
+/// The times at which any input changes. Any such input changes the outputs, be it the scan or only a probe.
 struct MergedTimes
 {
   MergedTimes(vtkInformationVector** inputs, int ports);
 
-  /// Tells the times to an output, or that there are none.
+  /// Sets the times in the information of an output, or removes them.
   void Tell(vtkInformation* output) const;
 
   std::vector<double> Steps; ///< ascending
-  double Range[2];           ///< the first is larger than the second where there are none
+  double Range[2];           ///< Range[0] > Range[1] where there are none
 };
 
-/// Gives `image`, which gets no points' data, the place of an image that is still to come, as far as it is known.
+/// Gives `image` the geometry of an input that is not updated yet, as far as its pipeline information has it. No
+/// arrays.
 void DescribeImage(vtkInformation* info, vtkImageData* image);
 
-/// Asks for all of all inputs, whatever is asked of the outputs, since a wave can come from anywhere.
+/// Requests the whole of all inputs, whatever is requested of the outputs, because a wave can come from anywhere.
 void AskForAll(vtkInformationVector** inputs, int ports);
 
-/// Asks all outputs for the piece that one of them, the first where that is negative, is asked for: they are made
-/// together, and the executive then takes all of them for the same piece.
+/// Requests the same piece of all outputs as of port `asked` (the first, where `asked` is negative). All are made
+/// together, and the executive then considers all of them up to date for this piece.
 void AskAlike(vtkInformationVector* outputs, int asked);
 
 }

@@ -28,7 +28,7 @@ void GetMaterial(Look look, double air, double bright, double& tissueThreshold, 
   }
   else if (look == Look::Labels)
   {
-    // Which label is bone is not known, so all give as muscle does.
+    // It is unknown which label is bone, so all are as soft as muscle.
     tissueThreshold = 0.5;
     nodes = Nodes{ { 1.0, 0.2 }, { std::max(bright, 2.0), 0.2 } };
   }
@@ -37,8 +37,8 @@ void GetMaterial(Look look, double air, double bright, double& tissueThreshold, 
     const bool valid = air <= bright && std::isfinite(bright - air); // false where no scalar is finite
     const double low = valid ? air : 0.0;
     const double width = valid ? bright - air : 0.0;
-    // Scalars here are shares of the range. In T1-weighted MR tendon is dark, muscle grey and fat bright. In other
-    // images a brighter voxel is taken to be stiffer.
+    // Scalars of these nodes are fractions of the range. In T1-weighted MR tendon is dark, muscle grey and fat bright.
+    // In other images brighter voxels are assumed to be stiffer.
     nodes = look == Look::MR ? Nodes{ { 0.1, 0.15 }, { 0.3, 0.2 }, { 0.6, 0.3 }, { 1.0, 0.35 } }
                              : Nodes{ { 0.1, 0.3 }, { 0.4, 0.2 }, { 1.0, 0.05 } };
     for (auto& node : nodes)
@@ -75,7 +75,7 @@ Settling GetSettling(vtkChainMailDeformation* filter)
   case vtkChainMailDeformation::RELAXATION_BALANCED:
     return { true, 20, 1e-3 };
   case vtkChainMailDeformation::RELAXATION_ACCURATE:
-    // Where tissue turns, and by the published method, sweeps come to rest more slowly.
+    // With rotations, and with the published method, relaxation converges more slowly.
     return { true,
       filter->GetRotations() || filter->GetRelaxationMethod() == vtkChainMailDeformation::RELAXATION_PAPER ? 1000 : 170,
       1e-5 };

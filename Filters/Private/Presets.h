@@ -10,7 +10,7 @@ class vtkPiecewiseFunction;
 namespace vtkChainMail
 {
 
-/// What scalars may mean.
+/// What the scalars of an image mean.
 enum class Look
 {
   CT,      ///< Hounsfield units
@@ -19,14 +19,14 @@ enum class Look
   Labels
 };
 
-/// The material for scalars that look so. For MR and what is unknown, `air` and `bright` are where air and the
-/// brightest voxels are; the largest label is `bright`. `function` may be null.
+/// The material for scalars of this meaning. For MR and Unknown, `air` and `bright` are the scalars of air and of the
+/// brightest voxels. For Labels `bright` is the largest label. `function` may be null.
 void GetMaterial(Look look, double air, double bright, double& tissueThreshold, vtkPiecewiseFunction* function);
 
 /// The material of a preset for scalars of the given range, as vtkChainMailDeformation::GetPresetMaterial() says.
 void GetPresetMaterial(int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function);
 
-/// How long tissue settles in an update.
+/// The parameters of an update's relaxation.
 struct Settling
 {
   bool CoarseToFine = false;
@@ -34,7 +34,7 @@ struct Settling
   double Tolerance = 0.0;
 };
 
-/// The settling of the filter's RelaxationPreset, or of its three properties.
+/// The parameters of the filter's RelaxationPreset or, for RELAXATION_CUSTOM, of its three properties.
 Settling GetSettling(vtkChainMailDeformation* filter);
 
 }

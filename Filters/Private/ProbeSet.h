@@ -15,7 +15,7 @@
 namespace vtkChainMail
 {
 
-/// Makes room for an array that the deformation reads.
+/// Adds an array that the deformation reads, with uninitialised values.
 inline vtkSmartPointer<vtkDoubleArray> AddProbeArray(vtkPolyData* probes, const char* name, int components)
 {
   auto array = vtkSmartPointer<vtkDoubleArray>::New();
@@ -26,7 +26,7 @@ inline vtkSmartPointer<vtkDoubleArray> AddProbeArray(vtkPolyData* probes, const 
   return array;
 }
 
-/// Makes the points of `probes`, in double precision, with a vertex each so that they are seen.
+/// Sets the points of `probes`, which are to be in double precision, and adds a vertex to each, so they are visible.
 inline void SetProbePoints(vtkPolyData* probes, vtkPoints* points)
 {
   probes->SetPoints(points);
@@ -39,7 +39,7 @@ inline void SetProbePoints(vtkPolyData* probes, vtkPoints* points)
   probes->SetVerts(vertices);
 }
 
-/// Adds the two arrays that hold one number for all probes.
+/// Adds the arrays Radius and Tolerance, with the same value for all probes.
 inline void SetGrip(vtkPolyData* probes, double radius, double tolerance)
 {
   AddProbeArray(probes, "Radius", 1)->Fill(radius);

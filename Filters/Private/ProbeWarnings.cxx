@@ -25,7 +25,7 @@ template <typename F> std::string List(const std::vector<std::size_t>& probes, c
   return list + (probes.size() > mostNamed ? "; and " + std::to_string(probes.size() - mostNamed) + " more." : ".");
 }
 
-/// What keeps a probe from going further, as the end of a sentence about it.
+/// What holds a probe back, as the end of a sentence about the probe.
 std::string WhatHolds(
   const Scene& scene, const std::vector<std::size_t>& held, std::size_t probe, const chainmail::Simulation& simulation)
 {
@@ -119,7 +119,7 @@ std::string ProbeWarnings::OfEmptyHandles(
 std::string ProbeWarnings::OfShortProbes(const Scene& scene, const std::vector<std::size_t>& held,
   const std::vector<chainmail::ProbeResult>& results, const chainmail::Simulation& simulation)
 {
-  // A displacement that is next to nothing beside a voxel may be lost without a warning.
+  // No warning for displacements up to a thousandth of the smallest spacing.
   const Vector3& spacing = scene.Space.GetSpacing();
   const double least = 1e-3 * *std::min_element(spacing.begin(), spacing.end());
   std::vector<std::size_t> shortened;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes warnings about probes, be it one or a thousand, and gives each only once.
+// Makes warnings about probes: one text for any number of probes, and each probe only once.
 
 #ifndef ProbeWarnings_h
 #define ProbeWarnings_h
@@ -18,14 +18,14 @@
 namespace vtkChainMail
 {
 
-/// Probes that give reason for one kind of warning. A probe is warned about when it begins to, and again only after it
-/// has ceased to in between; a probe that is dragged is still the same.
+/// The probes that currently have one kind of problem. A probe is warned about when its problem begins, and again only
+/// after an update without it. A probe that is dragged remains the same probe.
 class WarnedProbes
 {
 public:
   void Clear() { this->Probes.clear(); }
 
-  /// `present` are the numbers of the probes that give reason now. Returns those that did not at the last call.
+  /// `present`: numbers of the probes that have the problem now. Returns those that did not have it at the last call.
   std::vector<std::size_t> Renew(const std::vector<chainmail::Probe>& probes, const std::vector<std::size_t>& present);
 
 private:
@@ -33,7 +33,8 @@ private:
   std::set<Place> Probes;
 };
 
-/// Warns about probes that hold nothing, and about those that got far less than they asked for; soft ones are meant to.
+/// Warns about probes that hold no tissue, and about probes that reached less than half of their displacement or
+/// rotation, except soft probes, for which this is intended.
 class ProbeWarnings
 {
 public:
@@ -48,14 +49,14 @@ public:
     const Scene& scene, const std::vector<std::size_t>& held, const std::vector<chainmail::ProbeResult>& results);
   std::string OfShortProbes(const Scene& scene, const std::vector<std::size_t>& held,
     const std::vector<chainmail::ProbeResult>& results, const chainmail::Simulation& simulation);
-  /// Where probes share although that is not the policy.
+  /// The warning where probes share although ConflictPolicy is not Share.
   std::string OfSharing(
     const Method& method, const std::vector<std::size_t>& held, const chainmail::PropagateResult& found);
 
 private:
   WarnedProbes Empty;
   WarnedProbes Short;
-  bool Sharing = false; ///< whether the last probes that moved shared
+  bool Sharing = false; ///< whether probes shared in the last propagation
 };
 
 }

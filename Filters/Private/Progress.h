@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tells the user how an update goes on while it runs, and how long its parts took.
+// Reports the progress of an update to the user, and the durations of its parts.
 
 #ifndef Progress_h
 #define Progress_h
@@ -17,7 +17,7 @@
 namespace vtkChainMail
 {
 
-/// The rows of the field array Milliseconds.
+/// The components of the field array Milliseconds.
 enum Times
 {
   UPLOAD,
@@ -44,11 +44,11 @@ public:
     this->Shown = 0.0;
   }
 
-  /// Runs a part of the update. Its time is added to a row of Milliseconds, and the engine's progress in it is mapped
-  /// to [from, to].
+  /// Runs a part of the update. Its duration is added to component `time` of Milliseconds, and the engine's progress
+  /// within it is mapped to [from, to].
   template <typename F> void Run(Times time, double from, double to, F&& part)
   {
-    // What a progress bar shows beside the number.
+    // Texts for the progress bar.
     static const char* const names[NUMBER_OF_TIMES] = { "ChainMail: reading the tissue", "ChainMail: pulling",
       "ChainMail: settling", "ChainMail: moving the voxels", "ChainMail: reading back" };
     this->Part = names[time];
@@ -79,12 +79,12 @@ public:
       this->IsCompiling = false;
       this->Tell(this->Part);
     }
-    // Where a part calls the engine several times, each call counts from 0; the progress shown never goes back.
+    // A part may call the engine several times, each counting from 0. The progress shown never decreases.
     this->Shown = std::max(this->Shown, this->From + share * (this->To - this->From));
     return this->Send();
   }
 
-  /// Sends a progress event that says what takes so long. Returns false where somebody has asked to stop.
+  /// Sends a progress event with the text that kernels are compiled. Returns false where somebody has asked to stop.
   bool ShowCompiling()
   {
     if (!this->IsCompiling)
@@ -95,7 +95,7 @@ public:
     return this->Send();
   }
 
-  /// To be called when an update ends, however it does: gives the filter its own progress text back.
+  /// To be called when an update ends, with or without an error: restores the filter's own progress text.
   void End()
   {
     if (this->IsTelling)
@@ -144,7 +144,7 @@ private:
   double From = 0.0;
   double To = 1.0;
   double Shown = 0.0;
-  const char* Part = nullptr; ///< what is under way
+  const char* Part = nullptr; ///< text of the current part
   bool IsCompiling = false;
   bool IsTelling = false;
   std::string TextBefore;

@@ -23,14 +23,14 @@
 namespace vtkChainMail
 {
 
-/// Writes the array PullBack: the way [mm, world axes] from a voxel to where its material was at rest, 0 where nothing
-/// moved, NaN where there is background.
+/// Writes the array PullBack: the vector [mm, world axes] from a voxel to where its material was at rest, 0 where
+/// nothing moved, NaN in the background.
 class PullBackSampler : public ArraySampler
 {
 public:
   static constexpr const char* Name = "PullBack";
 
-  /// `builds`: the number of the simulation whose resamplings come.
+  /// `builds`: the number of the simulation (Session::GetBuilds()) whose resamplings follow.
   PullBackSampler(const Grids& grids, const Frame& frame, bool smoothCuts, int builds)
     : G(grids)
     , Space(frame)
@@ -49,7 +49,7 @@ public:
   void Sample(const std::vector<chainmail::ResampledBox>& boxes) override
   {
     this->Open();
-    const bool isOld = this->Since != 0; // what is at rest now may not have been, in what was there
+    const bool isOld = this->Since != 0; // the buffer may hold former values of voxels that are at rest now
     this->Buffers.Get().Touch(boxes, this->G, Bytes(1));
     chainmail::inParallel(boxes.size(),
       [&](std::size_t n)
@@ -84,7 +84,7 @@ private:
 
   static std::size_t Bytes(vtkIdType voxels) { return 3 * sizeof(float) * static_cast<std::size_t>(voxels); }
 
-  /// Material beside the border of the image shows the border, as it does in all arrays.
+  /// Material from outside the image is clamped to the image's border, as in all arrays.
   void Write(const std::array<int, 3>& voxel, const float* offset, float* out) const
   {
     if (std::isnan(offset[0]))

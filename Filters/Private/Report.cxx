@@ -34,7 +34,7 @@ std::string Short(double number)
   return chainmail::written(number, number < 10.0 ? 2 : 3);
 }
 
-/// What the update did as a whole.
+/// The summary of the update.
 std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* fields)
 {
   const Findings& found = session.GetFindings();

@@ -21,7 +21,7 @@ namespace
 
 using chainmail::InputError;
 
-/// Files have some six digits. What is off by more is meant so.
+/// Files have about six digits. Larger deviations are not rounding.
 constexpr double rigidTolerance = 1e-4;
 
 std::string NameOf(const BodyMotion& motion)
@@ -40,12 +40,12 @@ void RotationPart(const std::array<double, 16>& m, double rotation[3][3])
   }
 }
 
-/// The rotation nearest to the matrix, as axis times angle in radians, of at most half a turn.
+/// The nearest rotation to the matrix (least squares), as axis times angle [rad], at most pi.
 std::array<double, 3> RotationVector(const std::array<double, 16>& matrix)
 {
   double rotation[3][3];
   RotationPart(matrix, rotation);
-  double q[4]; // w, x, y, z: the best in the sense of least squares
+  double q[4]; // w, x, y, z of the nearest rotation
   vtkMath::Matrix3x3ToQuaternion(rotation, q);
   const double sign = q[0] < 0.0 ? -1.0 : 1.0;
   std::array<double, 3> vector = { { sign * q[1], sign * q[2], sign * q[3] } };
@@ -56,8 +56,8 @@ std::array<double, 3> RotationVector(const std::array<double, 16>& matrix)
   return vector;
 }
 
-/// A point about which the body may turn on its way: on the axis of the screw that the matrix is, where that is next to
-/// the origin. For small angles that is far away, and any point will do.
+/// The centre about which the body rotates: the point on the screw axis of the matrix that is nearest to the origin.
+/// Below 3 degrees this point is far away, and any point will do; the origin is returned.
 std::array<double, 3> CentreOf(const std::array<double, 16>& matrix, const std::array<double, 3>& rotation)
 {
   std::array<double, 3> centre = { { 0.0, 0.0, 0.0 } };
@@ -183,7 +183,7 @@ void MakeProbes(std::vector<BodyMotion> motions, vtkPolyData* probes)
     const auto row = static_cast<vtkIdType>(n);
     const std::array<double, 16>& m = motions[n].Matrix;
     const std::array<double, 3>& c = motions[n].Centre;
-    // By the matrix as it was given: near the centre the body is where that puts it, to the last digit.
+    // From the given matrix, not from the nearest rotation: so near the centre the body is placed to the last digit.
     for (int a = 0; a < 3; ++a)
     {
       displacement->SetComponent(

@@ -20,8 +20,8 @@
 namespace vtkChainMail
 {
 
-/// Samples arrays of bits, strings and variants: nearest. It is serial, since neighbouring bits share a byte, and
-/// strings share a look-up table. The background is a bit of 0, an empty string or an invalid variant.
+/// Samples arrays of bits, strings and variants at the nearest voxel. Serial, because neighbouring bits share a byte,
+/// and strings share a look-up table. The background is a bit of 0, an empty string or an invalid variant.
 class TupleSampler : public ArraySampler
 {
 public:
@@ -123,8 +123,7 @@ private:
   vtkSmartPointer<vtkAbstractArray> Output;
 };
 
-/// Makes the sampler for an array. A `background` of NaN stands for the array's own smallest finite value, by
-/// component.
+/// Makes the sampler for an array. `background` NaN: the array's own smallest finite value, by component.
 inline std::unique_ptr<ArraySampler> MakeSampler(vtkAbstractArray* input, const Grids& grids, bool nearest,
   double background, const PaddingValues& notMeasured, const TissueTest& isTissue)
 {
@@ -140,8 +139,8 @@ inline std::unique_ptr<ArraySampler> MakeSampler(vtkAbstractArray* input, const 
   return std::make_unique<TupleSampler>(input, grids);
 }
 
-/// Handles an array of the grid and not of the material, such as which voxels are blank: it stays where it is, with 0
-/// in the padding.
+/// Handles an array that belongs to the grid and not to the material, such as marks of blank voxels. Its values stay in
+/// place, with 0 in the padding.
 class StillArray : public ArraySampler
 {
 public:

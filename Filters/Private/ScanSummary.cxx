@@ -23,7 +23,7 @@ std::uint64_t CountAll(const Bins& bins)
     bins.begin(), bins.end(), std::uint64_t(0), [](std::uint64_t sum, const auto& bin) { return sum + bin.Count; });
 }
 
-/// How many voxels are in [low, high].
+/// The number of voxels in [low, high].
 double Count(const Bins& bins, double low, double high)
 {
   std::uint64_t count = 0;
@@ -34,7 +34,7 @@ double Count(const Bins& bins, double low, double high)
   return static_cast<double>(count);
 }
 
-/// The smallest value that at least `rank` + 1 voxels do not exceed.
+/// The smallest value v such that at least `rank` + 1 voxels are at most v.
 double ValueAt(const Bins& bins, std::uint64_t rank)
 {
   std::uint64_t count = 0;
@@ -49,7 +49,7 @@ double ValueAt(const Bins& bins, std::uint64_t rank)
   return bins.empty() ? 0.0 : bins.back().Value;
 }
 
-/// The median of the voxels in [low, high], of which there has to be one.
+/// The median of the voxels in [low, high], which must not be empty.
 double MedianWithin(const Bins& bins, double low, double high)
 {
   Bins within;
@@ -58,18 +58,20 @@ double MedianWithin(const Bins& bins, double low, double high)
   return ValueAt(within, CountAll(within) / 2);
 }
 
-/// The values at both ends, of which one voxel in a thousand is left out where it is far from the others.
+/// The robust minimum and maximum: one voxel in a thousand is left out at each end if it is far from the others.
+/// `ends`: the exact minimum and maximum.
 std::array<double, 2> RobustRange(const Bins& bins, const std::array<double, 2>& ends)
 {
   const std::uint64_t voxels = CountAll(bins);
   const std::uint64_t left = voxels / 1000;
-  // Where nearly all voxels are alike, the few others are what there is to see.
+  // Where nearly all voxels are equal, the few others are the content. So at the top one in a thousand of these is left
+  // out.
   const auto most = std::max_element(
     bins.begin(), bins.end(), [](const auto& one, const auto& other) { return one.Count < other.Count; });
   const std::uint64_t leftOnTop = most == bins.end() ? 0 : (voxels - most->Count) / 1000;
   std::array<double, 2> range{ { ValueAt(bins, left), ValueAt(bins, voxels - std::min(voxels, 1 + leftOnTop)) } };
-  // Voxels that are not far from the others are no outliers. A bin tells the number nearest to 0; those at the ends are
-  // known exactly.
+  // Voxels that are not far from the others (5 % of the range) are no outliers. A bin only has its number nearest to 0;
+  // the exact ends replace it where they are in the same bin.
   const std::array<double, 2> outer{ { bins.front().Value, bins.back().Value } };
   const double near = 0.05 * (range[1] - range[0]);
   for (std::size_t side : { 0, 1 })
@@ -103,7 +105,7 @@ CTShares LookForCT(const Bins& bins)
   const double between = Count(bins, -500.0, -250.0) / all;
   const bool fits = Count(bins, -infinity, std::nextafter(-1100.0, -infinity)) < 0.01 * all &&
                     Count(bins, 4096.0, infinity) < 0.01 * all && shares.Soft >= 0.1 * tissue;
-  // Rings become fewer the further below they are; air is a peak.
+  // Ringing decreases with the distance below tissue, whereas air is a peak.
   const bool isPeak = shares.Air >= 2.0 * (airAndLung - shares.Air) && airAndLung >= between;
   shares.HasAir = fits && shares.Soft > 0.0 && airAndLung >= 1e-3 && (isPeak || airAndLung / 500.0 >= between / 250.0);
   const double fat = Count(bins, -140.0, -40.0) / all;
@@ -118,7 +120,7 @@ CTShares LookForCT(const Bins& bins)
 void SetPaddingAside(Bins& bins, ScanSummary& scan)
 {
   const auto all = static_cast<double>(CountAll(bins));
-  const double few = std::max(8.0, 1e-4 * all); // outliers come in smaller numbers
+  const double few = std::max(8.0, 1e-4 * all); // outliers are fewer than this
   const auto isMarkAbove = [](double v) { return v == 32767.0 || v == 32768.0 || (v >= 61440.0 && v <= 65535.0); };
   Bins above;
   double others = 0.0;
@@ -176,7 +178,7 @@ bool AreLabels(const Bins& bins, const NeighbourPairs& pairs)
   {
     return false;
   }
-  bool areNumbered = bins[hasZero ? 1 : 0].Value <= 16.0; // from a small number on, or one after the other
+  bool areNumbered = bins[hasZero ? 1 : 0].Value <= 16.0; // starting at a small number, or with consecutive numbers
   std::uint64_t divisor = 0;
   for (std::size_t n = 0; n < bins.size(); ++n)
   {
@@ -185,19 +187,19 @@ bool AreLabels(const Bins& bins, const NeighbourPairs& pairs)
   }
   const auto unequal = static_cast<double>(pairs.Unequal);
   const bool areFlat = pairs.Equal >= 8 && static_cast<double>(pairs.Equal) >= 1.5 * unequal;
-  // A smooth picture of few grey values is flat, too, but goes through those between two.
+  // A smooth picture of few grey values is flat, too, but passes through the values between two others.
   const bool jump = labels <= 3    ? true
                     : labels <= 16 ? static_cast<double>(pairs.Apart) >= 0.3 * unequal
                                    : static_cast<double>(pairs.FarApart) >= 0.5 * unequal;
   return divisor == 1 && areNumbered && areFlat && jump;
 }
 
-/// The largest peak within the darkest tenth of the range, with at least `share` of the voxels and `steep` times those
-/// behind it: its median; NaN where there is none.
+/// The median of the largest peak within the darkest tenth of the range; NaN where there is none. A peak has at least
+/// `share` of all voxels, and `steep` times as many as an equally wide window behind it.
 double FindDarkPeak(const Bins& bins, const std::array<double, 2>& range, double share, double steep)
 {
   constexpr int cells = 200;
-  constexpr int width = 5; // of a peak
+  constexpr int width = 5; // width of a peak [cells]
   constexpr int reach = cells / 10;
   const double scale = cells / (range[1] - range[0]);
   if (!(range[1] > range[0]) || !std::isfinite(scale))
@@ -217,7 +219,7 @@ double FindDarkPeak(const Bins& bins, const std::array<double, 2>& range, double
   {
     best = window(first) > window(best) ? first : best;
   }
-  // Behind a peak there is less, and not by chance.
+  // Significance test: the peak has to exceed the window behind it by four standard deviations.
   const double peak = window(best);
   const double behind = window(best + 2 * width);
   if (peak < share * static_cast<double>(CountAll(bins)) || peak < steep * behind ||
@@ -276,7 +278,8 @@ ScanSummary Summarize(
   double peak = FindDarkPeak(bins, range, 0.02, 3.0);
   if (std::isnan(peak) && range[0] < 0.0)
   {
-    // Rings beside edges go below an air of 0. They are in few voxels, and air is in many.
+    // Ringing beside edges goes below an air of 0. It affects few voxels, and air has many. So look again without the
+    // lowest 5 % of the voxels.
     const double rings = ValueAt(bins, static_cast<std::uint64_t>(0.05 * all));
     const double beside = FindDarkPeak(bins, { { rings, range[1] } }, 0.05, 3.0);
     peak = std::fabs(beside) <= 0.05 * range[1] ? beside : peak;

@@ -24,9 +24,9 @@ namespace vtkChainMail
 namespace
 {
 
-constexpr double anyBody = -1.0; // the label by which a probe grips what is at its point
+constexpr double anyBody = -1.0; // the value of Body for the tissue at the probe's point
 
-/// Checks the value of an enumerated property. `names` are the names of all its values, from 0 on.
+/// Checks the value of an enumerated property. `names`: the names of all its values, from 0 on.
 int Choice(const char* property, int value, const std::vector<const char*>& names)
 {
   if (value >= 0 && value < static_cast<int>(names.size()))
@@ -91,7 +91,7 @@ Method ReadMethod(vtkChainMailDeformation* filter)
   return method;
 }
 
-/// The array that a property names, as numbers. Throws InputError where it does not hold any.
+/// The array that a property names, as numbers. Throws InputError where it does not hold numbers.
 vtkDataArray* NumbersOf(const std::string& property, vtkAbstractArray* array)
 {
   vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
@@ -111,13 +111,13 @@ vtkDataArray* ReadScalars(vtkImageData* image, const ChosenArray& chosen)
   ofCells->RemoveArray(vtkDataSetAttributes::GhostArrayName());
   if (arrays->GetNumberOfArrays() == 0 && ofCells->GetNumberOfArrays() > 0)
   {
-    // Some readers, such as GDAL's, which ParaView offers first for TIFF, give each pixel as a cell.
+    // Some readers give each pixel as a cell, such as GDAL's, which ParaView offers first for TIFF.
     throw chainmail::InputError("The input image has cell data alone, but tissue is made from point data. " +
                                 ListArrays(ofCells) +
                                 " Put the filter Cell Data to Point Data before this one, or open the file with a "
                                 "reader that gives points (for TIFF the TIFF Series Reader).");
   }
-  // A proxy that was never told of the image's arrays chooses one without a name.
+  // A ParaView proxy without information about the image's arrays passes an empty name.
   const bool unnamed = chosen.Name && !*chosen.Name;
   vtkAbstractArray* scalars = chosen.Array || !unnamed ? chosen.Array : arrays->GetScalars();
   if (scalars && chosen.Association != vtkDataObject::FIELD_ASSOCIATION_POINTS)
@@ -140,7 +140,7 @@ vtkDataArray* ReadScalars(vtkImageData* image, const ChosenArray& chosen)
   return NumbersOf("The array of scalars", scalars);
 }
 
-/// The point array whose name a property gives; null where it gives none.
+/// The point array that a property names; null where the name is empty.
 vtkDataArray* ReadNamed(vtkPointData* arrays, const std::string& property, const char* given)
 {
   const std::string name = given ? given : "";
@@ -157,8 +157,8 @@ vtkDataArray* ReadNamed(vtkPointData* arrays, const std::string& property, const
   return NumbersOf(property, array);
 }
 
-/// A point array of a leaf, null where it has none of that name. Throws InputError where it is not as wide or as long
-/// as it has to be.
+/// A point array of a leaf; null where there is none of that name. Throws InputError where its number of components or
+/// tuples is wrong.
 vtkDataArray* FindNumbers(const Leaf& leaf, const char* name, int components)
 {
   vtkAbstractArray* array = leaf.Data->GetPointData()->GetAbstractArray(name);
@@ -212,7 +212,7 @@ Scene::Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const Chosen
   this->ReadPoses(filter, labels);
   this->Cuts = ReadCuts(inputs, this->Space);
   this->Carves = ReadCarves(inputs, this->Space);
-  this->ReadMaterial(filter); // last, since it may read all scalars for their range
+  this->ReadMaterial(filter); // last, because it may read all scalars for their statistics
 }
 
 std::string Scene::NameOf(std::size_t probe) const
@@ -239,7 +239,7 @@ void Scene::CheckPointArrays() const
   {
     check(arrays->GetAbstractArray(a), "point", this->Image->GetNumberOfPoints(), "voxels");
   }
-  // This is the only array of the cells that is read.
+  // The only cell array that is read.
   if (vtkAbstractArray* ghosts = this->Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
   {
     check(ghosts, "cell", this->Image->GetNumberOfCells(), "cells");
@@ -272,11 +272,11 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
 
   this->Image->GetDimensions(tissue.Size.data());
   tissue.Spacing = this->Space.GetSpacing();
-  tissue.GetGrid().check(); // the model checks it, too, but only after all scalars were read for their range
+  tissue.GetGrid().check(); // the model checks it again, but only after the statistics have read all scalars
   tissue.AnchorRigid = filter->GetAnchorRigid();
   for (int f = 0; f < 6; ++f)
   {
-    // All of a slice lies on two of the faces, so these do not hold it.
+    // In a single slice all voxels lie on both faces of its axis, so these do not anchor it.
     tissue.AnchoredFaces[f] = filter->GetAnchoredFaces()[f] != 0 && tissue.Size[f / 2] > 1;
   }
   tissue.Device = filter->GetDevice() ? filter->GetDevice() : "";
@@ -321,7 +321,7 @@ void Scene::ReadMaterial(vtkChainMailDeformation* filter)
   statistics->GetMaterial(preset, fitted, this->Function);
   tissue.Threshold = std::isnan(tissue.Threshold) ? fitted : tissue.Threshold;
   tissue.HighPadding = statistics->GetHighPadding();
-  // A threshold below padding says that it is tissue.
+  // With a threshold below the padding, the padding is tissue.
   this->LowPadding = statistics->GetLowPadding() < tissue.Threshold ? statistics->GetLowPadding() : -vtkMath::Inf();
   if (std::isnan(this->BackgroundValue) && this->Scalars->GetNumberOfComponents() == 1)
   {
@@ -470,7 +470,7 @@ void Scene::ReadProbes()
   }
 }
 
-/// Reads what the probes of leaves with further arrays prescribe beside their displacements.
+/// Reads the arrays `Rotation`, `Centre` and `Body` of the probes.
 void Scene::ReadPoses(vtkChainMailDeformation* filter, LabelVoxels& labels)
 {
   constexpr double radians = 3.14159265358979323846 / 180.0;

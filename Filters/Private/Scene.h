@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an update has to do: its inputs and the filter's properties, checked and in the engine's terms.
+// What an update has to do: its inputs and the filter's properties, checked and converted for the engine.
 
 #ifndef Scene_h
 #define Scene_h
@@ -29,8 +29,8 @@ class vtkChainMailDeformation;
 namespace vtkChainMail
 {
 
-/// Everything that the engine's model and simulation are made from. Where sources are equal nothing has to be built
-/// anew.
+/// Everything that the engine's model and simulation are made from. If it is equal to that of the last update, nothing
+/// is built again.
 struct TissueSource
 {
   ArrayContents Scalars;
@@ -43,8 +43,8 @@ struct TissueSource
   chainmail::Index3 Size{};
   Vector3 Spacing{};
   double Threshold = 0.0;
-  double HighPadding = 0.0;     // from here on scalars are padding, and no tissue
-  std::vector<double> Function; // everything that GetValue() of the material function depends on
+  double HighPadding = 0.0;     // scalars of at least this are padding, not tissue
+  std::vector<double> Function; // all that GetValue() of the material function depends on
   bool AnchorRigid = false;
   std::array<bool, 6> AnchoredFaces{};
   std::string Device;
@@ -73,7 +73,7 @@ struct TissueSource
   }
 };
 
-/// How tissue is deformed, apart from where. The defaults are those of a new simulation.
+/// The methods and their parameters. The defaults are those of a new simulation.
 struct Method
 {
   chainmail::PropagationMethod Propagation = chainmail::PropagationMethod::Envelope;
@@ -94,7 +94,7 @@ struct Method
   }
 };
 
-/// Where a probe comes from, for messages.
+/// The source of a probe, for messages.
 struct ProbeOrigin
 {
   std::size_t Leaf; // number among the scene's leaves
@@ -102,7 +102,7 @@ struct ProbeOrigin
   Vector3 Position; // in world axes
 };
 
-/// The array that the filter was told to take as the scalars, or the active one.
+/// The array that was chosen as the filter's scalars, or the active one.
 struct ChosenArray
 {
   vtkAbstractArray* Array;
@@ -112,9 +112,8 @@ struct ChosenArray
 
 struct Scene
 {
-  /// `tissueBefore` is the tissue of the last update; arrays that it knows with the same times are not read again, and
-  /// labels that `labels` knows neither. Throws InputError, whose message says what is wrong with which input or
-  /// property.
+  /// `tissueBefore`: the tissue of the last update; its arrays with the same times are not read again, nor the labels
+  /// cached in `labels`. Throws InputError, whose message says what is wrong with which input or property.
   Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const ChosenArray& scalars,
     const TissueSource& tissueBefore, LabelVoxels& labels);
 
@@ -137,19 +136,19 @@ struct Scene
   bool Interactive;
   Method How;
 
-  // What the scalars were taken for, and what is doubtful about it, in words.
+  // Texts about what the scalars were taken for, and what is doubtful about it.
   std::string Guess;
   std::string Doubt;
 
-  // What the outputs are to have.
+  // The properties of the outputs.
   vtkDataArraySelection* ModelArrays;
   bool PropagationTimes;
   bool PullBack;
   double ScalarSmoothing;
   bool SmoothCuts;
   double BackgroundValue;  // of the scalars
-  double LowPadding = 0.0; // up to here scalars are padding, and not tissue
-  bool AreLabels = false;  // the scalars
+  double LowPadding = 0.0; // scalars of at most this are padding, not tissue
+  bool AreLabels = false;  // whether the scalars are labels
   bool Nearest;
   std::vector<std::string> LabelArrays;
 

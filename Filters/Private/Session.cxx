@@ -33,14 +33,14 @@ template <typename T> bool Same(const std::vector<T>& a, const std::vector<T>& b
     a.begin(), a.end(), b.begin(), b.end(), [](const T& one, const T& other) { return Same(one, other); });
 }
 
-/// For each element of `present`: whether it was in `before`. Afterwards `before` keeps only the elements that were
-/// found again. Equal elements are counted one by one; their order does not matter.
+/// For each element of `present`: whether it was in `before`. Afterwards `before` has only the elements that were
+/// found. Both are multisets: n equal elements match at most n others, in any order.
 template <typename T> std::vector<bool> Recognize(const std::vector<T>& present, std::vector<T>& before)
 {
   std::vector<bool> known;
   std::vector<T> kept;
   std::vector<bool> gone(before.size(), false);
-  std::size_t next = 0; // they mostly come in the same order as before
+  std::size_t next = 0; // start of the search: mostly the order is as before
   for (const T& one : present)
   {
     std::size_t tried = 0;
@@ -60,8 +60,7 @@ template <typename T> std::vector<bool> Recognize(const std::vector<T>& present,
   return known;
 }
 
-/// The first and last voxel of an axis that are no further than `radius` from a place; first > last where there is
-/// none.
+/// The first and last voxel along an axis within `radius` of a place; first > last where there is none.
 std::pair<int, int> VoxelsAround(const chainmail::Grid& grid, int axis, double place, double radius)
 {
   const double end = grid.size[axis] - 1.0;
@@ -103,7 +102,7 @@ bool HasTissue(const chainmail::Model& model, const Vector3& centre, double radi
   return false;
 }
 
-/// What happens where the parts of a surface to carve with do not all face the same way.
+/// The warning for a surface to carve with whose parts do not all face the same way.
 std::string AboutParts(const chainmail::SurfaceParts& parts)
 {
   std::string text;
@@ -137,7 +136,7 @@ void Session::Update(const Scene& scene)
   {
     this->Reports.Run(UPLOAD, 0.0, 0.15, [&] { this->Build(scene); });
   }
-  this->Tissue = scene.Tissue; // the same values, perhaps in other arrays
+  this->Tissue = scene.Tissue; // equal values, perhaps in new arrays
   if (scene.Interactive)
   {
     this->Interact(scene);
@@ -186,7 +185,8 @@ bool Session::IsUnsettled() const
 
 void Session::Build(const Scene& scene)
 {
-  // The old model and simulation stay until their successors are there: tissue that cannot be used destroys nothing.
+  // The old model and simulation are kept until the new ones exist. So an error in the new tissue does not destroy the
+  // state.
   const TissueSource& tissue = scene.Tissue;
   const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars.Array);
   const vtkSmartPointer<vtkDataArray> constraints =
@@ -203,7 +203,7 @@ void Session::Build(const Scene& scene)
     material.regions.push_back({ { { r[0], r[1], r[2] } }, r[3], r[4] });
   }
   const vtkSmartPointer<vtkDataArray> bodies = tissue.Bodies.Array ? ToEngineArray(tissue.Bodies.Array) : nullptr;
-  material.joints.labels = View(bodies); // which is read by the model's constructor alone
+  material.joints.labels = View(bodies); // read only by the model's constructor
   material.joints.size = tissue.JointSize;
   material.joints.constraint = tissue.JointConstraint;
   material.joints.margin = tissue.JointMargin;
@@ -236,11 +236,11 @@ void Session::Build(const Scene& scene)
   }
   catch (const chainmail::MemoryError&)
   {
-    throw; // the old simulation has to make room
+    throw; // the caller drops the old simulation, which frees memory
   }
   catch (const chainmail::DeviceError& error)
   {
-    throw chainmail::InputError(error.what()); // no such device, say: the old simulation is not affected
+    throw chainmail::InputError(error.what()); // for example an unknown device: the old simulation is not affected
   }
   simulation->setProgress([this](double share) { return this->Reports.Show(share); });
   simulation->setCompiling([this] { return this->Reports.ShowCompiling(); });
@@ -253,12 +253,12 @@ void Session::Build(const Scene& scene)
   this->Simulation = std::move(simulation);
   ++this->Builds;
   this->AboutProbes.Clear();
-  this->MethodUsed = Method(); // as in a new simulation
+  this->MethodUsed = Method(); // the defaults of the new simulation
   this->Tissue = tissue;
   this->Done = Stage::Built;
 }
 
-/// Warns about regions without tissue, each once until it has some.
+/// Warns about regions without tissue, each once until it has tissue.
 void Session::WarnAboutRegions(const Scene& scene, const chainmail::Model& model)
 {
   std::set<std::string> empty;
@@ -430,13 +430,13 @@ void Session::Carve(const InputSurface& surface)
   this->Reports.Warn(this->CarveHistory.Worked(surface, elements));
 }
 
-/// Holds the probes with these numbers, and those alone, and lets their waves travel.
+/// Holds exactly the probes with these numbers, and propagates their waves.
 void Session::Pull(const Scene& scene, const std::vector<std::size_t>& held)
 {
   const Method& method = scene.How;
   if (method.Propagation != this->MethodUsed.Propagation || method.Conflict != this->MethodUsed.Conflict)
   {
-    this->Simulation->setPropagation(method.Propagation, method.Conflict); // finishes the waves that are under way
+    this->Simulation->setPropagation(method.Propagation, method.Conflict); // completes the waves that are under way
   }
   this->Simulation->setRelaxation(method.Relaxation, method.ElasticRecovery);
   this->Simulation->setCoarseToFine(method.Settles.CoarseToFine);
@@ -455,7 +455,7 @@ void Session::Pull(const Scene& scene, const std::vector<std::size_t>& held)
   }
   catch (const chainmail::ProbeError& error)
   {
-    // The user knows the probe by another name and place.
+    // The message has to name the probe of the scene, in world axes.
     throw chainmail::InputError(scene.NameOf(held[error.probe]) + ": the probe " + error.problem);
   }
   this->Found.Propagation = this->Simulation->propagate(this->MethodUsed.PropagationIterations);
@@ -482,7 +482,7 @@ void Session::Warn(const Scene& scene, const std::vector<std::size_t>& held)
   }
   this->Reports.Warn(this->AboutProbes.OfEmptyHandles(scene, held, this->Found.Probes));
   this->Reports.Warn(this->AboutProbes.OfSharing(scene.How, held, this->Found.Propagation));
-  if (this->Found.Propagation.finished) // otherwise they may still get to where they are to go
+  if (this->Found.Propagation.finished) // before that, probes may still reach their targets
   {
     this->Reports.Warn(this->AboutProbes.OfShortProbes(scene, held, this->Found.Probes, *this->Simulation));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Keeps the engine's model and simulation from update to update, and decides what is computed anew.
+// Keeps the engine's model and simulation from update to update, and decides what has to be computed again.
 
 #ifndef Session_h
 #define Session_h
@@ -30,7 +30,7 @@ struct Findings
   chainmail::Statistics Statistics;
 };
 
-/// Keeps the engine in step with scenes. Its functions throw the engine's exceptions. Not for several threads.
+/// Updates the engine to a scene. Its functions throw the engine's exceptions. Not thread-safe.
 class Session
 {
 public:
@@ -39,25 +39,25 @@ public:
   {
   }
 
-  /// Brings the engine to a scene: from rest, or on from the last interactive update, as the scene says.
+  /// Deforms as the scene says: from rest, or continuing from the last interactive update.
   void Update(const Scene& scene);
 
-  /// Forgets the model and the simulation: after an error of the device nothing on it can be trusted.
+  /// Deletes the model and the simulation: after a device error the state on the device cannot be trusted.
   void Drop();
 
-  /// To be called after an update that was stopped. Where it stopped is chance, so tissue goes back to rest.
+  /// To be called after an update that was stopped. It stopped at an arbitrary point, so tissue is reset to rest.
   void Stop();
 
-  /// Forgets everything, since another process computes from now on.
+  /// Deletes everything, because another process computes from now on.
   void Leave();
 
-  /// Makes the next interactive update begin with all tissue at rest and whole.
+  /// Makes the next interactive update begin at rest, without cuts and carves.
   void RequestReset() { this->ResetRequested = true; }
 
-  /// Whether there is a state that interactive updates go on from.
+  /// Whether there is a state from which interactive updates continue.
   bool IsInteracting() const { return this->Interacting; }
 
-  /// Whether the last update was interactive and left waves under way or tissue that has not settled.
+  /// Whether the last update was interactive and left waves under way, or a relaxation that has not converged.
   bool IsUnsettled() const;
 
   // For the outputs, after an update.
@@ -70,10 +70,10 @@ public:
   const SurfaceHistory& GetCarveHistory() const { return this->CarveHistory; }
   /// How often the model and the simulation were made.
   int GetBuilds() const { return this->Builds; }
-  /// How often elements came or went, and how often links did. With either, rigid clusters may change.
+  /// How often the set of elements changed, and how often the set of links. Either may change rigid clusters.
   int GetTissueChanges() const { return this->TissueChanges; }
   int GetLinkChanges() const { return this->LinkChanges; }
-  /// Whether links or elements were taken away.
+  /// Whether links or elements were removed.
   bool IsCut() const { return this->HasCut; }
 
 private:
@@ -90,8 +90,8 @@ private:
 
   Progress& Reports;
 
-  // How far the engine has come from nothing to the state deformed from rest. It is lowered before the engine does
-  // something that may fail, and raised afterwards. During an interactive state it is Built.
+  // The last stage that is complete in computing from rest. It is lowered before an engine call that may fail, and
+  // raised afterwards. In an interactive state it is Built.
   enum class Stage
   {
     Nothing,
@@ -104,29 +104,30 @@ private:
   bool ResetRequested = false;
 
   TissueSource Tissue;
-  vtkSmartPointer<vtkDataArray> EngineScalars; // read by the model as long as that lives
+  vtkSmartPointer<vtkDataArray> EngineScalars; // the model reads its memory during its lifetime
   vtkSmartPointer<vtkDataArray> EngineConstraints;
   std::shared_ptr<const chainmail::Model> Model;
   std::unique_ptr<chainmail::Simulation> Simulation;
 
-  // The surfaces with which the stages Cut and Relaxed were reached. In an interactive state: those of the last
-  // update's surfaces that have done their work.
+  // The surfaces of the stages Cut and Relaxed. In an interactive state: the surfaces of the last update that have been
+  // applied.
   std::vector<InputSurface> Cuts;
   std::vector<InputSurface> Carves;
   std::vector<chainmail::Probe> Probes;
   Method MethodUsed;
   bool TimesKept = false;
 
-  // In an interactive state: where the image was, and probes that are still connected but were released by a reset.
+  // In an interactive state: the geometry of the image, and the probes that are still connected but were released by a
+  // reset.
   std::unique_ptr<Frame> Space;
   std::vector<chainmail::Probe> Released;
 
-  // Warnings that were given.
+  // What was already warned about.
   std::string Doubt;
   ProbeWarnings AboutProbes;
   SurfaceHistory CutHistory;
   SurfaceHistory CarveHistory;
-  std::set<std::string> EmptyRegions; // names of those that are there
+  std::set<std::string> EmptyRegions; // names of the present regions without tissue
 
   Findings Found;
   int Builds = 0;

@@ -26,8 +26,8 @@ void Shown::Again(const Inputs& inputs, const std::string& error, int magnificat
   {
     inputs.Image->GetExtent(extent);
   }
-  // A result of another image would have an extent that readers of this output do not expect, and a finer one counts in
-  // other voxels than they do.
+  // Downstream filters expect the announced extent. A result of another image has another extent, and with another
+  // magnification extents count other voxels.
   const bool isAsFine = this->Outputs[0] && inputs.Image &&
                         std::lround(inputs.Image->GetSpacing()[0] / this->Outputs[0]->GetSpacing()[0]) == magnification;
   for (auto& shown : this->Outputs)
@@ -41,7 +41,7 @@ void Shown::Again(const Inputs& inputs, const std::string& error, int magnificat
     }
     else if (inputs.Image && &shown == &this->Outputs[0])
     {
-      again->ShallowCopy(inputs.Image); // with field data of its own
+      again->ShallowCopy(inputs.Image); // has its own field data object
     }
     else if (inputs.Image)
     {

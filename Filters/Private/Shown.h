@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Holds the whole outputs that the filter shows, also where an update fails.
+// Holds the complete outputs that the filter shows, also after an update that failed.
 
 #ifndef Shown_h
 #define Shown_h
@@ -21,12 +21,12 @@ public:
   /// Sets both outputs after an update that succeeded with this image.
   void Set(const std::array<vtkSmartPointer<vtkImageData>, 2>& outputs, vtkImageData* image);
 
-  /// After an update that failed: keeps what was shown last, with the error in its field array Error. Where nothing was
-  /// shown yet of an image with this extent, or the deformed image is not so many times as fine as that as readers
-  /// expect, shows the image as it is.
+  /// After an update that failed: keeps the last outputs, with the error in their field array Error. If there are none
+  /// for an image with this extent, or their magnification differs from the announced one, `magnification`, shows the
+  /// image as it is.
   void Again(const Inputs& inputs, const std::string& error, int magnification);
 
-  /// An output, whole. Null before the first update, and where another process computes.
+  /// A complete output. Null before the first update, and where another process computes.
   vtkImageData* Get(int port) const { return this->Outputs[port]; }
 
 private:

@@ -17,13 +17,13 @@ namespace vtkChainMail
 namespace
 {
 
-// Rows are long enough for the processor's vectors, and a tile with what is around it fits into its cache.
+// [voxels] Rows are long enough for SIMD, and a tile with its halo fits into the cache.
 constexpr std::array<int, 3> sizeOfTile{ { 32, 16, 16 } };
-constexpr double reach = 3.0; // of the Gaussian, in standard deviations
+constexpr double reach = 3.0; // cut-off of the Gaussian [standard deviations]
 
 template <typename T> void ReadRow(const T* from, int components, int count, float* to)
 {
-  if (components == 1) // for the processor's vectors
+  if (components == 1) // contiguous, for SIMD
   {
     std::copy_n(from, count, to);
     return;
@@ -36,7 +36,7 @@ template <typename T> void ReadRow(const T* from, int components, int count, flo
 
 }
 
-/// Values of a box of voxels, x first.
+/// The values of a box of voxels, x fastest.
 struct SmoothScalars::Block
 {
   explicit Block(const std::array<int, 3>& size, float value = 0.0f)
@@ -128,7 +128,7 @@ vtkSmartPointer<vtkAbstractArray> SmoothScalars::End(std::uint64_t number, bool)
     if (this->Changed[tile])
     {
       changed.push_back(tile);
-      chainmail::ResampledBox box; // its place alone
+      chainmail::ResampledBox box; // only its position and size are used
       const std::array<int, 3> first = this->FirstOf(tile);
       for (int a = 0; a < 3; ++a)
       {
@@ -148,7 +148,7 @@ vtkSmartPointer<vtkAbstractArray> SmoothScalars::End(std::uint64_t number, bool)
   return array;
 }
 
-/// A tile's first voxel, from the output's first one on.
+/// The first voxel of a tile, in indices from the output's first voxel.
 std::array<int, 3> SmoothScalars::FirstOf(std::size_t tile) const
 {
   const auto along = [&](int a, std::size_t n) { return sizeOfTile[a] * static_cast<int>(n); };
@@ -156,7 +156,7 @@ std::array<int, 3> SmoothScalars::FirstOf(std::size_t tile) const
   return { { along(0, tile % this->Tiles[0]), along(1, row % this->Tiles[1]), along(2, row / this->Tiles[1]) } };
 }
 
-/// Reads a box of the output's scalars; NaN outside the image.
+/// Reads a box of the output's scalars, with NaN outside the image.
 SmoothScalars::Block SmoothScalars::Read(
   const std::array<int, 3>& first, const std::array<int, 3>& size, int component) const
 {
@@ -181,7 +181,7 @@ SmoothScalars::Block SmoothScalars::Read(
   return block;
 }
 
-/// The weighted sums of a block's values along all axes, which are a block smaller by Radius on all sides.
+/// The separable convolution of a block with Weights along all axes. The result is smaller by Radius on all sides.
 SmoothScalars::Block SmoothScalars::Convolved(Block values) const
 {
   for (int a = 0; a < 3; ++a)
@@ -221,7 +221,7 @@ void SmoothScalars::SmoothTile(std::size_t tile, int component, float* output) c
     size[a] = std::min(sizeOfTile[a], this->G.Width[a] - first[a]) + 2 * this->Radius;
   }
   Block values = this->Read(around, size, component);
-  int unknown = 0; // without a branch: this is done for all voxels
+  int unknown = 0; // without a branch, because this loop visits all voxels
   for (const float value : values.Values)
   {
     unknown |= this->IsKnown(value) ? 0 : 1;
@@ -231,7 +231,7 @@ void SmoothScalars::SmoothTile(std::size_t tile, int component, float* output) c
   Block known = own;
   if (!areKnown)
   {
-    // The mean of those that count.
+    // Normalised convolution: the weighted mean of the known values.
     own = values;
     known = values;
     for (float& value : known.Values)

@@ -21,20 +21,21 @@
 namespace vtkChainMail
 {
 
-/// Writes the scalars of the output once more, in floats and smoothed with a Gaussian. It works in tiles, of which an
-/// update does those that are within reach of what it changed.
+/// Writes a second array of the output's scalars, as floats smoothed with a Gaussian. It works in tiles: an update
+/// computes only the tiles within Radius of changed voxels.
 class SmoothScalars : public ArraySampler
 {
 public:
-  /// What the array is called.
+  /// The name of the array.
   static std::string NameFor(const std::string& scalars) { return scalars + " smooth"; }
 
-  /// `scalars`: what samples the scalars. `deviation`: the Gaussian's standard deviation [voxels of the input], or 0.
-  /// `notMeasured`: values that stay as they are and count for no other voxel; so do those that are not finite.
+  /// `scalars`: the sampler of the scalars. `deviation`: the Gaussian's standard deviation [voxels of the input]; 0
+  /// copies the scalars. `notMeasured`: values that stay unchanged and have no weight for other voxels, as have all
+  /// values that are not finite.
   SmoothScalars(
     std::shared_ptr<ArraySampler> scalars, const Grids& grids, double deviation, const PaddingValues& notMeasured);
 
-  /// Whether this goes on from the last update, if the scalars do.
+  /// Whether this object can continue from the last update: the sampler of the scalars and the deviation are the same.
   bool IsFor(const std::shared_ptr<ArraySampler>& scalars, double deviation) const
   {
     return this->Scalars == scalars && this->Deviation == deviation;
@@ -50,7 +51,7 @@ private:
   struct Block;
 
   std::array<int, 3> FirstOf(std::size_t tile) const;
-  /// False of NaN, and of infinite values where none stand for "not measured".
+  /// Whether a value has weight. False for NaN, for padding, and for infinite values.
   bool IsKnown(float value) const { return value > this->Low && value < this->High; }
   Block Read(const std::array<int, 3>& first, const std::array<int, 3>& size, int component) const;
   Block Convolved(Block values) const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Remembers which surfaces cut or carved, and with what success, so that each warning comes once and the report can
-// tell.
+// Records which surfaces cut or carved, and whether they removed anything. So each warning is given once, and the
+// report can name the surfaces that removed nothing.
 
 #ifndef SurfaceHistory_h
 #define SurfaceHistory_h
@@ -22,7 +22,8 @@ namespace vtkChainMail
 class SurfaceHistory
 {
 public:
-  /// Begins an update with all its surfaces. Inputs without one are forgotten: the next surface there is another.
+  /// Begins an update with all its surfaces. Inputs without a surface are forgotten, so their next surface counts as
+  /// new.
   void Begin(const std::vector<InputSurface>& present)
   {
     std::map<std::string, std::string> said;
@@ -44,7 +45,7 @@ public:
     this->Said = std::move(said);
   }
 
-  /// The names of surfaces that removed nothing the last time they worked.
+  /// The names of surfaces that removed nothing when they were last applied.
   std::vector<std::string> GetMissing() const
   {
     std::vector<std::string> names;
@@ -55,7 +56,7 @@ public:
     return names;
   }
 
-  /// The warning about what a surface is like; empty where there is none, or none that differs from the last one.
+  /// The warning `what` about the shape of a surface; empty where it is empty or the same as last time.
   std::string About(const InputSurface& surface, const std::string& what)
   {
     std::string& before = this->Said[surface.Name];
@@ -64,14 +65,14 @@ public:
     return isNew ? surface.Name + ": " + what : std::string();
   }
 
-  /// To be called when all tissue is whole and at rest again.
+  /// To be called when all tissue is restored and at rest.
   void Rest()
   {
     this->Places.clear();
     this->Returned.clear();
   }
 
-  /// Remembers where a surface is. Returns whether it was there before, since rest.
+  /// Records the place of a surface. Returns whether the surface was at this place before, since rest.
   bool Remember(const InputSurface& surface)
   {
     const chainmail::Surface& at = surface.Triangles;
@@ -80,8 +81,8 @@ public:
     return !this->Places.insert({ surface.Name, points, corners }).second;
   }
 
-  /// The warning about a surface that has cut or carved; empty where there is none, or no new one. `removed` is how
-  /// many links or elements it took away.
+  /// The warning about a surface after it cut or carved; empty where there is no new one. `removed`: the number of
+  /// links or elements that it removed.
   std::string Worked(const InputSurface& surface, std::size_t removed)
   {
     if (removed > 0)
@@ -100,7 +101,7 @@ public:
     {
       return {};
     }
-    // One that moves through air is the same surface still, one with other triangles is another.
+    // A surface that moves through air remains the same surface; with other triangles it is a new one.
     const Fingerprint triangles = FingerprintOf(
       surface.Triangles.triangles.data(), surface.Triangles.triangles.size() * sizeof(surface.Triangles.triangles[0]));
     const auto before = this->Missing.find(surface.Name);
@@ -115,9 +116,9 @@ public:
 
 private:
   std::set<std::tuple<std::string, Fingerprint, Fingerprint>> Places; // names and places since rest
-  std::set<std::string> Returned;                                     // since rest, warned about as back
-  std::map<std::string, Fingerprint> Missing; // surfaces that removed nothing the last time, and their triangles
-  std::map<std::string, std::string> Said;    // what was said of surfaces that are there
+  std::set<std::string> Returned;                                     // warned about as returned, since rest
+  std::map<std::string, Fingerprint> Missing; // surfaces that last removed nothing, and the hash of their triangles
+  std::map<std::string, std::string> Said;    // last warning about the shape of each present surface
 };
 
 }

@@ -27,7 +27,7 @@ namespace vtkChainMail
 namespace
 {
 
-/// Whether no edge is a boundary, once points at the same place are merged.
+/// Whether there is no boundary edge after merging coincident points.
 bool IsClosed(vtkPolyData* surface)
 {
   vtkNew<vtkCleanPolyData> mergePoints;
@@ -61,12 +61,11 @@ void Append(const InputSurface& part, InputSurface& to)
   }
 }
 
-/// Whether edges of a polygon cross, seen along the normal of its plane. It has no surface then that triangles could
-/// cover.
+/// Whether edges of a polygon cross, projected along the normal of its plane. Such a polygon cannot be triangulated.
 bool CrossesItself(vtkPolyData* surface, vtkIdList* polygon)
 {
   const vtkIdType count = polygon->GetNumberOfIds();
-  constexpr vtkIdType most = 4096; // all pairs of edges are compared
+  constexpr vtkIdType most = 4096; // limit, since all pairs of edges are compared
   if (count < 4 || count > most)
   {
     return false;
@@ -76,7 +75,7 @@ bool CrossesItself(vtkPolyData* surface, vtkIdList* polygon)
   {
     surface->GetPoint(polygon->GetId(n), points[n].data());
   }
-  // The plane by three points that are far apart: the area of a polygon that crosses itself may be 0.
+  // The plane through three points that are far apart, because the area of a polygon that crosses itself may be 0.
   std::array<double, 3> along{};
   std::array<double, 3> normal{};
   const auto take = [&](auto&& candidate, std::array<double, 3>& best)
@@ -123,8 +122,8 @@ InputSurface ReadSurface(const Leaf& leaf, const Frame& space)
   vtkPolyData* surface = leaf.Data;
   const std::string where = leaf.ToString();
 
-  // Checks before the triangulation. That moves no point, but it might drop broken polygons, and it reads three corners
-  // of every strip.
+  // Checks before the triangulation. That moves no points, but it might drop broken polygons, and it reads three
+  // corners of every strip, even if a strip has fewer.
   vtkNew<vtkCellArray> polys;
   vtkNew<vtkCellArray> strips;
   vtkNew<vtkIdList> cell;
@@ -222,7 +221,7 @@ std::vector<InputSurface> ReadCuts(const Inputs& inputs, const Frame& space)
 std::vector<InputSurface> ReadCarves(const Inputs& inputs, const Frame& space)
 {
   std::vector<InputSurface> surfaces;
-  std::map<int, InputSurface> open; // open surfaces, by input
+  std::map<int, InputSurface> open; // all open datasets of an input, joined
   for (const Leaf& leaf : inputs.Leaves)
   {
     if (leaf.Port != CARVES)
@@ -243,7 +242,7 @@ std::vector<InputSurface> ReadCarves(const Inputs& inputs, const Frame& space)
   }
   for (auto& [input, surface] : open)
   {
-    surfaces.push_back(std::move(surface)); // the engine refuses a surface that is still open
+    surfaces.push_back(std::move(surface)); // the engine throws an error if it is still open
   }
   return surfaces;
 }

@@ -20,7 +20,7 @@ struct InputSurface
 {
   std::string Name; ///< the name for messages: "Cuts input 0"
   chainmail::Surface Triangles;
-  std::string Flaw; ///< what is odd about its polygons, in a sentence for the user; empty where nothing is
+  std::string Flaw; ///< what is wrong with its polygons, as a sentence for the user; may be empty
 };
 
 bool Same(const InputSurface& a, const InputSurface& b);
@@ -28,8 +28,8 @@ bool Same(const InputSurface& a, const InputSurface& b);
 /// One surface for each dataset of Cuts. Throws InputError where a dataset cannot be read as triangles.
 std::vector<InputSurface> ReadCuts(const Inputs& inputs, const Frame& space);
 
-/// Each closed dataset of a composite input is a surface of its own, and these may overlap. Datasets that are not
-/// closed are parts of one surface, such as a process has of one that is spread over several. Throws InputError.
+/// Each closed dataset of a composite input is a surface of its own; such surfaces may overlap. Datasets that are not
+/// closed are joined to one surface: they may be parts that several processes have of one surface. Throws InputError.
 std::vector<InputSurface> ReadCarves(const Inputs& inputs, const Frame& space);
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes words for messages.
+// Formats numbers and lists for messages.
 
 #ifndef Text_h
 #define Text_h

@@ -168,7 +168,7 @@ bool ToInteger(const std::string& field, long long& number)
   {
     return true;
   }
-  double real = 0.0; // as tables write labels: 25.0
+  double real = 0.0; // some tables write labels as 25.0
   if (ToNumber(field, real) && std::fabs(real) < 9e15 && real == std::nearbyint(real))
   {
     number = static_cast<long long>(real);

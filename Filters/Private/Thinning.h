@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chooses some of many places, so that they are about as far apart as wanted.
+// Chooses some of many places, about a given distance apart.
 
 #ifndef Thinning_h
 #define Thinning_h
@@ -12,12 +12,12 @@
 namespace vtkChainMail
 {
 
-/// Lets one place through in each cube of a lattice: the first. The lattice begins at 0, so the choice does not depend
-/// on where a mesh begins.
+/// Accepts the first place in each cube of a lattice. The lattice has a corner at the origin, so it does not depend on
+/// the extent of a mesh.
 class Thinning
 {
 public:
-  /// `spacing` 0 lets all through.
+  /// `spacing` 0 accepts all places.
   explicit Thinning(double spacing)
     : Spacing(spacing)
   {

@@ -77,7 +77,7 @@ std::size_t Bricks::workItems(bool vectors) const
 {
   if (vectors && !this->context_->info().takesManyItems())
   {
-    return 1; // vectors make it wide enough; a lone item has all registers and needs neither atomics nor barriers
+    return 1; // vectors are wide enough; a single work-item has all registers and needs neither atomics nor barriers
   }
   // 256 fits the local memory that measure.cl needs and the limits of all usual devices.
   return std::min(256, this->elements_ / 2 / this->width(vectors));
@@ -130,11 +130,12 @@ bool Bricks::fill(int brick, std::vector<float>& out) const
 namespace
 {
 
-/// How large an image this device can hold, whatever moves in it.
+/// A sentence on how large an image this device can hold, however much of it moves.
 std::string whatFits(const DeviceInfo& device)
 {
   constexpr std::size_t largestField = 3 * sizeof(float);
-  // The displacement and that before a wave, the constraint, and as much again as one of the former while that grows.
+  // Displacement, displacement before a wave and constraint, plus a second copy of one of the displacements while it is
+  // enlarged.
   constexpr std::size_t all = 3 * largestField + sizeof(float);
   const std::size_t voxels = std::min(device.maxAllocation / largestField, device.globalMemory / all);
   return "However much of it moves, an image of " + std::to_string(voxels / 1000000) +
@@ -143,7 +144,7 @@ std::string whatFits(const DeviceInfo& device)
 
 }
 
-/// New memory of a field.
+/// Allocates memory for a field.
 cl::Buffer Bricks::allocate(std::size_t bytes, const char* purpose, Field::Start start)
 {
   cl::Buffer buffer = this->context_->allocate(bytes, purpose, start == Field::Start::Zeros ? bytes : 1);
@@ -154,7 +155,7 @@ cl::Buffer Bricks::allocate(std::size_t bytes, const char* purpose, Field::Start
   return buffer;
 }
 
-/// Gives each run of a field room for more elements.
+/// Enlarges each run of a field.
 void Bricks::enlarge(cl::Buffer& buffer, std::size_t runs, std::size_t bytes, std::size_t oldPitch, std::size_t pitch,
   const char* purpose, Field::Start start)
 {
@@ -179,14 +180,14 @@ void Bricks::enlarge(cl::Buffer& buffer, std::size_t runs, std::size_t bytes, st
     queue.enqueueCopyBuffer(buffer, larger, run * oldPitch * bytes, run * pitch * bytes, values * bytes);
   }
   queue.finish();
-  buffer = larger; // one field after the other, so that there are never two copies of all
+  buffer = larger; // frees the old one before the next field grows, so at most one field exists twice
 }
 
 namespace
 {
 
-/// How many slots to make room for. Few are doubled, which keeps the copies rare; many grow by a sixteenth, which keeps
-/// the room that stays empty small.
+/// The new capacity in slots. Small capacities double, so copies are rare; large ones grow by a sixteenth, so little
+/// memory stays empty.
 int roomFor(int slots, int before, int most)
 {
   constexpr int few = 1024;
@@ -235,10 +236,10 @@ void Bricks::growStates(int slots)
   }
 }
 
-/// Gives memory to the tissue of bricks that are unknown.
+/// Loads the tissue of bricks with Status::Unknown.
 void Bricks::readTissue(const std::vector<int>& bricks)
 {
-  // New slots follow each other, so many bricks are uploaded in one piece.
+  // New slots are consecutive, so many bricks are uploaded in one transfer.
   constexpr std::size_t batch = 256;
   const std::size_t axes = this->model_->axes();
   const std::size_t count = this->elements_;
@@ -338,7 +339,7 @@ void Bricks::require(const std::vector<int>& bricks)
   }
 }
 
-/// The bricks take the slots that follow those with a state, from bricks without one.
+/// The bricks get the slots behind those with a state, in exchange with bricks without one.
 void Bricks::giveStates(const std::vector<int>& bricks)
 {
   std::vector<char> wanted(this->slots(), 0);
@@ -397,7 +398,7 @@ void Bricks::giveStates(const std::vector<int>& bricks)
   this->uploadTables();
 }
 
-/// Exchanges the values of pairs of slots, of so many 4-byte values each.
+/// Exchanges the values of `count` pairs of slots, `perBrick` 4-byte values per slot and run.
 void Bricks::exchange(
   const cl::Buffer& field, std::size_t runs, std::size_t perBrick, const cl::Buffer& pairs, std::size_t count)
 {
@@ -443,7 +444,7 @@ void Bricks::clearDisplacements()
 
 void Bricks::setSoftLinks(std::vector<SoftLink> links)
 {
-  this->soft_.reset(); // one after the other, so that there are never two
+  this->soft_.reset(); // frees the old ones first, so both never exist at once
   if (links.empty())
   {
     return;
@@ -508,7 +509,7 @@ void Bricks::saveIn(Field& field)
 {
   constexpr cl_uint perGroup = 1 << 14;
   this->keep(field, Field::Start::Anything);
-  field.start = Field::Start::Zeros; // bricks that get a state later are at rest in the one that is saved
+  field.start = Field::Start::Zeros; // bricks that get a state later are at rest in the saved field
   const cl_uint count = 3 * this->pitch();
   this->context_->launch(this->context_->kernel("scatter.cl", "", "copy"), (count + perGroup - 1) / perGroup,
     this->workItems(true), this->displacement, field.buffer, count, perGroup);
@@ -622,7 +623,7 @@ void Bricks::uploadCuts()
   }
 }
 
-/// Copies the removed links of a brick, which has a slot, to the device.
+/// Copies the removed links of a brick with a slot to the device.
 void Bricks::writeCuts(int brick, const std::vector<std::uint8_t>& bits)
 {
   const std::size_t first = static_cast<std::size_t>(this->slot(brick)) * this->elements_;
@@ -633,7 +634,7 @@ void Bricks::writeCuts(int brick, const std::vector<std::uint8_t>& bits)
   }
 }
 
-/// Removes the links that free joints are without.
+/// Removes the links across free joints.
 void Bricks::separateJoints()
 {
   for (const auto& [voxel, axis] : this->model_->linksOfJoints())

@@ -17,15 +17,15 @@
 namespace chainmail
 {
 
-/// A field with values for every element that may move, laid out as [run][address]. Optional fields get memory by
-/// Bricks::keep().
+/// A field of the state: values for every element that may move, laid out as [run][address], where a run is one
+/// component. Bricks::keep() allocates optional fields.
 struct Field
 {
   std::size_t runs;
   std::size_t bytes; ///< of one value
   const char* purpose;
   cl::Buffer buffer{};
-  /// What memory holds that is new. Bricks::keep() says so.
+  /// The initial content of new memory, chosen in Bricks::keep().
   enum class Start
   {
     Zeros,
@@ -35,27 +35,28 @@ struct Field
   Start start = Start::Zeros;
 };
 
-/// Whether elements turn and, where they do, how far they resist changes of volume.
+/// Whether elements rotate and, if so, how strongly they resist changes of volume.
 struct Turning
 {
   bool on = false;
   double poissonRatio = 0.0; ///< [0, 0.5)
 };
 
-/// The rotations of elements and bones, where they have any (spin.clh), and the tension of elements, where Poisson's
-/// ratio is not 0 (swelling.clh).
+/// The rotations of elements and bones (`spin`, see spin.clh) and, where Poisson's ratio is not 0, the pressure of
+/// elements (swelling.clh). They exist only where elements rotate.
 struct Spins
 {
   Field spin{ 3, sizeof(float), "the rotations of the tissue reached" };
-  bool any = false;      ///< whether an element may have turned since all were at rest
-  cl_float4 proportions; ///< the spacing, divided by the geometric mean of that of the three axes, and 2 kappa
+  bool any = false;      ///< whether an element may have rotated since all were at rest
+  cl_float4 proportions; ///< the spacing of each axis, divided by the geometric mean of all three; then 2 kappa
 
   bool swell() const { return this->proportions.s[3] > 0.0f; }
 
-  /// What elements of these two spins, of 3 values each, want u(j) - u(i) to be on an axis, as a fraction of the
-  /// spacing, where element j lies beside element i in this direction.
+  /// The rest offset of a link on an axis, as a fraction of the spacing: u(j) - u(i) of the unstrained link from
+  /// element i to its neighbour j in this direction. It is the mean over the rotations of both ends (spinI and spinJ, 3
+  /// values each).
   float wantedApart(const float* spinI, const float* spinJ, int direction, int axis) const;
-  /// The factor for the weight of links along an axis.
+  /// The factor 1 / h^2 in the weight of links along an axis, h their length in mean spacings.
   double weight(int along) const
   {
     return 1.0 / (static_cast<double>(this->proportions.s[along]) * this->proportions.s[along]);
@@ -65,15 +66,16 @@ struct Spins
   auto arguments() const { return std::tuple<const cl::Buffer&, cl_float4>(this->spin.buffer, this->proportions); }
 };
 
-/// The state of all elements on the device, kept in bricks that get memory when they are first needed. Every room above
-/// works on it through the fields below and their addresses. brick.clh describes the layout and what an address is.
+/// The state of all elements on the device, stored in bricks that get memory when they are first needed. All other
+/// parts of the engine access it through the fields below and their addresses. brick.clh describes the layout and the
+/// addresses.
 ///
-/// Most of the memory is that of displacements, so only bricks whose elements may move have a state: the first slots.
-/// The bricks around them are known by their tissue alone, and kernels read rest where they have no state.
+/// Displacements take most of the memory, so only bricks whose elements may move have a state: those in the first
+/// slots. Of the bricks around them only the tissue is loaded, and kernels read rest where there is no state.
 class Bricks : public BrickTable
 {
 public:
-  /// Where they turn elements have spins.
+  /// With `turning.on` elements have rotations (spins()).
   Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize,
     const Turning& turning = {});
   Bricks(const Bricks&) = delete;
@@ -82,12 +84,12 @@ public:
   const Model& model() const { return *this->model_; }
   Context& context() const { return *this->context_; }
   const std::shared_ptr<Context>& sharedContext() const { return this->context_; }
-  /// The -D options that every kernel with brick.clh needs. With `vectors` a kernel handles as many elements at once as
-  /// suits the device, else one.
+  /// The -D options that every kernel with brick.clh needs. With `vectors` a kernel processes as many elements at once
+  /// as suits the device, else one.
   std::string defines(bool vectors) const { return this->defines(vectors, this->spins()); }
-  /// The same where these are the spins that the kernel is to know of.
+  /// The same for a kernel that reads these rotations; null: none.
   std::string defines(bool vectors, const Spins* spins) const;
-  /// The same for a kernel that gains from vectors as long as the device has them, up to a row.
+  /// The same for a kernel that benefits from the longest vectors of the device, up to a row.
   std::string definesOfRows() const { return this->definesOfRows(this->spins()); }
   std::string definesOfRows(const Spins* spins) const;
   /// Work-items for one colour of a brick.
@@ -98,28 +100,28 @@ public:
 
   // --- Memory
 
-  /// Gives memory to the tissue of these bricks and of the 26 around each of them, so that kernels may read it.
+  /// Loads the tissue of these bricks and of the 26 around each of them, so kernels may read it.
   void know(const std::vector<int>& bricks);
-  /// Gives a state to those of these bricks that are known and have none. Addresses of their elements change now, and
-  /// never again.
+  /// Allocates a state for those of these bricks whose tissue is loaded and that have none. The addresses of their
+  /// elements change, for the last time. Other bricks without a state may change places with them.
   void giveStates(const std::vector<int>& bricks);
-  /// Does both, so that kernels may update these bricks.
+  /// Calls know() and giveStates(). Afterwards kernels may update these bricks.
   void require(const std::vector<int>& bricks);
   bool ready(int brick) const { return this->status_[brick] == Status::Ready || this->status_[brick] == Status::Air; }
 
   /// The slots with a state are 1 .. states() - 1.
   int states() const { return this->states_; }
   bool hasState(int brick) const { return this->slot(brick) > 0 && this->slot(brick) < this->states_; }
-  /// Lets a table with a row for each slot follow the bricks that got other slots since `followed`. It must have all
-  /// its rows.
+  /// Applies to a table with a row for each slot the exchanges of slots since `followed`, and updates `followed`. The
+  /// table must have all its rows.
   void follow(SharedTable& rows, std::size_t& followed) const;
   bool isFollowed(const SharedTable& rows, std::size_t followed) const
   {
     return rows.rows() == this->slots() && followed == this->exchanged_.size();
   }
-  /// The bricks of those slots for which a kernel has found something: where `found` is not 0.
+  /// The bricks of those slots whose entry in `found` is not 0.
   std::vector<int> bricksWhere(const std::vector<int>& slots, const std::vector<cl_int>& found) const;
-  /// Calls f(slot) for all slots, in the order in which their bricks became known.
+  /// Calls f(slot) for all slots, in the order in which the tissue of their bricks was loaded.
   template <typename F> void forKnown(const F& f) const
   {
     for (const int brick : this->known_)
@@ -128,16 +130,16 @@ public:
     }
   }
 
-  /// keep() gives a field memory for all states, now and whenever there are more; drop() takes it away. A kept field
+  /// keep() allocates a field for all states and enlarges it whenever there are more; drop() frees it. A kept field
   /// must outlive the bricks or be dropped.
   void keep(Field& field, Field::Start start = Field::Start::Zeros);
   void drop(Field& field);
-  /// Copies the displacements to a field, which is kept from then on: all, also those of states to come, or those of
-  /// some slots. Then the others hold anything.
+  /// Copies the displacements to a field, which is kept from then on. Without `slots` it copies all, and states that
+  /// are allocated later start at 0. With `slots` it copies those; the values in other slots are undefined.
   void saveIn(Field& field);
   void saveIn(Field& field, const std::vector<int>& slots);
 
-  /// All displacements to zero.
+  /// Puts all elements at rest: sets displacements and rotations to zero.
   void clearDisplacements();
 
   /// Slots in which an element may be displaced, ascending. They have a state.
@@ -146,11 +148,11 @@ public:
   std::vector<int> slotsAround(const std::vector<int>& slots) const;
   void touch(int slot) { this->touched_[slot] = 1; }
 
-  /// The spins of all elements; null where elements do not turn.
+  /// The rotations of all elements; null where elements do not rotate.
   const Spins* spins() const { return this->spins_.get(); }
-  /// The same where any element may have turned. Where none has, waves do as well without.
+  /// The same, but null while no element can have rotated: then waves need no rotations.
   const Spins* turned() const { return this->spins_ && this->spins_->any ? this->spins_.get() : nullptr; }
-  /// To be called where elements that have spins may turn, or are turned back.
+  /// To be called with true where elements may rotate, and with false where all are back at rest.
   void setTurned(bool any)
   {
     if (this->spins_)
@@ -161,25 +163,25 @@ public:
   const Turning& turning() const { return this->turning_; }
   /// The -D options of kernels that include swelling.clh.
   std::string ofSwelling() const { return this->spins_ && this->spins_->swell() ? " -DSWELLING" : ""; }
-  /// Sets or gives the spins of single elements, 3 interleaved values each. They must turn.
+  /// Writes or reads the rotations of single elements, 3 interleaved values each. Elements must rotate (spins()).
   void setSpins(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
   std::vector<float> spinsAt(const std::vector<std::uint32_t>& addresses);
-  /// The tension of single elements, where they have any.
+  /// The pressure of single elements; only where Poisson's ratio is not 0.
   std::vector<float> tensionsAt(const std::vector<std::uint32_t>& addresses);
 
-  /// Takes exactly these soft links, in the order of voxels, one for each, of elements in bricks with a state. What
-  /// they pull has to settle again, so these bricks count as touched.
+  /// Replaces all soft links by these: in ascending order of voxels, at most one per voxel, in bricks with a state.
+  /// These bricks count as touched, because the tissue that the links pull has to settle again.
   void setSoftLinks(std::vector<SoftLink> links);
   /// Null where there are none.
   const SoftLinks* softLinks() const { return this->soft_.get(); }
   /// The -D options of kernels that include softlinks.clh.
   std::string ofSoftLinks() const { return this->soft_ ? " -DSOFT" : ""; }
 
-  /// Saves the displacements of some slots as the state before a wave. The others hold anything.
+  /// Saves the displacements of some slots as the state before a wave. Its values in other slots are undefined.
   void saveBefore(const std::vector<int>& slots) { this->saveIn(this->before_, slots); }
-  /// Goes back to that state in these slots.
+  /// Restores that state in these slots.
   void restoreBefore(const std::vector<int>& slots);
-  /// Gives that state memory or, when no wave needs it any more, takes it away.
+  /// Allocates memory for that state, or frees it when no wave needs it any more.
   void keepBefore() { this->keep(this->before_); }
   void forgetBefore() { this->drop(this->before_); }
 
@@ -191,9 +193,9 @@ public:
   std::vector<float> displacements(const std::vector<std::uint32_t>& addresses);
   /// Signed constraints of single elements, `axes()` interleaved values each.
   std::vector<float> constraints(const std::vector<std::uint32_t>& addresses);
-  /// All displacements of one slot, 3 runs of elementsPerBrick() values in the order of addresses.
+  /// All displacements of one slot: 3 runs of elementsPerBrick() values, in the order of addresses.
   void readSlot(int slot, std::vector<float>& out);
-  /// The same of the spins.
+  /// The same for the rotations.
   void readSpins(int slot, std::vector<float>& out);
   /// Where an element is now [voxels]. `u` is what readSlot() gave for its slot.
   Vector3 place(int i, int j, int k, const std::vector<float>& u) const
@@ -211,14 +213,14 @@ public:
     this->set(field.buffer, this->pitch(), field.runs, addresses, values);
   }
 
-  /// Gives values of a field of the state, floats, at single elements, `runs` interleaved values each.
+  /// Reads values of a float field of the state at single elements, `runs` interleaved values each.
   std::vector<float> valuesAt(const Field& field, const std::vector<std::uint32_t>& addresses)
   {
     return this->get(field.buffer, this->pitch(), field.runs, addresses);
   }
 
-  /// What readSlots() read of one slot: the value at an offset (`local`) in a run. Runs are counted on from field to
-  /// field.
+  /// The values of one slot that readSlots() has read: the value at the offset `local` in a run. Runs are numbered
+  /// consecutively over all fields.
   template <typename T> class SlotValues
   {
   public:
@@ -238,8 +240,8 @@ public:
     const cl::Buffer& buffer;
     std::size_t count;
   };
-  /// Reads these fields, of 4-byte values, in these slots (ascending). Reads many slots at once, because each transfer
-  /// takes its time. Calls visit(slot, SlotValues<T>) for each slot, from several threads.
+  /// Reads these fields, of 4-byte values, in these slots (ascending). It reads many slots in each transfer, because
+  /// every transfer has a fixed cost. Calls visit(slot, SlotValues<T>) for each slot, from several threads.
   template <typename T, typename Visit>
   void readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const;
 
@@ -252,9 +254,9 @@ public:
   std::uint8_t cutBits(int i, int j, int k) const { return this->links_.cutBits(i, j, k); }
   /// See Links::remove().
   bool removeLink(int i, int j, int k, int direction) { return this->links_.remove(i, j, k, direction); }
-  /// Makes air of these elements (Grid::at), for row() and on the device, and puts them at rest.
+  /// Replaces these elements (Grid::at) by air, for row() and on the device, and puts them at rest.
   void removeElements(const std::vector<std::size_t>& voxels);
-  /// As Model::row(), for the tissue as it is now: removed elements are air.
+  /// Like Model::row(), for the tissue as it is now: removed elements are air.
   void row(int i, int j, int k, int count, float* out) const;
   bool isElement(const Index3& at) const;
   /// Calls f(direction, neighbour) for every face neighbour of a voxel that lies in the grid and behind no cut.
@@ -283,12 +285,12 @@ public:
   cl::Buffer displacement; ///< float [axis][address]
   cl::Buffer constraint;   ///< float [axis][address], signed, with the pitch of tissue
   cl::Buffer cut;          ///< uchar [address], bits as in Links; only where anyCut()
-  /// float [axis][address], the state that saveBefore() saved, also brick by brick on the device
-  /// (fixedpoint.clh)
+  /// float [axis][address], the state before a wave. saveBefore() saves it, or kernels do so brick by brick
+  /// (fixedpoint.clh).
   const cl::Buffer& before() const { return this->before_.buffer; }
-  /// `cut` or, for kernels that were built without cuts and do not read it, any buffer.
+  /// `cut` or, where there are no cuts, any buffer: kernels built without cuts do not read it.
   const cl::Buffer& cutsOrNothing() const { return this->anyCut() ? this->cut : this->constraint; }
-  /// Elements between the runs of a field of the state, and of tissue.
+  /// The distance between the runs of a state field, and of a tissue field [elements].
   cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_ + skew; }
   cl_uint tissuePitch() const { return static_cast<cl_uint>(this->tissueCapacity_) * this->elements_ + skew; }
 
@@ -326,8 +328,8 @@ private:
   {
     Unknown,
     Air,   ///< holds no element
-    Known, ///< its tissue has memory
-    Ready  ///< has a state, and all 26 around it are known
+    Known, ///< its tissue is loaded
+    Ready  ///< has a state, and the tissue of all 26 bricks around it is loaded
   };
 
   void readTissue(const std::vector<int>& bricks);
@@ -362,20 +364,21 @@ private:
 
   std::shared_ptr<Context> context_;
   std::shared_ptr<const Model> model_;
-  /// Unused elements between the runs of a field. Without them the axes of an element would be a power of two apart and
-  /// compete for the same lines of a CPU's cache.
+  /// Extra elements after each run of a field. In state fields they are at rest and stand for all slots without a state
+  /// (brick.clh). Without this padding the components of an element would be a power of two apart. They would compete
+  /// for the same lines of a CPU's cache.
   static constexpr int skew = 272;
 
-  int capacity_ = 0;       ///< slots that there is memory for: of the state,
-  int tissueCapacity_ = 0; ///< and of tissue
+  int capacity_ = 0;       ///< slots with memory for the state
+  int tissueCapacity_ = 0; ///< slots with memory for tissue
   int states_ = 1;
   std::vector<Status> status_;
-  std::vector<int> known_;                     ///< bricks in the order in which they became known
-  std::vector<std::pair<int, int>> exchanged_; ///< pairs of slots whose bricks took each other's
+  std::vector<int> known_;                     ///< bricks with loaded tissue, in the order of loading
+  std::vector<std::pair<int, int>> exchanged_; ///< pairs of slots whose bricks were exchanged, in order
   std::vector<char> touched_;                  ///< for each slot with a state
   Links links_;
   CutDistances cutDistances_;
-  cl::Buffer shownCut_; ///< as `cut`, but without what is missing at joints alone; only where that is any
+  cl::Buffer shownCut_; ///< `cut` without the links missing because of joints alone; null without such links
   Field before_{ 3, sizeof(float), "the displacement before a wave" };
   Turning turning_;
   std::unique_ptr<Spins> spins_;
@@ -390,7 +393,7 @@ private:
 template <typename T, typename Visit>
 void Bricks::readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const
 {
-  // Slots in between are read as well where that takes less time than a transfer of its own.
+  // Slots in between are read as well where that takes less time than another transfer.
   constexpr std::size_t valuesPerTransfer = std::size_t(1) << 20;
   constexpr std::size_t valuesBetween = std::size_t(1) << 16;
   const std::size_t elements = static_cast<std::size_t>(this->elements_);

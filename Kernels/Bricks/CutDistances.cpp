@@ -10,7 +10,7 @@ namespace chainmail
 
 void CutDistances::Brick::add(std::uint32_t local, double squared, double distance)
 {
-  constexpr double unitsOfSquares = 8192.0; // those of `farthest` fit into 16 bits
+  constexpr double unitsOfSquares = 8192.0; // the square of `farthest` fits into 16 bits
   const auto square = static_cast<std::uint16_t>(std::min(std::lround(squared * unitsOfSquares), 65535L));
   const double units = distance * CUT_UNITS;
   const int rounded = static_cast<int>(std::lround(units));
@@ -37,7 +37,7 @@ void CutDistances::toDevice(Context& context)
       distances.insert(distances.end(), points.values().begin(), points.values().end());
     }
   }
-  distances.resize(std::max<std::size_t>(distances.size(), 1), 0); // there is no buffer of no bytes
+  distances.resize(std::max<std::size_t>(distances.size(), 1), 0); // a buffer cannot be empty
   this->rows_.holding(context, rows);
   this->distances_.holding(context, distances);
 }

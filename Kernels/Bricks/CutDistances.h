@@ -14,8 +14,8 @@ namespace chainmail
 {
 
 /// The signed distances [voxels] of grid points from the surfaces along which tissue was cut or carved, near these
-/// surfaces. Between grid points they are interpolated, so that pictures show a cut surface where it is and not half
-/// way between two elements.
+/// surfaces. Pictures interpolate them between grid points, and so show a cut surface where it is, not half way between
+/// two elements.
 class CutDistances
 {
 public:
@@ -46,9 +46,10 @@ public:
     {
     }
 
-    /// Tells a point, given by `local`, its squared distance from a triangle and the signed one from its plane, where 0
-    /// counts as positive. The nearest triangle counts, whatever the order. Of triangles as near, since the point is
-    /// nearest to an edge that they share, it is the one of the larger distance from its plane: it has the right sign.
+    /// Adds a triangle for the grid point at `local`: the squared distance of the point from the triangle, and its
+    /// signed distance from the triangle's plane, where 0 counts as positive. The nearest triangle counts, in whatever
+    /// order they are added. Several are equally near where the point is nearest to an edge that they share. Of these,
+    /// the one with the larger distance from its plane counts, because it has the right sign.
     void add(std::uint32_t local, double squared, double distance);
 
     const std::vector<std::uint16_t>& values() const { return this->values_; }
@@ -58,13 +59,13 @@ public:
     std::vector<std::uint16_t> squares_;
   };
 
-  /// A brick, to which distances are to be added.
+  /// A brick to add distances to; it counts as changed.
   Brick& at(int brick)
   {
     this->changed_.insert(brick);
     return this->bricks_.try_emplace(brick, this->table_.elementsPerBrick()).first->second;
   }
-  /// The bricks that at() was called for since this was called last.
+  /// The bricks that at() was called for since the last call of this function.
   std::set<int> takeChanged() { return std::exchange(this->changed_, {}); }
 
   /// Copies the distances to the device, for the slots as they are now.

@@ -10,7 +10,7 @@
 namespace chainmail
 {
 
-/// The links and elements that cuts and carves removed, and the links that free joints (Joints) are without.
+/// The links and elements that cuts and carves removed, and the missing links across free joints (Joints).
 class Links
 {
 public:
@@ -33,19 +33,20 @@ public:
   const std::set<int>& carvedBricks() const { return this->carvedBricks_; }
 
   /// Removes the link from (i, j, k) in one direction, at both of its ends. Both must lie in the grid. Returns whether
-  /// the link was there, or part of a joint.
+  /// the link existed, or was missing because of a joint alone.
   bool remove(int i, int j, int k, int direction);
-  /// The same for a link of a free joint (Joints), which pictures take for one that is there.
+  /// The same for a link across a free joint (Joints), which pictures treat as existing.
   void removeAtJoint(int i, int j, int k, int direction);
   bool anyAtJoint() const { return !this->joints_.empty(); }
-  /// cutBits() and the bits of a brick of all(), as pictures take them.
+  /// cutBits(), and the bits of a brick in all(), for pictures: links missing because of joints alone count as
+  /// existing.
   std::uint8_t shownBits(int i, int j, int k) const;
   std::vector<std::uint8_t> shown(int brick) const;
   void removeElement(int i, int j, int k);
   /// Restores all links and elements.
   void clear();
 
-  /// Makes air of the carved elements among `count` constraints, laid out as in Model::row(), from (i, j, k) on.
+  /// Replaces the carved elements by air among `count` constraints from (i, j, k) on, laid out as in Model::row().
   void takeOut(int i, int j, int k, int count, int axes, float* constraints) const;
 
 private:
@@ -53,7 +54,7 @@ private:
 
   const BrickTable& table_;
   CutBits cuts_;
-  CutBits joints_; ///< those of cuts_ that are missing at joints alone
+  CutBits joints_; ///< the bits of cuts_ for links that are missing because of joints alone
   std::set<int> carvedBricks_;
 };
 

@@ -7,8 +7,8 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
 {
   static_assert(sizeof(BrickFigures) == 15 * sizeof(float), "measure.cl writes 15 floats a brick");
   std::vector<BrickFigures> figures(bricks.slots() - 1);
-  // Elsewhere no link is strained. A touched brick may strain links to bricks behind its faces, so these are measured
-  // too.
+  // Only links of touched bricks can be strained. Some of these links lead to bricks behind their faces, so the bricks
+  // there are measured, too.
   const std::vector<int> list = bricks.slotsAround(bricks.touchedSlots());
   if (list.empty())
   {
@@ -35,7 +35,8 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
 double energyOf(const Bricks& bricks, const std::vector<BrickFigures>& figures)
 {
   double energy = 0.0;
-  // A sum depends on its order a little, and slots depend on which bricks got a state first.
+  // A sum depends slightly on its order, and the order of slots depends on which bricks got a state first. So bricks
+  // are added in the order in which their tissue was loaded.
   bricks.forKnown(
     [&](int slot)
     {

@@ -11,32 +11,33 @@
 namespace chainmail
 {
 
-/// A link without a limit from one element to a place: that of all soft probes together that grip the element
+/// A link without a limit from one element to a fixed place: the combined pull of all soft probes that grab the element
 /// (Probe::tolerance).
 struct SoftLink
 {
   std::size_t voxel = 0;         ///< the element, Grid::at
-  double weight = 0.0;           ///< times the square of the way to the place it is the energy [mean spacings]
-  std::array<double, 3> place{}; ///< the displacement that costs least [fractions of the spacing]
-  double least = 0.0;            ///< what that costs, as probes pull to different places [mean spacings]
+  double weight = 0.0;           ///< energy above `least` = weight * (distance from `place`)^2 [mean spacings]
+  std::array<double, 3> place{}; ///< the displacement of least energy [fractions of the spacing]
+  double least = 0.0;            ///< the energy there, from probes that pull to different places [mean spacings]
 };
 
-/// The soft links of a grid, on the host and on the device (softlinks.clh). There bricks without any take no memory.
+/// The soft links of a grid, on the host and on the device (softlinks.clh), where only bricks with soft links take
+/// memory.
 class SoftLinks
 {
 public:
-  /// Takes links in the order of voxels, one for each.
+  /// Takes links in ascending order of voxels, at most one per voxel.
   SoftLinks(Context& context, const BrickTable& table, const Grid& grid, std::vector<SoftLink> links);
 
   const std::vector<SoftLink>& all() const { return this->links_; }
   /// The link of an element; null where it has none.
   const SoftLink* of(std::size_t voxel) const;
 
-  /// The factor for weights in a sweep along an axis, which compares them with those of links between elements: where
-  /// nothing turns these belong to lengths in spacings of that axis.
+  /// The factor that makes the weights comparable with those of links between elements, in a sweep along an axis.
+  /// Without rotations, the weights of links are for lengths in spacings of that axis.
   double factor(int axis, bool turns) const { return turns ? 1.0 : this->proportions_.s[axis]; }
   const cl_float4& proportions() const { return this->proportions_; }
-  /// What they all cost where each costs least [mm]: kernels know the rest of the energy alone.
+  /// The sum of SoftLink::least [mm]. Kernels compute only the energy above it.
   double least() const { return this->least_; }
 
   /// SOFT_ARGUMENTS of softlinks.clh.
@@ -55,7 +56,7 @@ private:
   std::size_t bytes_ = 0;
 };
 
-/// The spacing of a grid, divided by the geometric mean of that of the three axes; the fourth number is 0.
+/// The spacing of each axis, divided by the geometric mean of all three; the fourth number is 0.
 cl_float4 proportionsOf(const Grid& grid);
 
 }

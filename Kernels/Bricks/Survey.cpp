@@ -16,7 +16,7 @@ std::uint64_t mix(std::uint64_t h)
   return h ^ (h >> 31);
 }
 
-/// The hash of what a brick holds is 0 only where that is nothing.
+/// The hash of a brick is 0 only where the brick is uncut and at rest.
 std::uint64_t hashOf(std::uint64_t before, const BrickExtent& extent)
 {
   const std::uint64_t both = std::uint64_t(extent.hashes[0]) << 32 | extent.hashes[1];

@@ -8,21 +8,22 @@
 namespace chainmail
 {
 
-/// What is known of a brick with displaced elements (survey.cl).
+/// Hashes and extent of the displacements of a brick (survey.cl).
 struct BrickExtent
 {
   cl_uint hashes[2]; ///< of its displacements
   float low[3];      ///< the smallest displacement, or 0
-  float first[3]; ///< the box of its displaced elements, from its first corner on; infinity to minus infinity without
-                  ///< any. One more may be counted in along x.
+  float first[3]; ///< the box of its displaced elements, first to last, counted from the brick's first corner; infinity
+                  ///< to minus infinity without any. Along x it may be one element too large at either end.
   float high[3];
   float last[3];
 
   bool displaced() const { return this->first[0] <= this->last[0]; }
 };
 
-/// Tells which bricks are other than at an earlier look. It goes by what they hold, whoever changed it: 64 bits stand
-/// for the displacements and cuts of a brick, and what differs has the same bits with a chance of 2^-64.
+/// Detects which bricks have changed since an earlier look. It compares their content, whatever has changed it, by a
+/// 64-bit hash of the displacements and cuts of each brick. Different contents have the same hash with a probability of
+/// 2^-64.
 class Survey
 {
 public:
@@ -30,10 +31,10 @@ public:
 
   explicit Survey(Bricks& bricks);
 
-  /// Looks at all bricks. Returns the number of the look, counted from 1.
+  /// Hashes all bricks. Returns the number of this look, counted from 1.
   Look look();
 
-  /// The last look that found a brick changed; 0 where all looks found it whole and at rest.
+  /// The last look that found a brick changed; 0 where all looks found it uncut and at rest.
   Look changedAt(int brick) const { return this->changedAt_[brick]; }
 
   /// The bricks with displaced elements, as of the last look.
@@ -46,7 +47,7 @@ private:
 
   Bricks& bricks_;
   Look look_ = 0;
-  std::vector<std::uint64_t> contents_; ///< of each brick, 0 where it is whole and at rest
+  std::vector<std::uint64_t> contents_; ///< the hash of each brick, 0 where it is uncut and at rest
   std::vector<Look> changedAt_;
   std::vector<int> displaced_;
   std::vector<BrickExtent> extents_;

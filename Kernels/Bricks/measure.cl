@@ -1,11 +1,14 @@
 // Measures the state, one row of figures for each brick.
 //
-// result[group * 15]: energy per axis and largest violation of a link, both of the links of all elements of one colour,
-// since every link joins two colours, the energy with that of the soft links of all elements; number of displaced elements, smallest displacement per axis, first row (y, z)
-// with a displaced element, largest displacement per axis, last row (y, z) with one. Smallest and largest displacement
-// take 0 as one of the displacements.
+// result[group * 15], per brick:
+//   0 to 2   energy per axis: links of the elements of one colour (each link joins two colours), soft links of all
+//            elements; the first one also has the volumetric energy of all elements
+//   3        largest violation of the limit of one of these links
+//   4        number of displaced elements
+//   5 to 9   smallest displacement per axis, or 0; first row (y, z) with a displaced element
+//   10 to 14 largest displacement per axis, or 0; last row (y, z) with a displaced element
 //
-// The host guarantees what brick.clh asks for, for every brick with a displaced element.
+// The host guarantees what brick.clh requires, for every brick with a displaced element.
 
 #include "brick.clh"
 #include "element.clh"
@@ -17,7 +20,7 @@
 
 #define FIGURES 15
 
-// Adds the energy of all links of a piece of work, and finds the largest violation.
+// Adds the energy of all links of a lane group, and updates the largest violation.
 RULE void addLinks(const int odd, const Site* s, const Site* state, float slack, uint pitch, uint tissuePitch,
   global const float* displacement, global const float* constraint, global const uchar* cut, real* energy,
   real* excess SPIN_ARGUMENTS)
@@ -95,7 +98,7 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
       const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       const Site state = stateSite(&s);
 #if WIDTH > 1
-      if (colour == 0) // it asks for both
+      if (colour == 0) // this prefetches both colours
       {
         askAhead(&s, slot, list[get_num_groups(0) - 1], colour, pitch, tissuePitch, table, place, strideY, strideZ,
           displacement, constraint SPIN_PASSED_ON);
@@ -126,7 +129,7 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
       }
 #endif
 #ifdef SWELLING
-      // This energy has no axis of its own.
+      // The volumetric energy belongs to no axis. It is added to that of x, in units of the spacing of x.
       real bulk, middle[3];
       const real swelling = swellingAt(
         s.odd, &s, &state, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk, middle);

@@ -30,8 +30,8 @@ kernel void gather(global const uint* field, uint pitch, uint atRest, int compon
   }
 }
 
-// Exchanges the values of bricks, one work-group for each pair of slots. A brick has `length` values in each run. The
-// host guarantees that no slot is in two pairs.
+// Exchanges the values of bricks, one work-group per pair of slots. A brick has `length` values in each of `runs`
+// components. The host guarantees that no slot is in two pairs.
 kernel void exchange(global uint* field, uint pitch, int runs, uint length, global const uint* pairs)
 {
   const uint one = pairs[2 * get_group_id(0)] * length, other = pairs[2 * get_group_id(0) + 1] * length;
@@ -47,7 +47,7 @@ kernel void exchange(global uint* field, uint pitch, int runs, uint length, glob
   }
 }
 
-// Copies bricks of `length` values in each of three runs, one work-group for each slot of a list.
+// Copies bricks of `length` values in each of three components, one work-group per slot of a list.
 kernel void copyBricks(global const uint* from, global uint* to, uint pitch, uint length, global const int* list)
 {
   const uint first = list[get_group_id(0)] * length;
@@ -60,8 +60,8 @@ kernel void copyBricks(global const uint* from, global uint* to, uint pitch, uin
   }
 }
 
-// Copies the first `count` values, `perGroup` in each work-group. So all cores of a processor share the copying, and the
-// getting of new memory, of which the first to write gets the page.
+// Copies the first `count` values, `perGroup` in each work-group. So all cores of a CPU share the copying and, for new
+// memory, the allocation of its pages, which happens on the first write.
 kernel void copy(global const uint* from, global uint* to, uint count, uint perGroup)
 {
   const uint first = get_group_id(0) * perGroup;

@@ -1,8 +1,11 @@
-// Looks at the displacements of bricks, which have a state, and writes a row of numbers for each.
+// Hashes the displacements of bricks and finds their extent, one row of numbers per brick. The bricks have a state.
 //
-// result[group * 14], floats as their bits: two hashes of all displacements; per axis the smallest displacement and the
-// first place with a displaced element, counted from the brick's first corner; the same for the largest and last. Along
-// x a place may be one off. Smallest and largest displacement take 0 as one of the displacements.
+// result[group * 14], floats stored as their bits:
+//   0, 1     two hashes of all displacements
+//   2 to 7   per axis the smallest displacement, or 0; then the first place with a displaced element
+//   8 to 13  per axis the largest displacement, or 0; then the last place with a displaced element
+//
+// Places count from the brick's first corner. Along x they may be off by one, towards a larger extent.
 
 #include "brick.clh"
 
@@ -16,7 +19,7 @@ typedef PASTE(uint, WIDTH) word;
 #define AS_WORD(v) PASTE(as_uint, WIDTH)(v)
 #endif
 
-// Lets every bit of a word change all others. Words that differ still do afterwards.
+// Mixes a word: each of its bits affects all others. It is invertible, so different words stay different.
 #define STIR(h)                                                                                                        \
   h ^= h >> 16;                                                                                                        \
   h *= 0x7feb352du;                                                                                                    \
@@ -24,7 +27,7 @@ typedef PASTE(uint, WIDTH) word;
   h *= 0x846ca68bu;                                                                                                    \
   h ^= h >> 16;
 
-// The hash of a row of hashes that begins with `before`.
+// The hash of a sequence: `before` is the hash of its beginning, `next` the next element.
 inline uint hashOf(uint before, uint next)
 {
   uint h = before * 0x9e3779b9u + next;
@@ -43,7 +46,7 @@ inline uint hashOfLanes(word lanes)
   return whole;
 }
 
-// Looks at the share of one of `items` work-items in a brick.
+// Surveys the share of work-item `lid`, one of `items`, in a brick.
 APART void surveyShare(int lid, int items, uint first, uint pitch, global const float* displacement, local uint* row)
 {
   real low[3], high[3], lanes, firstX = (real)(INFINITY), lastX = (real)(-INFINITY);

@@ -7,7 +7,7 @@
 namespace chainmail
 {
 
-/// What strain costs: the energy of a link is weight() * pull()^2, per axis, within the limits of links.
+/// The energy of strain: weight() * pull()^2 per link and axis, within the limits of links.
 struct Elasticity
 {
   /// 1 - elastic recovery, in [0, 1]: strain of a link up to this share of its limit costs no energy.
@@ -21,7 +21,7 @@ struct Elasticity
 
   static double weight(double limit) { return rule::wide::linkWeight(limit); }
 
-  /// The way from u(i) to the nearest place at which a link to u(j) costs no energy.
+  /// The offset from u(i) to the nearest displacement at which a link to u(j) has no energy.
   double pull(double ui, double uj, double limit) const { return rule::wide::linkPull(ui, uj, limit, this->slack); }
 };
 

@@ -36,7 +36,7 @@ public:
   }
 
   std::size_t probe;   ///< the probe's place in the list
-  std::string problem; ///< the message without `name`, for callers that call the probe otherwise
+  std::string problem; ///< the message without `name`, for callers that name the probe differently
 };
 
 /// OpenCL is missing, it has no such device, or one of its calls failed. The message names the call and its error code
@@ -47,14 +47,14 @@ public:
   using Error::Error;
 };
 
-/// The device cannot hold what the scene touches. The message says how much is needed and how much there is.
+/// The device has too little memory for the scene. The message says how much is needed and how much there is.
 class MemoryError : public DeviceError
 {
 public:
   using DeviceError::DeviceError;
 };
 
-/// A progress callback asked to stop. The simulation can still be used; Simulation says in which state it is.
+/// A progress callback asked to stop. The simulation can still be used; Simulation documents its state.
 class Aborted : public Error
 {
 public:

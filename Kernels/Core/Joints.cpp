@@ -24,16 +24,17 @@ namespace
 
 using Body = std::uint32_t;
 constexpr Body soft = 0;       // air, or no stiffer than joints
-constexpr Body stiff = 1;      // not rigid on any axis
-constexpr Body unlabelled = 2; // rigid, of a body that is known by nothing but its links
+constexpr Body stiff = 1;      // stiffer than joints, and not rigid on any axis
+constexpr Body unlabelled = 2; // rigid, of a body that only its links define
 constexpr Body firstBody = 3;
-constexpr Body around = Body(1) << 31; // flag: not rigid, but next to this body
+constexpr Body around = Body(1) << 31; // flag: not rigid, but assigned to this body
 
-/// How far bodies reach into stiff tissue around them. Between bones of a scan that is mostly cartilage mixed with bone
-/// in the same voxel, and stiffer than any joint.
+/// How far bodies extend into the stiff tissue around them [voxels]. Between the bones of a scan most of that tissue is
+/// voxels that mix cartilage and bone, which are stiffer than any joint.
 constexpr int reach = 3;
 
-/// How many times larger than a crumb of unlabelled bone the bodies that it touches are.
+/// A component of unlabelled bone is a crumb if the labelled bodies that it touches have together at least this many
+/// times as many voxels.
 constexpr std::size_t timesCrumb = 10;
 
 using Mask = std::vector<char>;
@@ -86,7 +87,7 @@ std::vector<Body> findTissue(const Grid& grid, int axes, const Model::RowReader&
     for (std::size_t n = 0; n < row.size(); ++n)
     {
       Body& body = bodies[first + n / axes];
-      const bool isStiff = row[n] >= 0.0f && row[n] < jointConstraint; // and no air
+      const bool isStiff = row[n] >= 0.0f && row[n] < jointConstraint; // air is negative
       body = row[n] == 0.0f ? unlabelled : isStiff ? std::max(body, stiff) : body;
     }
   }
@@ -122,7 +123,7 @@ template <typename T> std::int64_t labelOf(T value, std::size_t voxel)
 /// The body of a voxel by its label; 0 where it has none, or one that no rigid voxel has.
 using BodyOf = std::function<Body(std::size_t)>;
 
-/// Makes bodies of the labels of rigid voxels, in the order of labels. `next` becomes the number behind the last one.
+/// Numbers the bodies of rigid voxels in the order of their labels. `next` becomes the first unused number.
 BodyOf readLabels(const ArrayView& labels, std::vector<Body>& bodies, Body& next)
 {
   if (labels.components != 1)
@@ -160,8 +161,8 @@ BodyOf readLabels(const ArrayView& labels, std::vector<Body>& bodies, Body& next
     });
 }
 
-/// Unlabelled rigid tissue with what it encloses, apart from bodies with a label and their marrow. What a face of the
-/// grid cuts open counts as enclosed where it is so within that face, since the body goes on beyond.
+/// Unlabelled rigid tissue and the tissue that it encloses, without labelled bodies and their marrow. A cavity that a
+/// face of the grid cuts open counts as enclosed if it is so within that face: the body continues beyond the grid.
 Mask filled(const Grid& grid, const std::vector<Body>& bodies)
 {
   constexpr char outside = 2;
@@ -235,8 +236,8 @@ Mask filled(const Grid& grid, const std::vector<Body>& bodies)
   return solid;
 }
 
-/// The voxels from which on a box of so many voxels along each axis, towards larger indices, is solid. Along an axis of
-/// fewer voxels the box has as many as there are.
+/// The lowest corners of all solid boxes of `size` voxels along each axis. Along an axis of fewer voxels a box has as
+/// many as there are.
 Mask corners(const Grid& grid, Mask solid, int size)
 {
   for (int a = 0; a < 3; ++a)
@@ -257,7 +258,7 @@ Mask corners(const Grid& grid, Mask solid, int size)
   return solid;
 }
 
-/// Numbers the connected components of `thick` that have a voxel of `thicker`, from `next` on; 0 elsewhere.
+/// Numbers the connected components of `thick` that contain a voxel of `thicker`, from `next` on; 0 elsewhere.
 std::vector<Body> cores(const Grid& grid, Mask thick, const Mask& thicker, Body next)
 {
   std::vector<Body> owner(thick.size(), 0);
@@ -288,7 +289,8 @@ std::vector<Body> cores(const Grid& grid, Mask thick, const Mask& thicker, Body 
   return owner;
 }
 
-/// Gives all voxels of the boxes that begin at the voxels of bodies to these, the lowest where boxes overlap.
+/// Assigns all voxels of a box to the body that its lowest corner belongs to, and to the lowest body where boxes
+/// overlap.
 void spreadBoxes(const Grid& grid, int size, std::vector<Body>& owner)
 {
   std::vector<Body> line;
@@ -303,7 +305,7 @@ void spreadBoxes(const Grid& grid, int size, std::vector<Body>& owner)
           Body& here = owner[first + n * stride];
           for (int m = std::max(0, n - length + 1); m < n; ++m)
           {
-            // 0, no body, becomes the largest number.
+            // The minimum of the numbers minus 1: 0 (no body) wraps to the largest number there.
             here = std::min(owner[first + m * stride] - 1, here - 1) + 1;
           }
         }
@@ -311,13 +313,13 @@ void spreadBoxes(const Grid& grid, int size, std::vector<Body>& owner)
   }
 }
 
-/// Lets bodies grow from the voxels of `front`, by a voxel in each of so many steps; the lowest where they meet.
-/// `enter` gives a voxel beside to a body, if it may have it.
+/// Grows bodies from the voxels of `front`, by one voxel in each of `steps` steps; where they meet, the lowest body
+/// wins. enter(voxel, body) assigns a neighbouring voxel to a body if it is free, and returns whether it did.
 template <typename Enter>
 void grow(
   const Grid& grid, const std::vector<Body>& owner, std::vector<std::size_t> front, int steps, const Enter& enter)
 {
-  // In the order of bodies, which stays so, the first to come is the lowest.
+  // Each step visits voxels in the order of their bodies and preserves it, so the first body to arrive is the lowest.
   std::stable_sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return owner[a] < owner[b]; });
   std::vector<std::size_t> next;
   for (int step = 0; step < steps && !front.empty(); ++step, front.swap(next))
@@ -337,7 +339,7 @@ void grow(
   }
 }
 
-/// Divides unlabelled tissue where it is thinner than `size`.
+/// Divides unlabelled tissue into bodies where it is thinner than `size`.
 void divideByThickness(const Grid& grid, int size, Body next, std::vector<Body>& bodies)
 {
   const Mask solid = filled(grid, bodies);
@@ -365,7 +367,7 @@ void divideByThickness(const Grid& grid, int size, Body next, std::vector<Body>&
   }
 }
 
-/// Gives crumbs of unlabelled tissue to the labelled body that they touch most.
+/// Assigns crumbs of unlabelled tissue (timesCrumb) to the labelled body that they touch most.
 void joinCrumbs(const Grid& grid, std::vector<Body>& bodies)
 {
   std::vector<std::size_t> sizes(1 + *std::max_element(bodies.begin(), bodies.end()), 0);
@@ -420,7 +422,8 @@ void joinCrumbs(const Grid& grid, std::vector<Body>& bodies)
   }
 }
 
-/// Gives tissue with the label of a body to it, though it is not rigid: marrow, and bone that is thinner than a voxel.
+/// Assigns stiff tissue with the label of a body to it, although it is not rigid: marrow, and bone thinner than a
+/// voxel.
 void takeSoftTissue(const BodyOf& bodyOf, std::vector<Body>& bodies)
 {
   for (std::size_t n = 0; n < bodies.size(); ++n)
@@ -430,8 +433,8 @@ void takeSoftTissue(const BodyOf& bodyOf, std::vector<Body>& bodies)
   }
 }
 
-/// Gives stiff tissue around bodies to the nearest one, up to so many voxels away. Tissue with the label of a body is
-/// never another one's.
+/// Assigns stiff tissue to the nearest body, up to `reach` voxels away. Tissue with the label of a body never goes to
+/// another one.
 void reachOut(const Grid& grid, const BodyOf& bodyOf, int reach, std::vector<Body>& bodies)
 {
   std::vector<std::size_t> front;
@@ -457,7 +460,8 @@ void reachOut(const Grid& grid, const BodyOf& bodyOf, int reach, std::vector<Bod
     });
 }
 
-/// Calls visit(voxel, next, axis) for voxels of, or around, different bodies that touch along an axis.
+/// Calls visit(voxel, next, axis) for touching voxels along each axis that belong, or are assigned, to different
+/// bodies.
 template <typename Visit> void forContacts(const Grid& grid, const std::vector<Body>& bodies, const Visit& visit)
 {
   for (int a = 0; a < 3; ++a)
@@ -483,7 +487,7 @@ template <typename Visit> void forContacts(const Grid& grid, const std::vector<B
 
 FoundJoints findJoints(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints)
 {
-  // At free joints all tissue is stiff.
+  // At free joints the constraint of joints is 1, so all tissue that is not rigid is stiff.
   std::vector<Body> bodies = findTissue(grid, axes, read, static_cast<float>(joints.constraint));
   Body next = firstBody;
   const BodyOf bodyOf = joints.labels ? readLabels(joints.labels, bodies, next) : BodyOf();

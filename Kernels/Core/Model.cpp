@@ -26,7 +26,8 @@ std::string toString(const Index3& size)
   return std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]);
 }
 
-/// `where` returns the words that name the value. Only an error message needs them, and this is called for every voxel.
+/// `where` returns the words that name the value. It is a function because only an error message needs them, and this
+/// is called for every voxel.
 template <typename Where> float checkedConstraint(double value, Where&& where)
 {
   // Rounding to float must not turn 0.99999999999 into a constraint of 1.
@@ -36,7 +37,7 @@ template <typename Where> float checkedConstraint(double value, Where&& where)
       "The constraint " + where() + " is " + written(value) +
       ". A constraint is a fraction of the spacing from 0 (rigid) to less than 1: correct the material.");
   }
-  return static_cast<float>(value) + 0.0f; // the sign of -0 would say that the element is held
+  return static_cast<float>(value) + 0.0f; // -0 would mark the element as held
 }
 
 /// Scalar -> constraint through the material function. Scalars of up to 16 bits get a table that is filled on demand.
@@ -153,7 +154,7 @@ Model::RowReader readerOfFunction(const ArrayView& scalars, const Material& mate
     });
 }
 
-/// Tissue as `read` gives it, with the constraints of regions.
+/// The tissue of `read`, with the constraints of regions.
 Model::RowReader withRegions(
   const Grid& grid, int axes, const std::vector<Region>& regions, const Model::RowReader& read)
 {
@@ -269,7 +270,7 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
   }
 }
 
-/// Makes joints of the rigid tissue where bodies meet.
+/// Finds the joints where bodies of rigid tissue meet.
 void Model::divide(const Joints& joints)
 {
   this->jointConstraint_ =
@@ -307,7 +308,7 @@ bool Model::isJoint(std::size_t voxel) const
   return !this->joints_.empty() && std::binary_search(this->joints_.begin(), this->joints_.end(), voxel);
 }
 
-/// Makes the joints among `count` voxels soft, from voxel number `first` on.
+/// Makes the voxels of joints soft among `count` voxels, from voxel number `first` on.
 void Model::soften(std::size_t first, int count, float* out) const
 {
   const auto begin = std::lower_bound(this->joints_.begin(), this->joints_.end(), first);

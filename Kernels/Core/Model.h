@@ -14,11 +14,11 @@ namespace chainmail
 using Index3 = std::array<int, 3>;
 using Vector3 = std::array<double, 3>;
 
-/// A regular grid of voxels. The engine knows no origin and no direction matrix: its positions are lengths [mm] along
+/// A regular grid of voxels. The engine uses no origin and no direction matrix: its positions are lengths [mm] along
 /// the image's own axes, measured from the centre of voxel (0, 0, 0). Arrays over a grid run x fastest, then y, then z.
 struct Grid
 {
-  /// The most voxels that an image, deformed or to be deformed, may have.
+  /// The largest number of voxels that an image may have, before or after deformation.
   static constexpr std::size_t maxVoxels = std::size_t(1) << 31;
 
   Index3 size{ 0, 0, 0 };           ///< voxels per axis
@@ -81,7 +81,7 @@ struct ArrayView
   explicit operator bool() const { return this->data != nullptr; }
 };
 
-/// A ball in which tissue has another constraint, whatever the scan says.
+/// A ball in which tissue has a constraint of its own, whatever the scan implies.
 struct Region
 {
   Vector3 centre{};        ///< [mm], see Grid
@@ -89,22 +89,23 @@ struct Region
   double constraint = 0.0; ///< a fraction of the spacing on every axis, [0, 1)
 };
 
-/// Where rigid tissue that touches is divided into bodies, each of which moves by itself. Where two bodies meet, the
-/// voxels of one of them at the other (those of the larger body, so that small bones keep their shape) form a soft
-/// joint. Links between the bodies' rigid voxels do not remain, so a body is what rigid voxels are connected. Stiff
-/// tissue between bodies gets such a layer, too, within some voxels of both.
+/// How touching rigid tissue is divided into bodies that move independently. Where two bodies meet, voxels of one of
+/// them at the other form a soft joint. They are voxels of the larger body, so small bones keep their shape. No link
+/// between rigid voxels of two bodies remains, so a body is a connected component of rigid voxels. Stiff tissue between
+/// two bodies gets such a layer, too, within some voxels of both.
 ///
-/// With a constraint of 1 joints are free: bodies glide and turn in them. Each body then has the tissue within `margin`
-/// voxels of it, nearest first, and no links join what two bodies have. What lies around holds them together. Pictures
-/// go on across such a joint, as if the links were there.
+/// With a constraint of 1 joints are free: bodies glide and rotate in them. The tissue within `margin` voxels of a body
+/// then belongs to it, nearest first, and no links join the tissue of two bodies. The surrounding tissue holds them
+/// together. Pictures are continuous across such a joint, as if the links existed.
 struct Joints
 {
-  /// Whole numbers, 1 component: rigid voxels of different labels belong to different bodies. 0 (NaN): no label; what
-  /// is connected of it is a body of its own. Nothing is read of it where voxels are not rigid.
+  /// Whole numbers, 1 component: rigid voxels of different labels belong to different bodies. 0 (NaN): no label; each
+  /// connected component without a label is a body of its own. Bodies come from the labels of rigid voxels alone;
+  /// labels of other tissue only assign it to one of these bodies.
   ArrayView labels;
-  /// Bridges of unlabelled rigid tissue that are thinner than so many voxels are joints where they join parts at least
-  /// twice as thick. Tissue enclosed in rigid tissue (marrow) counts as part of it. Thinner unlabelled tissue belongs
-  /// to the body that is nearest within it. 0: none.
+  /// Bridges of unlabelled rigid tissue that are thinner than this many voxels are joints where they connect parts at
+  /// least twice as thick. Tissue enclosed in rigid tissue (marrow) counts as part of it. Thinner unlabelled tissue
+  /// belongs to the body that is nearest along paths within it. 0: none.
   int size = 0;
   double constraint = 0.5; ///< of the voxels of joints, a fraction of the spacing, [0, 1]; 0: no joints, 1: free ones
   int margin = 4;          ///< of free joints, [1, 100] voxels
@@ -118,17 +119,17 @@ struct Material
 {
   /// Voxels whose scalar is smaller, or not finite, are air and have no element.
   double tissueThreshold = 0.0;
-  /// Voxels whose scalar is this or larger are none, either: a number that stands for "not measured" may be large.
+  /// Voxels with this scalar or a larger one are air, too: a number that stands for "not measured" may be large.
   double tissueCeiling = std::numeric_limits<double>::infinity();
   /// Scalar -> constraint as a fraction of the spacing, [0, 1); 0 is rigid. Called from one thread.
   std::function<double(double)> constraint;
-  /// Takes the place of the function where it is given: 1 component (the same on every axis) or 3 (one per axis).
+  /// Replaces the function where it is given: 1 component (the same on every axis) or 3 (one per axis).
   ArrayView constraintArray;
-  std::vector<Region> regions; ///< win over function and array, later ones over earlier ones; air stays air
+  std::vector<Region> regions; ///< override function and array, later ones override earlier ones; air stays air
   Joints joints;
 };
 
-/// Tissue that is held where it is from the start.
+/// Tissue that is held in place from the start.
 struct Anchors
 {
   bool rigid = false; ///< all rigid elements
@@ -136,14 +137,14 @@ struct Anchors
     true } }; ///< x- x+ y- y+ z- z+ of the grid, on axes of more than one voxel
 };
 
-/// The tissue at rest: which voxels are elements and how far each of them may give. It reads the caller's arrays on
-/// demand and copies nothing, so the arrays must outlive the model and must not change. Labels of bodies are read by
-/// the constructor alone.
+/// The tissue at rest: which voxels are elements, and their constraints. It reads the caller's arrays on demand and
+/// copies nothing, so the arrays must outlive the model and must not change. Only the constructor reads the labels of
+/// bodies.
 class Model
 {
 public:
-  /// Throws InputError as Grid::check() does, where no voxel is tissue, where a constraint is not in [0, 1), where the
-  /// place or radius of a region is no finite number, or where the labels of bodies are not single whole numbers.
+  /// Throws InputError like Grid::check(), and where no voxel is tissue or a constraint is not in [0, 1). Also where
+  /// the place or radius of a region is not a finite number, or the labels of bodies are not single whole numbers.
   Model(const Grid& grid, const ArrayView& scalars, const Material& material, const Anchors& anchors);
 
   /// Reads the signed constraints (see row()) of `count` voxels along x, from voxel number `first` on.
@@ -152,8 +153,8 @@ public:
   /// The link from a voxel (Grid::at) to the next one along an axis.
   using Link = std::pair<std::size_t, int>;
 
-  /// Tissue that `rows` gives as row() would. `grid` must be one that the other constructor accepts. `joints` are the
-  /// voxels of joints, ascending, and `links` those that free joints are without. Checks nothing.
+  /// Tissue whose row() is `rows`. `grid` must be one that the other constructor accepts. `joints` are the voxels of
+  /// joints, ascending, and `links` the links across free joints. Checks nothing.
   Model(const Grid& grid, int axes, RowReader rows, std::vector<std::size_t> joints = {}, std::vector<Link> links = {});
 
   const Grid& grid() const { return this->grid_; }
@@ -177,10 +178,10 @@ public:
   /// The voxels of joints (Grid::at), ascending.
   const std::vector<std::size_t>& joints() const { return this->joints_; }
   bool isJoint(std::size_t voxel) const;
-  /// The links that free joints are without.
+  /// The links across free joints, which do not exist.
   const std::vector<Link>& linksOfJoints() const { return this->linksOfJoints_; }
 
-  /// The face of the grid (a number as in Anchors::faces) that anchors a voxel, the first of several; -1 where none
+  /// The face of the grid that anchors a voxel (numbered as in Anchors::faces), the first of several; -1 where none
   /// does.
   int anchoringFace(int i, int j, int k) const;
 
@@ -197,7 +198,7 @@ private:
   float jointConstraint_ = 0.0f;
   std::vector<std::size_t> joints_;
   std::vector<Link> linksOfJoints_;
-  RowReader read_; ///< what the arrays say, before anchors_ are applied
+  RowReader read_; ///< constraints of the arrays and regions, before joints_ and anchors_ are applied
 };
 
 }

@@ -26,7 +26,7 @@ Quaternion inverse(const Quaternion& q)
   return { q[0], -q[1], -q[2], -q[3] };
 }
 
-/// Whether two rotations are about one axis.
+/// Whether two rotations have a common axis.
 bool areParallel(const Vector3& a, const Vector3& b)
 {
   return length(cross(a, b)) <= 1e-12 * length(a) * length(b);
@@ -145,7 +145,7 @@ Quaternion nearestRotation(const std::vector<double>& rest, const std::vector<do
     }
     for (double& part : step)
     {
-      part *= std::min(1.0, 1.0 / std::max(largest, 1e-300)); // not further than a radian or so at once
+      part *= std::min(1.0, 1.0 / std::max(largest, 1e-300)); // at most about a radian per step
     }
     rotation = product(rotationBy(step), rotation);
     if (largest < 1e-12)

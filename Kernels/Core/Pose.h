@@ -11,20 +11,21 @@ namespace chainmail
 /// A unit quaternion, its scalar part first.
 using Quaternion = std::array<double, 4>;
 
-/// A rotation by its rotation vector: along the axis, as long as the angle [rad].
+/// The rotation of a rotation vector, which is along the axis and as long as the angle [rad].
 Quaternion rotationBy(const Vector3& vector);
-/// The rotation vector of a rotation, of at most half a turn.
+/// The rotation vector of a rotation, no longer than half a turn.
 Vector3 rotationVectorOf(const Quaternion& rotation);
 /// The rotation by `first`, then by `second`.
 Quaternion product(const Quaternion& second, const Quaternion& first);
 Vector3 rotated(const Quaternion& rotation, const Vector3& vector);
 
-/// The rotation of 3 numbers that an element keeps, and the reverse (spin.clh).
+/// Converts the 3 numbers that an element stores for its rotation (`spin`, see spin.clh) to a quaternion, and back.
 Quaternion rotationOfSpin(const Vector3& spin);
 Vector3 spinOf(const Quaternion& rotation);
 
-/// The rotation about the origin that takes points nearest to others, in the sense of least squares: by steps of Gauss
-/// and Newton from a first guess. Both hold 3 values a point. Points in a line leave the rotation about it as guessed.
+/// The rotation about the origin that brings the points `rest` nearest to the points `now`, in the sense of least
+/// squares. It is found by Newton steps from `guess`. Both lists hold 3 values per point. For points on a line, the
+/// rotation about that line stays as guessed.
 Quaternion nearestRotation(
   const std::vector<double>& rest, const std::vector<double>& now, const Quaternion& guess = { 1.0, 0.0, 0.0, 0.0 });
 
@@ -32,17 +33,17 @@ Quaternion nearestRotation(
 struct Pose
 {
   Vector3 shift{};    ///< [mm]
-  Vector3 rotation{}; ///< the rotation vector of R; more than half a turn where it went further round
+  Vector3 rotation{}; ///< the rotation vector of R; longer than half a turn where it has rotated further
 
-  /// Where it takes a place [mm].
+  /// The image of a place under the motion [mm].
   Vector3 of(const Vector3& place, const Vector3& centre) const;
 };
 
-/// The pose at a share of the way from one to another. The centre goes straight. Rotations about one axis go on about
-/// it, also beyond half a turn; others go the shortest way. A share of 1 is exactly `to`.
+/// Interpolates between two poses; a share of 1 is exactly `to`. The centre moves along a straight line. Rotations
+/// about a common axis are interpolated about it, also beyond half a turn; others take the shortest path.
 Pose between(const Pose& from, const Pose& to, double share);
 
-/// The angle from one pose to another on that way [rad].
+/// The angle between two poses along the path of between() [rad].
 double angleBetween(const Pose& from, const Pose& to);
 
 }

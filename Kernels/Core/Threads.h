@@ -46,7 +46,7 @@ template <typename Body> void inParallel(std::size_t count, const Body& body)
   }
   catch (const std::system_error&)
   {
-    // The system gives no more threads: the ones that exist do all the work.
+    // The system provides no more threads: the existing ones do all the work.
   }
   work();
   for (std::thread& thread : threads)

@@ -23,36 +23,36 @@ struct Settings
   std::string device; ///< see chooseDevice()
   Index3 brickSize{ 0, 0,
     0 }; ///< elements per axis, each a power of two, x 4 to 64, y and z 2 to 32; 0 = best for the device
-  bool rotations = false;    ///< whether tissue and rigid clusters turn, see Simulation
-  double poissonRatio = 0.0; ///< how far tissue that turns goes aside where it is squeezed, [0, 0.49], see Simulation
+  bool rotations = false;    ///< whether tissue and rigid clusters rotate, see Simulation
+  double poissonRatio = 0.0; ///< transverse over axial strain of tissue that rotates, [0, 0.49], see Simulation
   int modelReduction = 1;    ///< 1, 2, 4 or 8: voxels per element along each axis, see Simulation
 };
 
 /// A handle in the tissue. When it first appears it grabs the elements within `radius` of `position`, or the nearest
 /// one, and from then on moves them together.
 ///
-/// With a tolerance it is soft. Then it moves nothing by itself: a link without a limit pulls each of its elements to
-/// where the probe asks it to be, and Simulation::relax() weighs that against all other links. Such a link costs
-/// (u - t)^2 / tolerance on each axis [mm], with u the element's displacement and t the one asked for. A link between
-/// two elements, of constraint D, costs (u - v)^2 / (D h), h the spacing. So a tolerance compares with D h, the length
-/// by which that link may stretch, and missing t by the tolerance costs as much as stretching it to its limit at that
-/// D h. Below a millionth of the spacing a tolerance counts as that. A soft probe holds nothing: elements may have any
-/// number of them, and be held besides. A soft anchor asks its tissue to stay where it was when it was grabbed.
+/// With a tolerance it is soft. A soft probe moves nothing by itself: a link without a limit pulls each of its elements
+/// towards a target t, and Simulation::relax() balances that against all other links. Such a link has the energy
+/// (u - t)^2 / tolerance on each axis [mm], with u the displacement of the element. A link between two elements, of
+/// constraint D, has (u - v)^2 / (D h), h the spacing. So a tolerance compares with D h, the length by which that link
+/// may stretch. Missing t by the tolerance costs as much as stretching a link of that D h to its limit. A tolerance
+/// below a millionth of the spacing counts as a millionth. A soft probe holds nothing: elements may have any number of
+/// soft probes, and be held besides. The target of a soft anchor is where its tissue was when it was grabbed.
 struct Probe
 {
   Vector3 position{};     ///< [mm], see Grid
   Vector3 displacement{}; ///< [mm], counted from where the tissue was when it was grabbed; an anchor ignores it
   double radius = 0.0;    ///< [mm], 0 = the nearest element
   bool anchor = false;    ///< hold the tissue where it is instead of moving it
-  double tolerance = 0.0; ///< [mm], 0 = the tissue goes exactly there, as far as limits allow; else the probe is soft
+  double tolerance = 0.0; ///< [mm], 0 = tissue goes exactly there, as far as limits allow; else the probe is soft
 
-  /// Whether it prescribes a rotation as well (Simulation::hold()). An anchor ignores this and what follows.
+  /// Whether it prescribes a rotation, too (Simulation::hold()). An anchor ignores this, `rotation` and `centre`.
   bool turns = false;
-  Vector3 rotation{}; ///< [rad] rotation vector along the grid's axes, counted from when it grabbed; of any length
-  Vector3 centre{};   ///< [mm] what it rotates about, in the place where the tissue was when it was grabbed
+  Vector3 rotation{}; ///< [rad] rotation vector along the grid's axes since it grabbed; of any length
+  Vector3 centre{};   ///< [mm] centre of the rotation, a position in the tissue as it was when it was grabbed
 
-  /// What it grabs in place of the tissue around its position: these voxels (Grid::at), where they are tissue; null for
-  /// that around its position. `body` is a number by which probes with different voxels are told apart.
+  /// The voxels (Grid::at) that it grabs where they are tissue; null: the tissue around its position. `body` is a
+  /// number that distinguishes probes with different voxels.
   std::shared_ptr<const std::vector<std::size_t>> voxels;
   std::uint64_t body = 0;
 
@@ -62,17 +62,17 @@ struct Probe
 /// How a wave of displacement travels through tissue.
 enum class PropagationMethod
 {
-  Envelope, ///< every element goes into the bounds set by moved neighbours, until nothing changes (envelope.cl)
+  Envelope, ///< every element is clamped to the bounds of moved neighbours, until nothing changes (envelope.cl)
   Timestamp ///< the published method: one link an iteration, the earliest arrival counts (timestamp.cl)
 };
 
-/// What happens where probes pull tissue further apart than it can stretch. Anchors hold always. More than 32 probes
-/// that start together, with Envelope, share whatever the policy.
+/// What happens where probes pull tissue further apart than it can stretch. Anchors always hold. With Envelope, more
+/// than 32 probes that start together share, whatever the policy.
 enum class ConflictPolicy
 {
   Limit,  ///< the later probe is shortened, per axis, to what the earlier ones allow
   Latest, ///< the later probe wins and drags the tissue of earlier ones along
-  Share   ///< probes that start together all give way, to the mean of what the others force on them and leave them
+  Share   ///< probes that start together all yield, to the mean of the bounds that their requests set (Sharing.h)
 };
 
 /// How tissue settles.
@@ -87,21 +87,21 @@ struct PropagateResult
 {
   int iterations = 0;
   bool finished = true;   ///< whether all waves have come to their end
-  std::size_t shared = 0; ///< probes that got something else than they asked for because they share (ConflictPolicy)
+  std::size_t shared = 0; ///< probes that did not get what they asked for because they share (ConflictPolicy)
 };
 
 /// What became of a probe.
 struct ProbeResult
 {
-  Vector3 reached{}; ///< [mm] the displacement it got since it grabbed; shorter than asked where the tissue does not
-                     ///< stretch so far (see Simulation::heldBy()), where its wave has not started yet, or where a
-                     ///< later probe dragged it back. Of a soft probe: the mean of its elements
-  Vector3 force{}; ///< gradient of the energy at the tissue it holds, with the bone that it is part of: what the probe
-                   ///< must pull with. Of a soft probe: what its links pull with
+  Vector3 reached{}; ///< [mm] its displacement since it grabbed; shorter than asked where the tissue does not stretch
+                     ///< so far (see Simulation::heldBy()), where its wave has not started yet, or where a later probe
+                     ///< dragged it back. Of a soft probe: the mean of its elements
+  Vector3 force{}; ///< the force that it must exert: the gradient of the energy by the displacement of the tissue that
+                   ///< it holds, with the bone that this is part of. Of a soft probe: the force of its links
   std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
-  /// Where it turns: the rotation it got since it grabbed [rad], as a rotation vector, and what it must turn with: the
-  /// moment about its centre as moved, the gradient of the energy by that rotation. `reached` is then the displacement
-  /// of its centre.
+  /// Of a probe that `turns`: its rotation since it grabbed [rad], as a rotation vector, and the torque that it must
+  /// exert. This is the moment about its centre as moved, the gradient of the energy by the rotation. `reached` is then
+  /// the displacement of its centre.
   Vector3 turned{};
   Vector3 torque{};
 };
@@ -120,8 +120,9 @@ struct HeldBy
   What what = What::Nothing;
   std::size_t probe = 0; ///< with Probe: the number of that other probe
   int face = 0;          ///< with Face: that face, as in Anchors::faces
-  bool bone = false;     ///< the bone in the probe's grip is itself held there; else tissue between stretches no more
-  /// The joints at their limits on the way to what holds it, from the probe on: a voxel (Grid::at) of either body.
+  bool bone = false;     ///< the bone that the probe holds is itself held there; else tissue between is at its limits
+  /// The joints at their limits on the path from the probe to what holds it, in this order: a voxel (Grid::at) of each
+  /// body.
   std::vector<std::pair<std::size_t, std::size_t>> joints;
 };
 
@@ -130,7 +131,7 @@ struct RigidBody
 {
   std::size_t voxel = 0;    ///< its first voxel, Grid::at
   std::size_t elements = 0; ///< how many it has, of the reduced model where the model is reduced
-  /// What holds it where it is: an anchor (Face where one of its voxels is at an anchored face, else Rigid) or else a
+  /// What holds it in place: an anchor (Face where one of its voxels is at an anchored face, else Rigid), or else a
   /// probe, the first of several; Nothing where it is free to move.
   HeldBy heldBy;
 };
@@ -148,7 +149,7 @@ struct SurfaceParts
   std::size_t count = 0;
   std::size_t mixed = 0;    ///< those with triangles that face both ways
   std::size_t hollows = 0;  ///< those that enclose what stays
-  std::size_t reversed = 0; ///< those that face another way than the largest part and are no hollows
+  std::size_t reversed = 0; ///< those that face the other way than the largest part and are not hollows
 };
 
 /// What a relaxation did.
@@ -158,7 +159,7 @@ struct RelaxResult
   double largestMove = 0.0; ///< of the last iteration, as a fraction of the spacing
   bool converged = false;
   std::optional<double> coarseStep; ///< where coarser grids took part (Simulation::setCoarseToFine()): the share of
-                                    ///< their correction that was taken, 1 all, 0 none
+                                    ///< their correction that was applied, 1 all, 0 none
 };
 
 /// Figures of the whole state: that of the reduced model where the model is reduced.
@@ -168,7 +169,7 @@ struct Statistics
                               ///< and what soft probes add (Probe)
   double maxLinkExcess = 0.0; ///< largest violation of a link's limit, as a fraction of the spacing; 0 if none
   std::size_t displaced = 0;  ///< elements away from their rest place
-  std::size_t allocated = 0;  ///< element places whose displacement is held on the device
+  std::size_t allocated = 0;  ///< element places, also in air, whose displacement is stored on the device
   std::size_t deviceBytes = 0;
 };
 
@@ -176,26 +177,26 @@ struct Statistics
 enum class CutSurfaces
 {
   Stepped, ///< half way between two elements: a voxel shows tissue or none
-  Smooth   ///< where the blade went: a voxel shows tissue in the share that lies on the tissue's side of it
+  Smooth   ///< where the blade went: a voxel shows tissue in proportion to its share on the side of the tissue
 };
 
-/// A box of output voxels and where their material comes from, as an offset of 3 floats a voxel, in voxels: the
-/// material at voxel y came from y + offset. 0: y shows what it showed before. NaN: tissue left y and none came.
+/// A box of output voxels and the origin of their material, as an offset of 3 floats per voxel [voxels]: the material
+/// at voxel y came from y + offset. 0: y shows what it showed before. NaN: tissue left y and none came.
 struct ResampledBox
 {
   Index3 first{}; ///< lowest voxel, in indices of the output (OutputDetail); may be negative when that is padded
   Index3 size{};
   const float* offset = nullptr; ///< of the lowest voxel
-  Index3 step{};                 ///< floats from there to the offset of the next voxel along each axis
-  /// The coverage of the lowest voxel: the share of it, 0 to 1, that shows tissue and not what lies behind a cut
-  /// surface. Those of others lie a third as far away as their offsets. Null: it is 1 everywhere. Below one half the
-  /// voxel's middle lies outside tissue, and its offset leads to the tissue beside it.
+  Index3 step{};                 ///< floats between the offsets of adjacent voxels along each axis
+  /// The coverage of the lowest voxel: the share of it, 0 to 1, that shows tissue and not what is behind a cut surface.
+  /// Coverages of adjacent voxels are a third of `step` floats apart. Null: it is 1 everywhere. Below one half the
+  /// centre of the voxel is outside tissue, and its offset leads to the adjacent tissue.
   const float* coverage = nullptr;
 
   std::size_t voxels() const { return static_cast<std::size_t>(this->size[0]) * this->size[1] * this->size[2]; }
 
   /// Calls f(voxel, offset) for each voxel, along x first. `offset` points to the 3 floats, which are NaN where the
-  /// voxel's middle lies outside tissue.
+  /// centre of the voxel is outside tissue.
   template <typename F> void forVoxels(F&& f) const
   {
     this->forCovered(
@@ -226,13 +227,14 @@ struct ResampledBox
   }
 };
 
-/// Which part of an output is made, and how finely. Its voxel `finer` * i lies where voxel i of the grid does.
+/// Which part of an output is computed, and how finely. Output voxel `finer` * i is at voxel i of the grid.
 struct OutputDetail
 {
   static constexpr int most = 4;
 
-  int finer = 1; ///< voxels along each axis for one of the grid, 1 to `most`; an axis with a single voxel keeps that
-  /// The lowest and the highest voxel that is made, in the grid's indices. What lies outside the output is left out.
+  int finer = 1; ///< voxels per voxel of the grid along each axis, 1 to `most`; 1 along an axis with a single voxel
+  /// The lowest and the highest voxel that is computed, in indices of the grid. Anything outside the output is left
+  /// out.
   Index3 first{ { std::numeric_limits<int>::min(), std::numeric_limits<int>::min(), std::numeric_limits<int>::min() } };
   Index3 last{ { std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max() } };
 
@@ -243,13 +245,13 @@ struct OutputDetail
   bool operator!=(const OutputDetail& other) const { return !(*this == other); }
 };
 
-/// Gets some boxes at a time, at least one. What they point to is there until it returns.
+/// Gets one or more boxes at a time. Their pointers are valid until it returns.
 using BoxVisitor = std::function<void(const std::vector<ResampledBox>&)>;
 
 /// What a resampling found.
 struct Resampled
 {
-  std::uint64_t number = 0; ///< of the resampling, by which later ones can go on from it
+  std::uint64_t number = 0; ///< of this resampling; later ones can continue from it
   bool atRest = true;       ///< every voxel shows what it showed before all deformation
 };
 

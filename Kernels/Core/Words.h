@@ -11,11 +11,11 @@
 namespace chainmail
 {
 
-/// Whole numbers in full, up to a million billions; others with so many digits, if that many are needed.
+/// Whole numbers are written in full up to a million billions, others with up to `digits` digits if needed.
 inline std::string written(double number, int digits = 7)
 {
   const bool isWhole = std::fabs(number) < 1e15 && std::nearbyint(number) == number;
-  // Fewer digits than stand before the point would bring an exponent.
+  // With fewer digits than the number has before the point, %g would print an exponent.
   const bool isLong = std::fabs(number) < 1e15 && std::fabs(number) >= std::pow(10.0, digits) - 0.5;
   char text[32];
   if (isWhole || isLong)

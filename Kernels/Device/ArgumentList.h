@@ -11,9 +11,9 @@
 namespace chainmail
 {
 
-/// Sets the arguments of a kernel in the order in which the kernel takes them: buffers, local memory and scalars of
-/// OpenCL's own types. Arguments that belong together may be given as one: a std::tuple of them, an object whose
-/// arguments() is such a tuple, a pointer to one (null adds nothing), or a function that adds them to the list.
+/// Sets the arguments of a kernel in the order of its parameters: buffers, local memory and scalars of OpenCL's own
+/// types. Arguments that belong together may be given as one: a std::tuple of them, an object whose arguments() is such
+/// a tuple, a pointer to one (null adds nothing), or a function that adds them to the list.
 class ArgumentList
 {
 public:
@@ -63,7 +63,7 @@ private:
     }
     else
     {
-      // The kernel would take the bytes of any other type for something that they are not.
+      // The kernel would misread the bytes of any other type.
       static_assert(
         isOneOf<T, cl::Buffer, cl::LocalSpaceArg, cl_int, cl_uint, cl_float, cl_float4, cl_int4>, "no kernel takes it");
       this->kernel_.setArg(this->next_++, value);

@@ -26,7 +26,7 @@ bool makeFolder(const fs::path& folder)
 #ifdef _WIN32
   fs::create_directory(folder, failed);
 #else
-  mkdir(folder.c_str(), S_IRWXU); // what is in it will be run, so only its owner may write
+  mkdir(folder.c_str(), S_IRWXU); // its content will be run, so only its owner may write
 #endif
   return fs::is_directory(folder, failed);
 }
@@ -73,7 +73,7 @@ bool isTrusted(const fs::path& folder)
 namespace
 {
 
-/// The machine code of a scene's kernels takes some MB.
+/// Bytes that must be free: the machine code of a scene's kernels takes some MB.
 constexpr std::uint64_t leastRoom = std::uint64_t(8) << 20;
 
 }
@@ -99,7 +99,7 @@ std::string whyNotWritable(const fs::path& folder)
 namespace
 {
 
-/// Removes a folder at the end of the process that made it. Processes forked from it leave it.
+/// Removes a folder at the end of the process that made it. Processes forked from that one do not remove it.
 class UntilTheEnd
 {
 public:
@@ -116,7 +116,7 @@ public:
   pid_t process = getpid();
 };
 
-/// Whether code may be run from a place and nobody else may rename what is there.
+/// Whether code may be run from a place and no other user may rename what is there.
 bool isGoodPlace(const fs::path& place)
 {
   struct statvfs system;

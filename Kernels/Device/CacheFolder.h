@@ -6,21 +6,23 @@
 namespace chainmail
 {
 
-/// What has to be known of a folder before code is read from it and run, or written to it. On Windows a user's folders
-/// are the user's alone, and all of this holds.
+/// Checks of a folder before code in it is run, or before code is written to it. On Windows a user's folders are
+/// private to the user, so they pass all checks.
 
-/// Whether nobody but this user and the administrator may put anything into a folder; true where there is none. Gives
-/// notice (Notices.h) where it is not so.
+/// Whether only this user and the administrator may write to a folder; true if the folder does not exist. Gives notice
+/// (Notices.h) if it returns false.
 bool isTrusted(const std::filesystem::path& folder);
 
-/// Makes a folder that is its owner's alone, unless it is there, and the folders above it. Returns whether it is there.
+/// Creates a folder to which only its owner has access, with its parent folders, unless it exists. Returns whether it
+/// exists after that.
 bool makeFolder(const std::filesystem::path& folder);
 
-/// Why nothing can be written to a folder, as the end of a sentence, "is full" for example; empty where it can.
+/// Why nothing can be written to a folder, as the end of a sentence (for example "is full"); empty if it can be written
+/// to.
 std::string whyNotWritable(const std::filesystem::path& folder);
 
-/// A folder that is this process's alone, under a name that nobody can foresee, from which code can be run. It goes
-/// when the process ends. Empty where there is no place for one.
+/// A folder that only this process uses, with an unpredictable name, from which code can be run. It is removed at the
+/// end of the process. Empty if no such folder can be made.
 std::filesystem::path makePrivateFolder();
 
 }

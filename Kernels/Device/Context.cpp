@@ -17,17 +17,18 @@ namespace chainmail
 namespace
 {
 
-/// Buffers of a processor that are smaller come from its driver.
+/// Smaller buffers of a processor are allocated by its driver.
 constexpr std::size_t fewestBytesOfPages = std::size_t(1) << 20;
 
-/// To wait until a device has read a few values takes longer than all else, so it gets a copy. More are copied in vain.
+/// Up to this size [bytes] a write goes through a copy. Waiting until the device has read a few values would take
+/// longer than all else. For more values a copy saves nothing.
 constexpr std::size_t mostBytesCopied = std::size_t(1) << 17;
 
-/// OpenCL does not promise that an event which is asked again and again ever says that it is complete. After so long we
-/// wait for it, without telling anybody that something is being compiled.
+/// OpenCL does not promise that a polled event ever becomes complete. After this time the host waits for the event, and
+/// stops reporting that something is being compiled.
 constexpr std::chrono::minutes longestAsking(2);
 
-/// Copies live until something waits for the queue; with more bytes than this nothing else is waited for.
+/// Copies live until something waits for the queue. With more bytes of copies than this, write() itself waits for it.
 constexpr std::size_t mostBytesOfCopies = std::size_t(1) << 23;
 
 std::string megabytes(std::size_t bytes)
@@ -103,7 +104,7 @@ void throwTranslated(const cl::Error& error)
 std::shared_ptr<Context> Context::of(const std::string& deviceName)
 {
   static std::mutex mutex;
-  // Never destroyed: a driver may have come to its end before, or this process be forked from the one of the driver.
+  // Never destroyed: the driver may end before static objects do, or this process may be a fork of the driver's.
   static auto& contexts = *new std::map<cl_device_id, std::shared_ptr<Context>>;
   const FoundDevice found = findDevice(deviceName);
   const std::lock_guard<std::mutex> lock(mutex);
@@ -156,7 +157,7 @@ void Context::read(const cl::Buffer& buffer, std::size_t bytes, void* values)
   this->letCopiesGo([&] { this->queue_.enqueueReadBuffer(buffer, CL_TRUE, 0, bytes, values); });
 }
 
-/// Lets the copies go that were made before, once `wait` has waited for the queue.
+/// Frees the copies that were made so far, once `wait` has waited for the queue.
 void Context::letCopiesGo(const std::function<void()>& wait)
 {
   std::vector<Copy> copies;
@@ -171,7 +172,7 @@ void Context::letCopiesGo(const std::function<void()>& wait)
   }
   catch (...)
   {
-    // Nobody knows whether the device has read them.
+    // It is unknown whether the device has read them.
     const std::lock_guard<std::mutex> lock(this->copiesMutex_);
     std::move(copies.begin(), copies.end(), std::back_inserter(this->copies_));
     throw;
@@ -186,7 +187,7 @@ void Context::unmap(const cl::Buffer& buffer, void* values) noexcept
   }
   catch (const cl::Error&)
   {
-    // The next call that uses the buffer fails, too, and says why.
+    // The next call that uses the buffer fails, too, and reports the error.
   }
 }
 
@@ -218,7 +219,7 @@ void Context::enqueue(const Kernel& kernel, std::size_t groups, std::size_t item
   {
     if (pocl)
     {
-      requirePoclCache(); // this may be why
+      requirePoclCache(); // the folder may be the cause
     }
     throw;
   }
@@ -239,10 +240,10 @@ void Context::enqueue(const Kernel& kernel, std::size_t groups, std::size_t item
   }
   catch (...)
   {
-    this->queue_.finish(); // until then the device may read what the caller gives away
+    this->queue_.finish(); // until then the device may read memory that the caller frees
     throw;
   }
-  // PoCL says of a kernel that it could not compile that it was launched, and then skips it.
+  // PoCL reports a kernel that it could not compile as launched, and then skips it.
   const cl_int status = event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>();
   if (status < CL_COMPLETE)
   {
@@ -258,7 +259,7 @@ void Context::enqueue(const Kernel& kernel, std::size_t groups, std::size_t item
   kernel.program_->noteLaunch(kernel.name_, items);
 }
 
-/// What lives as long as a buffer does: its share of the bytes in use, and its memory where that is the engine's own.
+/// What lives as long as a buffer: its share of the bytes in use, and its memory if that comes from Pages.
 struct Context::Lease
 {
   std::shared_ptr<BytesInUse> inUse;
@@ -266,8 +267,8 @@ struct Context::Lease
   Pages::Memory memory;
 };
 
-/// Lets a lease end together with a buffer. A driver that does not tell when a buffer is gone, such as Wine's, leaves
-/// it to the caller, and what the buffer holds is not counted.
+/// Ends a lease together with its buffer. Some drivers, such as Wine's, do not notify of the end of a buffer. Then the
+/// lease stays with the caller, and the buffer's bytes are not counted.
 void Context::endWith(cl::Buffer& buffer, std::unique_ptr<Lease>& lease)
 {
   try
@@ -289,8 +290,9 @@ void Context::endWith(cl::Buffer& buffer, std::unique_ptr<Lease>& lease)
   lease.release();
 }
 
-/// A buffer in pages, of which the first bytes, `zeros` of them, are zeros; none where the device is no processor, or
-/// cannot have one. Throws where the system has no memory left: PoCL would end the process.
+/// A buffer in memory from Pages, whose first `zeros` bytes are zeros. Empty if the device is a GPU, the buffer is
+/// small, Pages does not support the system, or the driver does not notify of the buffer's end. Throws if the system
+/// has no memory left: PoCL would end the process.
 cl::Buffer Context::inPages(std::size_t bytes, std::size_t zeros)
 {
   if (!Pages::areKnown || this->info_.gpu || bytes < fewestBytesOfPages)
@@ -349,7 +351,7 @@ cl::Buffer Context::allocate(std::size_t bytes, const char* purpose, std::size_t
     cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE, bytes);
     auto lease = std::make_unique<Lease>(Lease{ this->inUse_, bytes, nullptr });
     this->endWith(buffer, lease);
-    // Many a device finds out that it has no room only when something is written.
+    // Many devices notice only at the first write that they have no room.
     this->queue_.enqueueFillBuffer(buffer, cl_uchar(0), 0, zeros);
     this->poison(buffer, zeros, bytes - zeros);
     this->queue_.finish();

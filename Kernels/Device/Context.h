@@ -31,12 +31,12 @@ FoundDevice findDevice(const std::string& name);
 /// The symbolic name of an OpenCL error code.
 const char* errorName(cl_int code);
 
-/// Runs `body` and turns an OpenCL exception into a DeviceError or MemoryError.
+/// Runs `body` and rethrows an OpenCL exception as a DeviceError or MemoryError.
 template <typename Body> auto translated(Body&& body) -> decltype(body());
 
 [[noreturn]] void throwTranslated(const cl::Error& error);
 
-/// A kernel, together with the program that it comes from where that is one of Programs.
+/// A kernel, and its program if that is one of Programs.
 class Kernel
 {
 public:
@@ -60,7 +60,7 @@ private:
 };
 
 /// A device with its context, an in-order queue and the programs built for it so far. There is one per device and
-/// process, which simulations in several threads share. So any thread may call any of its functions at any time.
+/// process, shared by simulations in several threads. So any thread may call any of its functions at any time.
 class Context
 {
 public:
@@ -76,16 +76,16 @@ public:
   /// cache.
   Kernel kernel(const std::string& file, const std::string& defines, const char* name);
 
-  /// Runs a kernel with one work-group of `items` for each of `groups`. Sets these arguments first (see ArgumentList);
-  /// without any, the kernel keeps those that it has.
+  /// Runs a kernel with `groups` work-groups of `items` work-items each. First sets the given arguments (see
+  /// ArgumentList); if there are none, the kernel keeps the earlier ones.
   template <typename... Arguments>
   void launch(Kernel kernel, std::size_t groups, std::size_t items, const Arguments&... arguments)
   {
     ArgumentList(kernel.handle_).add(arguments...);
     this->enqueue(kernel, groups, items);
   }
-  /// Runs a kernel over `count` items. The kernel gets `count` as its last argument, since the range is rounded up to
-  /// whole work-groups. These are all of one size, because PoCL builds a kernel anew for every other size.
+  /// Runs a kernel over `count` items. `count` becomes the kernel's last argument, because the range is rounded up to
+  /// whole work-groups. All groups have the same size, because PoCL builds a kernel anew for every other size.
   template <typename... Arguments>
   void launchOver(const Kernel& kernel, std::size_t count, const Arguments&... arguments)
   {
@@ -96,15 +96,15 @@ public:
   /// A device buffer, filled with zeros. Throws MemoryError, whose message names `purpose`, where the device has no
   /// room.
   cl::Buffer allocate(std::size_t bytes, const char* purpose) { return this->allocate(bytes, purpose, bytes); }
-  /// The same, where only the first bytes, `zeros` of them (at least 1), are zeros. The caller writes to the others
-  /// before anything reads them.
+  /// The same with zeros only in the first bytes, `zeros` of them (at least 1). The caller writes to the others before
+  /// anything reads them.
   cl::Buffer allocate(std::size_t bytes, const char* purpose, std::size_t zeros);
 
-  /// Says that these bytes may be anything. With CHAINMAIL_POISON_BUFFERS in the environment they become 0x41, so that
-  /// tests find out what reads them before it writes them.
+  /// Marks these bytes as undefined. With CHAINMAIL_POISON_BUFFERS in the environment they become 0x41, so tests find
+  /// reads of bytes that nothing has written.
   void poison(const cl::Buffer& buffer, std::size_t offset, std::size_t bytes);
 
-  /// The most bytes that buffers took at once since the last call of this function.
+  /// The peak of the bytes in buffers since the last call of this function.
   std::size_t takePeakBytes();
 
   template <typename T> cl::Buffer upload(const std::vector<T>& values, const char* purpose)
@@ -113,7 +113,7 @@ public:
     this->write(buffer, 0, values);
     return buffer;
   }
-  /// Writes values at an offset in bytes. They may change as soon as this returns.
+  /// Writes values at an offset [bytes]. The caller may change them as soon as this returns.
   template <typename T> void write(const cl::Buffer& buffer, std::size_t offset, const std::vector<T>& values)
   {
     if (!values.empty())
@@ -129,8 +129,8 @@ public:
     }
   }
 
-  /// Some of the values that a buffer holds now, for the host to read while this lives. Where the device shares the
-  /// host's memory nothing is copied.
+  /// Maps some of a buffer's current values for the host to read, for the lifetime of this object. If the device shares
+  /// the host's memory, nothing is copied.
   template <typename T> class View
   {
   public:
@@ -153,7 +153,7 @@ public:
   };
 
 private:
-  /// Values that the device may not have read yet.
+  /// A copy of values that the device may not have read yet.
   using Copy = std::vector<char>;
 
   void write(const cl::Buffer& buffer, std::size_t offset, const char* values, std::size_t bytes);
@@ -177,16 +177,16 @@ private:
     std::atomic<std::size_t> now{ 0 };
     std::atomic<std::size_t> most{ 0 };
   };
-  std::shared_ptr<BytesInUse> inUse_ = std::make_shared<BytesInUse>(); ///< shared with buffers, which may live longer
-  std::shared_ptr<Pages> pages_ = std::make_shared<Pages>();           ///< so are these
+  std::shared_ptr<BytesInUse> inUse_ = std::make_shared<BytesInUse>(); ///< shared with buffers, which may outlive this
+  std::shared_ptr<Pages> pages_ = std::make_shared<Pages>();           ///< likewise
 
   std::mutex copiesMutex_;
   std::vector<Copy> copies_;
   std::size_t bytesOfCopies_ = 0;
 };
 
-/// A small buffer that keeps its memory between uses and grows when it must. What it holds at first in each use is
-/// anything.
+/// A small buffer that keeps its memory between uses and grows as needed. Its content is undefined at the beginning of
+/// each use.
 class Scratch
 {
 public:
@@ -214,7 +214,7 @@ public:
   }
   const cl::Buffer& get() const { return this->buffer_; }
   std::size_t bytes() const { return this->bytes_; }
-  /// Gives the memory back where it is more than that.
+  /// Frees the memory if it is more than `most` bytes.
   void trim(std::size_t most)
   {
     if (this->bytes_ > most)

@@ -27,7 +27,7 @@ std::string lower(std::string text)
   return text;
 }
 
-/// Driver strings may have blanks around them and a zero at the end.
+/// Strings from drivers may have blanks around them and a zero at the end.
 std::string trimmed(std::string text)
 {
   text.erase(std::find(text.begin(), text.end(), '\0'), text.end());
@@ -36,7 +36,8 @@ std::string trimmed(std::string text)
   return first == std::string::npos ? std::string() : text.substr(first, last - first + 1);
 }
 
-/// Whether a platform is PoCL, which all tests are run on, the driver of a maker of GPUs, or the kernels as C++.
+/// Whether a platform is known to work: PoCL (on which all tests run), a driver of a maker of GPUs, or the kernels
+/// compiled as C++.
 bool isKnown(const std::string& platform)
 {
   const char* const known[] = { "Portable Computing Language", "NVIDIA", "AMD Accelerated", "Intel(R) OpenCL Graphics",
@@ -59,7 +60,8 @@ DeviceInfo describe(const cl::Device& device)
   return info;
 }
 
-/// The devices as the drivers list them. A platform that fails, say a driver without its card, hides only its own.
+/// The devices as the drivers list them. A platform that fails, for example a driver without its card, loses only its
+/// own devices.
 std::vector<cl::Device> askPlatforms()
 {
   std::vector<cl::Platform> platforms;
@@ -96,7 +98,7 @@ std::vector<cl::Device> askPlatforms()
 /// All devices, best first.
 std::vector<FoundDevice> findDevices()
 {
-  // The first call makes a driver look for its devices; some drivers do not bear a second call at the same time.
+  // At the first call a driver searches for its devices. Some drivers fail if a second call comes at the same time.
   static std::mutex mutex;
   const std::lock_guard<std::mutex> lock(mutex);
   requireOwnOpenCL();
@@ -116,7 +118,7 @@ std::vector<FoundDevice> findDevices()
   return devices;
 }
 
-/// Says which GPU the best device is taken instead of.
+/// Gives notice of each GPU if the best device is not a GPU.
 void noticePassedOver(const std::vector<FoundDevice>& devices)
 {
   const DeviceInfo& best = devices.front().info;

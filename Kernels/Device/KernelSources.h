@@ -9,7 +9,7 @@ namespace chainmail::detail
 /// a #line directive in front. Null where there is no such file. The caller has to expand the includes in it.
 const char* kernelSource(const std::string& fileName);
 
-/// Another text for every other text of any of these files.
+/// A hash of the texts of all these files.
 const char* kernelsHash();
 
 }

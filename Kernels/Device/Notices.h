@@ -6,8 +6,8 @@
 namespace chainmail
 {
 
-/// Something that the person at the screen should hear of, though all goes on: a device or a folder that is not used.
-/// The same text is kept once in a process. Any thread may call these functions at any time.
+/// Stores a message for the user that is no error: a device or a folder that is not used. Each text is stored once in a
+/// process. Any thread may call these functions at any time.
 void giveNotice(const std::string& text);
 
 /// The notices given since the last call.

@@ -97,7 +97,7 @@ std::size_t Pages::kept() const
   return this->keptBytes_;
 }
 
-/// From the smallest range that is large enough; null where there is none.
+/// Takes from the smallest kept range that is large enough (best fit); null if there is none.
 char* Pages::takeKept(std::size_t bytes)
 {
   auto best = this->kept_.end();
@@ -162,12 +162,12 @@ void Pages::keep(char* memory, std::size_t bytes)
 
 std::size_t Pages::mostKept() const
 {
-  // An update's own buffers may take twice what lies there between updates: the states before a wave and before a
-  // relaxation and the bounds of displacements beside the displacement and the constraint.
+  // Between updates the displacement and the constraint are in use. During an update its temporary buffers may take
+  // twice as much: the states before a wave and before a relaxation, and the bounds of displacements.
   return std::min({ 2 * this->inUse_, this->mostInUse_ - this->inUse_, this->mostPassing_ - this->passing_ });
 }
 
-/// Gives the system all but the most that may be kept, of the smallest ranges first.
+/// Returns kept memory beyond `most` bytes to the system, from the smallest ranges first.
 void Pages::trim(std::size_t most)
 {
   while (this->keptBytes_ > most)

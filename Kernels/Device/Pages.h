@@ -8,15 +8,16 @@
 namespace chainmail
 {
 
-/// Memory of the process for the buffers of a device that is a processor, in pages of 2 MB, as far as the system has
-/// them: fields are read brick by brick, from all over, and few of their many small pages would be known to a processor
-/// at a time. New pages hold zeros and take no room until somebody writes there.
+/// Host memory for the buffers of processors, in huge pages of 2 MB where the system provides them. Fields are read
+/// brick by brick, all over memory. With small pages a processor's translation buffer (TLB) would hold too few of them.
+/// New pages are zero and take no memory until the first write.
 ///
-/// Buffers that begin with zeros have new pages, which go back to the system with them; a heap would keep what lies
-/// below other memory in use. Buffers that begin with anything come and go with each update. Their pages are kept for
-/// the next ones of this kind, since a system takes long to hand out new ones, and a virtual machine longer. With what
-/// is kept such buffers, and all buffers, never have more than they once had, and no more is kept than twice what is in
-/// use, so nothing when the last buffer is gone. May be called from any thread.
+/// Buffers of zeros get new pages, which return to the system with the buffer. (A heap would keep freed memory below
+/// other memory in use.) Buffers with undefined content are temporary: they come and go with each update. Their pages
+/// are kept for the next temporary buffers, because a system takes long to provide new ones, and a virtual machine
+/// longer. Kept bytes are at most twice the bytes in use, so none remain after the last buffer. Kept and used bytes
+/// together never exceed the peak of the used ones, both for temporary buffers and for all. May be called from any
+/// thread.
 class Pages
 {
 public:
@@ -24,22 +25,23 @@ public:
   {
     std::shared_ptr<Pages> pages;
     std::size_t bytes;
-    bool zeros; ///< as asked for
+    bool zeros; ///< as requested in take()
     void operator()(char* memory) const { this->pages->give(memory, this->bytes, this->zeros); }
   };
   using Memory = std::unique_ptr<char, GiveBack>;
 
-  /// Whether it is known how this system hands out pages.
+  /// Whether allocation in huge pages is implemented for this system.
 #ifdef __linux__
   static constexpr bool areKnown = true;
 #else
   static constexpr bool areKnown = false;
 #endif
 
-  /// Memory from the beginning of a page on, which holds zeros, or anything. Null where the system has none.
+  /// Memory from the beginning of a page on, filled with zeros or with undefined content. Null if the system has none
+  /// left.
   static Memory take(const std::shared_ptr<Pages>& pages, std::size_t bytes, bool zeros);
 
-  /// Bytes that no buffer has.
+  /// The bytes kept for later buffers.
   std::size_t kept() const;
 
   Pages() = default;
@@ -48,7 +50,7 @@ public:
   Pages& operator=(const Pages&) = delete;
 
 private:
-  using Ranges = std::map<char*, std::size_t>; ///< bytes by where they begin, of which no two touch
+  using Ranges = std::map<char*, std::size_t>; ///< sizes [bytes] by address; no two ranges are adjacent
 
   char* takeKept(std::size_t bytes);
   void give(char* memory, std::size_t bytes, bool zeros);
@@ -61,7 +63,7 @@ private:
   std::size_t keptBytes_ = 0;
   std::size_t inUse_ = 0;
   std::size_t mostInUse_ = 0;
-  std::size_t passing_ = 0; ///< what buffers have of it that come and go
+  std::size_t passing_ = 0; ///< share of inUse_ that temporary buffers have
   std::size_t mostPassing_ = 0;
 };
 

@@ -12,8 +12,8 @@ namespace chainmail
 namespace
 {
 
-/// The file of this name in a binary of PoCL, where the length of 4 bytes, lowest first, stands between the name and
-/// the content of each file. Empty where there is none.
+/// The content of the file of this name in a binary of PoCL. Between the name and the content of each file stands its
+/// length, 4 bytes, lowest first. Empty if there is no such file.
 std::string fileIn(const std::vector<unsigned char>& binary, const std::string& name)
 {
   const std::string all(binary.begin(), binary.end());
@@ -31,9 +31,9 @@ std::string fileIn(const std::vector<unsigned char>& binary, const std::string& 
   return length <= all.size() - begin ? all.substr(begin, length) : std::string();
 }
 
-/// An option that no other process has. PoCL keeps a program in a folder that it names by source and options, and asked
-/// for a binary it reads all that lies there: it ends the process where a file goes meanwhile, as those do that another
-/// process, which compiles the same, is still writing.
+/// A compiler option that is unique to this process. PoCL names a program's folder after its source and options. When
+/// it returns a binary it reads all files there, and it ends the process if one disappears meanwhile. Unfinished files
+/// of another process that compiles the same program do disappear. So each process needs a folder of its own.
 std::string optionOfThisProcess()
 {
   static const std::uint64_t number = std::uint64_t(std::random_device()()) << 32 | std::random_device()();
@@ -54,7 +54,7 @@ std::string poclBitcode(
   try
   {
     const cl::Context context(device);
-    const char* const noHeader = " -D_OPENCL_H_"; // Clang's header then takes itself to be included already
+    const char* const noHeader = " -D_OPENCL_H_"; // the include guard of Clang's header, which is then skipped
     cl::Program program(context, wholeHeader ? source : detail::kernelSource("builtins.clh") + source);
     program.compile((options + (wholeHeader ? "" : noHeader) + optionOfThisProcess()).c_str());
     const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();

@@ -25,7 +25,7 @@ namespace chainmail
 
 namespace fs = std::filesystem;
 
-#ifdef _WIN32 // where PoCL, if it is there at all, writes to a place that is the user's own
+#ifdef _WIN32 // on Windows PoCL, if installed, writes to a place of the user's own
 
 PoclCacheNamed::PoclCacheNamed() = default;
 PoclCacheNamed::~PoclCacheNamed() = default;
@@ -50,11 +50,11 @@ namespace
 
 constexpr const char* variable = "POCL_CACHE_DIR";
 
-/// What is written down of a file of code.
+/// The list's entry for a file of code.
 struct Entry
 {
   std::uintmax_t bytes = 0;
-  std::int64_t written = 0; ///< when
+  std::int64_t written = 0; ///< time of the last write
   std::uint64_t hash = 0;
 
   bool operator==(const Entry& other) const
@@ -63,7 +63,7 @@ struct Entry
   }
 };
 
-/// The list, by the paths of files in the folder.
+/// The list of entries, by the paths of files in the folder.
 using List = std::map<std::string, Entry>;
 
 fs::path listOf(const fs::path& folder)
@@ -83,7 +83,7 @@ List readList(const fs::path& folder)
   return list;
 }
 
-/// As others may read it meanwhile, it is renamed when it is whole.
+/// Writes to a temporary name and renames it when complete, because other processes may read the list meanwhile.
 void writeList(const fs::path& folder, const List& list)
 {
   const fs::path unfinished = listOf(folder).string() + '.' + std::to_string(getpid());
@@ -110,10 +110,10 @@ std::string contentOf(const fs::path& path)
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-/// Whether a library that no list knows is whole: linkers write the table of sections last.
+/// Whether a library without an entry is complete: linkers write the table of sections last.
 bool isWholeLibrary(const std::string& content)
 {
-  constexpr std::size_t headBytes = 64; // of ELF with 64 bits
+  constexpr std::size_t headBytes = 64; // of a 64-bit ELF file
   if (content.size() < headBytes || content.compare(0, 5, "\177ELF\2") != 0)
   {
     return false;
@@ -126,7 +126,7 @@ bool isWholeLibrary(const std::string& content)
   return table <= content.size() && std::uint64_t(entryBytes) * entries <= content.size() - table;
 }
 
-/// The same of LLVM's bitcode: blocks follow each other, each with its length, in words, in its second word.
+/// The same for LLVM's bitcode: blocks follow each other, each with its length in its second word, counted in words.
 bool isWholeBitcode(const std::string& content)
 {
   std::size_t end = 4;
@@ -139,9 +139,9 @@ bool isWholeBitcode(const std::string& content)
   return end > 4 && end == content.size();
 }
 
-/// Whether PoCL has given a file of code its last name: program.bc, or KERNEL/SIZES/KERNEL.so. One that it is still
-/// writing, perhaps in another process, has one that begins with "tempfile" or, since PoCL 7, lies beside the last one
-/// as "parallel" and some letters.
+/// Whether a file of code has the final name that PoCL gives it: program.bc, or KERNEL/SIZES/KERNEL.so. A file that
+/// PoCL is still writing, perhaps in another process, has a different name. It begins with "tempfile" or, since PoCL 7,
+/// it lies beside the final one as "parallel" and some letters.
 bool isFinished(const fs::path& file)
 {
   return file.extension() == ".so"   ? file.stem() == file.parent_path().parent_path().filename()
@@ -149,7 +149,7 @@ bool isFinished(const fs::path& file)
                                      : false;
 }
 
-/// Calls f(file, its path in the folder) for all files of code of programs.
+/// Calls f(file, its path in the folder) for all finished files of code in the folder.
 template <typename F> void forFiles(const fs::path& folder, const F& f)
 {
   std::error_code failed;
@@ -173,7 +173,7 @@ void checkPoclCache(const fs::path& folder)
   forFiles(folder,
     [&](const fs::directory_entry& file, const std::string& path)
     {
-      std::error_code gone; // filled where another process has removed the file
+      std::error_code gone; // set if another process has removed the file
       Entry entry;
       entry.bytes = file.file_size(gone);
       entry.written = file.last_write_time(gone).time_since_epoch().count();
@@ -207,8 +207,8 @@ void checkPoclCache(const fs::path& folder)
 namespace
 {
 
-/// Lets PoCL find in a folder of this process what another folder holds that can be read alone. Returns the number of
-/// files.
+/// Makes links to the files of a read-only folder in a folder of this process, where PoCL finds them. Returns the
+/// number of files.
 std::size_t linkFiles(const fs::path& from, const fs::path& to)
 {
   std::size_t files = 0;
@@ -223,7 +223,7 @@ std::size_t linkFiles(const fs::path& from, const fs::path& to)
   return files;
 }
 
-/// The folder that PoCL uses in this process, and what to do about it when the process ends.
+/// The folder that PoCL uses in this process, and its check at the end of the process.
 class PoclCache
 {
 public:
@@ -263,7 +263,7 @@ public:
   const fs::path& folder() const { return this->folder_; }
 
 private:
-  fs::path folder_; ///< empty where no place was found
+  fs::path folder_; ///< empty if no place was found
   bool checks_ = false;
   pid_t process_ = getpid();
 };
@@ -292,7 +292,7 @@ PoclCacheNamed::PoclCacheNamed()
 
 PoclCacheNamed::~PoclCacheNamed()
 {
-  if (this->isSet_) // processes that this one starts choose for themselves
+  if (this->isSet_) // child processes choose their own folder
   {
     this->before_.empty() ? unsetenv(variable) : setenv(variable, this->before_.c_str(), 1);
   }

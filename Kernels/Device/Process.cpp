@@ -26,7 +26,7 @@ bool isForkedFromOpenCL()
 namespace
 {
 
-std::atomic<pid_t> user{ 0 }; ///< the first process that has used OpenCL: this one, or what it was forked from
+std::atomic<pid_t> user{ 0 }; ///< the first process that has used OpenCL: this one, or the one that it was forked from
 
 }
 

@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 namespace
 {
 
-/// The ending of our files. No others are ever deleted, since the user may name a folder that holds other things.
+/// The extension of the cache's files. No others are ever deleted, because the user may name a folder that holds other
+/// things.
 constexpr const char* extension = ".clprogram";
 
 std::string hexadecimal(std::uint64_t number)
@@ -33,7 +34,8 @@ std::string hexadecimal(std::uint64_t number)
   return text.str();
 }
 
-/// The head of a file: its format, the hash of everything after the head, and the length of the key, which comes first.
+/// The head of a file: its format, the hash of everything after the head, and the length of the key. The key follows
+/// the head.
 struct Head
 {
   char format[16] = "ChainMail CL 1\n";
@@ -173,7 +175,7 @@ void ProgramCache::prune() const
   std::uintmax_t bytes = 0;
   for (const fs::directory_entry& entry : fs::directory_iterator(this->folder_))
   {
-    std::error_code gone; // filled where another process has deleted the file
+    std::error_code gone; // set if another process has deleted the file
     const File file{ entry.path(), entry.file_size(gone), entry.last_write_time(gone) };
     if (file.path.extension() == extension && !gone)
     {

@@ -9,14 +9,14 @@
 namespace chainmail
 {
 
-/// Keeps compiled programs in files, from one process to the next. Each is found by a key that names everything it
+/// Keeps compiled programs in files, from one process to the next. Each program has a key that names everything it
 /// depends on. No function here throws or fails: a file that cannot be read counts as missing, and a program that
 /// cannot be written is not kept.
 ///
 /// Any number of processes may use a folder at once, and it may be deleted at any time. A file is written under a
-/// temporary name and then renamed, so that nobody reads half of one. It begins with its key and the hash of its
-/// content; a file that is truncated, damaged or of another key is not used, and is replaced. Nor is a folder used to
-/// which others may write (isTrusted).
+/// temporary name and then renamed, so no process reads an incomplete one. It begins with its key and the hash of its
+/// content. A file that is truncated, damaged or of another key is not used, and is replaced. A folder to which others
+/// may write is not used either (isTrusted).
 class ProgramCache
 {
 public:
@@ -41,8 +41,8 @@ public:
   /// The program kept under `key`; empty where there is none.
   std::string find(const std::string& key) const noexcept;
 
-  /// Keeps what `program` returns, unless that is empty. Calls it only where a file can be written, since some drivers
-  /// take long to hand out a program.
+  /// Keeps the result of `program`, unless it is empty. Calls `program` only if a file can be written, because some
+  /// drivers take long to return a program.
   void keep(const std::string& key, const std::function<std::string()>& program) const noexcept;
 
 private:

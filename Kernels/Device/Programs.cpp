@@ -39,7 +39,7 @@ std::string sourceOf(const std::string& file)
 namespace
 {
 
-/// Names everything that a driver's compiled program depends on.
+/// A key that names everything that a driver's compiled program depends on.
 std::string programKey(const cl::Device& device, const std::string& options, const std::string& source)
 {
   const cl::Platform platform(device.getInfo<CL_DEVICE_PLATFORM>());
@@ -53,7 +53,7 @@ std::string programKey(const cl::Device& device, const std::string& options, con
   return key;
 }
 
-/// The driver's compiled program for this one device; empty where the driver does not hand it out.
+/// The driver's compiled program for this device; empty if the driver does not return it.
 std::string binaryOf(const cl::Program& program)
 {
   try
@@ -67,7 +67,7 @@ std::string binaryOf(const cl::Program& program)
   }
 }
 
-/// Hands a program that a driver has kept, or something like it, to the driver. Nothing where it does not accept it.
+/// A program from a driver's own binary, or from bitcode; nothing if the driver rejects it.
 std::optional<cl::Program> accepted(
   const cl::Device& device, const cl::Context& context, const std::string& kept, const std::string& options)
 {
@@ -120,7 +120,7 @@ cl::Program build(const cl::Device& device, const cl::Context& context, const Pr
   {
     if (pocl)
     {
-      requirePoclCache(); // this may be why
+      requirePoclCache(); // the folder may be the cause
     }
     throw DeviceError(std::string("OpenCL call ") + error.what() + " failed with " + errorName(error.err()) + " for " +
                       file + " on \"" + device.getInfo<CL_DEVICE_NAME>() +
@@ -144,7 +144,7 @@ void WhileCompiling::report()
 
 void WhileCompiling::wait(const std::function<bool(std::chrono::microseconds)>& done)
 {
-  // Programs from the cache take less time than the first steps, and nobody has to hear of them.
+  // Programs from the cache are ready within the first steps, without a report.
   std::chrono::microseconds step(50);
   std::chrono::microseconds waited(0);
   while (!done(step))

@@ -19,8 +19,8 @@ namespace chainmail
 /// line.
 std::string sourceOf(const std::string& file);
 
-/// What the calling thread does now and then while it waits for the device's compiler: the last that was made in this
-/// thread and still lives. It may throw, which ends the wait and leaves the compiler at work.
+/// A function that the calling thread calls repeatedly while it waits for the device's compiler. The innermost living
+/// object of the thread applies. The function may throw, which ends the wait and leaves the compiler at work.
 class WhileCompiling
 {
 public:
@@ -36,7 +36,7 @@ public:
 
   static void report();
 
-  /// Waits, and reports, until `done` returns true. `done` waits for at most the time that it is given.
+  /// Waits, and calls report(), until `done` returns true. Each call of `done` waits for at most the given time.
   static void wait(const std::function<bool(std::chrono::microseconds)>& done);
 
 private:
@@ -45,7 +45,7 @@ private:
   static thread_local WhileCompiling* current_;
 };
 
-/// A program, and which of its kernels were launched.
+/// A program, with a record of its launched kernels.
 class Program
 {
 public:
@@ -56,8 +56,8 @@ public:
 
   const cl::Program& get() const { return this->program_; }
 
-  /// Whether a kernel was launched with work-groups of this size before. Some drivers compile it when that first
-  /// happens.
+  /// Whether a kernel was launched with work-groups of this size before. Some drivers compile it at the first such
+  /// launch.
   bool wasLaunched(const std::string& kernel, std::size_t items);
   void noteLaunch(const std::string& kernel, std::size_t items);
 

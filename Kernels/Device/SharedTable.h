@@ -9,8 +9,8 @@
 namespace chainmail
 {
 
-/// A table of integers that device and host work on in turn. The host's copy and the device's are synchronised by
-/// toDevice() and fromDevice() alone.
+/// A table of integers that device and host use alternately. Only toDevice() and fromDevice() synchronise the copies of
+/// the host and the device.
 class SharedTable
 {
 public:

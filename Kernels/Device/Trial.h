@@ -7,15 +7,15 @@
 namespace chainmail
 {
 
-/// Whether the engine works on a device, where that is not known beforehand. A compiler of OpenCL may end the process
-/// that uses it or never come to an end. So a device is tried once in a process that nobody waits for
-/// (ChainMailCompileAhead), and the outcome is kept in the user's cache, for this version of kernels and driver.
+/// Finds out whether the engine works on a device that is not proven. A compiler of OpenCL may end the process that
+/// uses it or never return. So a device is tried once in a process that nobody waits for (ChainMailCompileAhead). The
+/// result is kept in the user's cache, for this version of kernels and driver.
 
-/// Whether a trial of this device came to a good end.
+/// Whether a trial of this device succeeded.
 bool hasPassedTrial(const DeviceInfo& device);
 
-/// Calls `use`, which is to run kernels and to throw, or to end the process, where they do not work. Nothing happens
-/// where that was done before, or where there is no cache to note it in.
+/// Calls `use`, which should run kernels, and throw or end the process if they do not work. Nothing happens if the
+/// device was tried before, or if there is no cache to record the trial.
 void tryDevice(const DeviceInfo& device, const std::function<void()>& use);
 
 }

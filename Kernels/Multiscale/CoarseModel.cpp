@@ -29,24 +29,29 @@ Grid halved(const Grid& finer)
 
 /// The signed constraint of a coarser element on one axis, from those of the up to eight elements that it stands for.
 ///
-/// One number has to say two things. One is how far the element stretches: chains at their limits take the shortest
-/// way, so this is its shortest row of links. The other is what strain costs: its rows share the strain side by side,
-/// so this is their harmonic mean. In tissue of one kind both are the same. Otherwise the constraint is the mean of the
-/// two, over the rows along all axes. With the mean of the eight alone, coarser grids carry a handle's pull too short a
-/// way: 128^3 patchy tissue with two bones then enters the finest grid with an energy of 1.33 times the least, but with
-/// this rule 1.05 times.
+/// The constraint sets both the limit and the stiffness of links. Chains at their limits follow the shortest path. So
+/// the right limit is that of the element's shortest row of links. Its rows are springs in parallel, so the right
+/// stiffness is that of their harmonic mean. In homogeneous tissue both are equal. Otherwise the constraint is the mean
+/// of the two, averaged over the axes. With `row` the limit of a row along the axis, and n the number of these rows:
+///
+///   c = mean over axes of 1/2 ( min(row) + n / sum(1 / row) ).
+///
+/// An element without rows has the mean of the constraints that it stands for. With the mean of the eight alone, a
+/// handle's pull does not propagate far enough on coarser grids. Energy on entry to the finest grid divided by the
+/// minimum, for 128^3 patchy tissue with two bones: 1.33 with that mean, 1.05 with this rule.
 class Children
 {
 public:
-  /// A joint in it keeps it from being rigid, or bodies would be one on coarser grids. Bone on both sides of a free one
-  /// counts as so soft at least.
+  /// Marks an element with a joint. Such an element is never rigid, because otherwise the bodies would be one on
+  /// coarser grids. `softness`: its least constraint, even with bone on both sides; above 0 where there are free
+  /// joints.
   void addJoint(float softness)
   {
     this->joint_ = true;
     this->softness_ = softness;
   }
 
-  /// Adds one of the eight. Bit a of `place` is its place along axis a.
+  /// Adds one of the eight. Bit a of `place` is its position along axis a.
   void add(int place, float c)
   {
     if (std::isinf(c))
@@ -114,11 +119,10 @@ private:
   std::array<float, 8> constraint_{ none, none, none, none, none, none, none, none };
 };
 
-/// The softness of elements of coarser grids that a free joint runs through.
+/// The least constraint of coarser elements that a free joint runs through.
 constexpr float softnessOfFreeJoints = 0.5f;
 
-/// What a coarser grid has of the joints of a finer one: the elements that they run through, and the links that they
-/// leave out.
+/// The joints of a finer grid on a coarser one: the elements that they run through, and the links that they remove.
 struct CoarserJoints
 {
   std::vector<std::size_t> elements;

@@ -10,9 +10,9 @@ namespace chainmail
 /// The tissue on a grid of half as many elements per axis. `finer` must outlive it.
 std::shared_ptr<const Model> coarserModel(const Bricks& finer);
 
-/// Removes the links of a coarser grid that cuts of the finer one have severed. A coarser link goes where all links
-/// across the boundary of its two elements are gone, or all those within an element along that axis; that element then
-/// stays with the lower side.
+/// Removes the links of a coarser grid that cuts of the finer grid have severed. A coarser link is removed in two
+/// cases. Either all finer links across the boundary between its two elements are missing, or all those within its
+/// lower element along that axis. In the latter case the lower element stays with its own lower neighbour.
 void coarsenCuts(const Bricks& finer, Bricks& coarser);
 
 }

@@ -18,16 +18,16 @@ namespace chainmail
 namespace
 {
 
-/// How one coarser grid is relaxed.
+/// The sweeps on one coarser grid.
 struct Sweeps
 {
   Reach reach;
   int count;
 };
 
-/// `depth` counts the grids between this one and the finest. Deeper grids settle displacements that are far apart, and
-/// their sweeps cost little; on small grids sweeps cost next to nothing. Where elements turn, spins that contradict
-/// each other have been left behind on the grid before, so that displacements that are far apart have still to settle.
+/// `depth`: the number of grids between this one and the finest. Deeper grids reduce errors that extend over many
+/// elements, and their sweeps cost little; on small grids sweeps cost almost nothing. Where elements rotate, the
+/// coarser grid before has left incompatible rotations behind. So such long errors remain also at depth 0.
 Sweeps sweepsOn(const Grid& grid, std::size_t depth, bool turns)
 {
   if (*std::max_element(grid.size.begin(), grid.size.end()) <= 16)
@@ -44,16 +44,17 @@ Sweeps sweepsOn(const Grid& grid, std::size_t depth, bool turns)
 /// A grid with no axis longer than this is the coarsest one.
 constexpr int coarsestSize = 8;
 
-/// Sweeps on the finest grid that smooth what interpolation bent. Limits do not count in them.
+/// Sweeps on the finest grid that smooth the interpolated displacements. They ignore the limits of links.
 constexpr int smoothingSweeps = 2;
 
-/// The share of a correction that is kept is a multiple of this, so that no rounding of energies changes it.
+/// The share of a correction that is kept is a multiple of this, so rounding of energies does not change it.
 constexpr double shareStep = 1.0 / 16.0;
 
-/// A handle goes further than a coarser grid can stretch if it is more than this too far [fractions of its spacing].
+/// A handle is displaced further than a coarser grid can stretch if the excess is above this [fractions of that grid's
+/// spacing].
 constexpr double tooFar = 1e-4;
 
-/// Keeps the spins that all elements have.
+/// Saves the rotations of all elements in `before`.
 void keepSpins(Bricks& bricks, Field& before)
 {
   bricks.keep(before);
@@ -61,17 +62,17 @@ void keepSpins(Bricks& bricks, Field& before)
     bricks.spins()->spin.buffer, before.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
 }
 
-/// Gives all elements the spins they had then.
+/// Restores the rotations of all elements from `before`.
 void turnBack(Bricks& bricks, const Field& before)
 {
   bricks.context().queue().enqueueCopyBuffer(
     before.buffer, bricks.spins()->spin.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
 }
 
-/// The soft links of a coarser grid. That of an element has the sum of the weights of all that it stands for, and the
-/// weighted mean of their places. A link between elements stands for four side by side (two in a slice), but its energy
-/// counts once. So that of soft links is divided by four, too. Weights belong to lengths in spacings, which are
-/// doubled.
+/// The soft links of a coarser grid. The soft link of an element has the sum of the weights of those that it stands
+/// for. Its place is the weighted mean of theirs. A link between elements stands for four parallel links (two in a
+/// slice), but its energy counts once. So the energy of soft links is divided by four (two), too. Weights refer to
+/// lengths in spacings, and the spacing is doubled, so weights are doubled.
 std::vector<SoftLink> coarserSoftLinks(const Bricks& finer, const Grid& grid)
 {
   std::map<std::size_t, SoftLink> sums;
@@ -125,7 +126,7 @@ public:
 
   Bricks& bricks() { return this->bricks_; }
 
-  /// Takes over the state of the finer grid. `held` are the voxels of this grid that probes hold.
+  /// Restricts the state of the finer grid to this one. `held`: the voxels of this grid that probes hold.
   void coarsen(const std::vector<std::size_t>& held)
   {
     this->bricks_.clearDisplacements();
@@ -167,10 +168,10 @@ public:
     }
   }
 
-  /// Projects the state to a feasible one. Where spins contradict each other those of the finer grid are taken, to
-  /// begin with. Handles and bones are thicker on this grid and the tissue between them is thinner, so it may not
-  /// stretch as far as a handle goes. Then the handle gives way, as it would otherwise drag anchored bone and
-  /// everything around it along.
+  /// Projects the state to a feasible one. If its rotations are incompatible, those restricted from the finer grid
+  /// replace them first. On this grid handles and bones are thicker, and the tissue between them is thinner. So it may
+  /// not stretch as far as a handle is displaced. Then the handle is set back to a feasible place. Otherwise it would
+  /// drag anchored bone and everything around it along.
   void makeFeasible(const Checkpoint& checkpoint)
   {
     if (!this->feasibility_.run(this->propagation_, checkpoint) && this->propagation_.conflict().largest() == 0.0)
@@ -196,7 +197,7 @@ public:
       *this->clusters_, elasticity, nullptr, sweeps.reach, 0, sweeps.count, tolerance, [&](int) { checkpoint(); });
   }
 
-  /// Takes the finer grid to where this one is. The result need not be feasible.
+  /// Interpolates the displacements and rotations of this grid to the finer one. The result need not be feasible.
   void refine()
   {
     std::set<int> needed;
@@ -229,7 +230,7 @@ public:
     Context& context = this->bricks_.context();
     const auto transfer = [&](const cl::Buffer& from, float scale, bool spins, const cl::Buffer& to)
     {
-      // The program is the one for this grid's cuts: those of the finer grid do not matter here.
+      // The program is built for the cuts of this grid. Cuts of the finer grid have no effect here.
       context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "refine"), slots.size(),
         this->bricks_.workItems(true), this->list_.holding(context, slots), this->finer_.layout(),
         this->bricks_.layout(), from, this->bricks_.tissue(), this->finer_.constraint, scale,
@@ -244,7 +245,7 @@ public:
     }
   }
 
-  /// Lets the bones of this grid be straight again, after it has been refined to.
+  /// Projects the bones of this grid to rigid motions, after interpolation from the coarser grid.
   void straighten()
   {
     this->clusters_->begin(this->held_);
@@ -354,7 +355,7 @@ void CoarseToFine::cycle(
     finer = &grid;
     level->coarsen(held);
   }
-  this->levels_.back()->makeFeasible(checkpoint); // the other grids follow once they have been refined
+  this->levels_.back()->makeFeasible(checkpoint); // the others are projected after interpolation to them
   for (std::size_t n = this->levels_.size(); n-- > 0;)
   {
     Level& level = *this->levels_[n];
@@ -383,7 +384,8 @@ void CoarseToFine::cycle(
       this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
       if (!this->feasible_ && this->bricks_.spins())
       {
-        // Spins of before contradict each other nowhere. Tissue and bones then only move, and turn in the sweeps after.
+        // The rotations before the cycle are compatible. With these, tissue and bones only move; they rotate in the
+        // sweeps that follow.
         turnBack(this->bricks_, this->spinsBefore_);
         this->bricks_.setTurned(this->turnedBefore_);
         clusters.straighten(false);
@@ -393,7 +395,8 @@ void CoarseToFine::cycle(
   }
 }
 
-/// Puts pieces of tissue back that no link joins to tissue that moves (components.cl).
+/// Restores the state before the cycle in connected components of tissue that no link joins to moving tissue
+/// (components.cl).
 void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
 {
   Context& context = this->bricks_.context();
@@ -436,7 +439,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   {
     isTouched[slot] = 1;
   }
-  for (const int slot : moving) // marks go on from these to tissue at rest, which may join them to others
+  for (const int slot : moving) // marks spread from these to tissue at rest, which may link to `others`
   {
     const int brick = this->bricks_.brick(slot);
     for (int d = 0; d < 6; ++d)
@@ -466,8 +469,9 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   this->bricks_.drop(this->marks_);
 }
 
-/// Tissue with a soft link is held by it, and strained as long as it is not where the link pulls it. So coarser grids
-/// may move it. Adds that to what components.cl found of whole bricks, and returns the addresses of such elements.
+/// A soft link holds its element, and strains it until the element is at the target place of the link. So coarser grids
+/// may move tissue with soft links. Adds this to the marks of whole bricks in `found` (components.cl). Returns the
+/// addresses of such elements.
 std::vector<std::uint32_t> CoarseToFine::markSoft(const std::vector<int>& slots, std::vector<cl_int>& found) const
 {
   std::vector<std::uint32_t> addresses;
@@ -492,8 +496,8 @@ std::vector<std::uint32_t> CoarseToFine::markSoft(const std::vector<int>& slots,
   return addresses;
 }
 
-/// For each slot whether its brick is whole and belongs to a piece that coarser grids may move, as far as whole bricks
-/// tell. `found` is what components.cl found in these slots.
+/// For each slot: whether its brick is whole and coarser grids may move its connected component. Only links between
+/// whole bricks are considered. `found`: the results of components.cl for these slots.
 std::vector<char> CoarseToFine::mayMove(const std::vector<int>& slots, const std::vector<cl_int>& found) const
 {
   std::vector<cl_int> marks(this->bricks_.slots(), 0);
@@ -553,7 +557,8 @@ double CoarseToFine::judge(const Elasticity& elasticity)
   const double whole = this->energy(elasticity);
   if (this->bricks_.spins())
   {
-    // Not all states between two whose bones lie differently are feasible, so it is all or nothing.
+    // If the rotation of a bone differs between two feasible states, not all states between them are feasible. So the
+    // step is kept or discarded as a whole.
     if (!this->feasible_ || whole > this->energyBefore_)
     {
       kept = 0.0;
@@ -567,15 +572,15 @@ double CoarseToFine::judge(const Elasticity& elasticity)
   }
   else if (whole > this->energyBefore_)
   {
-    // The energy of elastic tissue is a parabola along the way. Its lowest point lies before the middle, since the end
-    // is higher than the beginning.
+    // The energy E of elastic tissue is quadratic in the share s of the step. E(1) > E(0), so its minimum is below 1/2:
+    // s = 1/2 - 1/4 (E(1) - E(0)) / (E(1) - 2 E(1/2) + E(0)).
     this->goBack(0.5f);
     const double half = this->energy(elasticity);
     const double bend = whole - 2.0 * half + this->energyBefore_;
     const double lowest = bend > 0.0 ? 0.5 - 0.25 * (whole - this->energyBefore_) / bend : 0.0;
     kept = std::max(0.0, shareStep * std::floor(lowest / shareStep));
     this->goBack(static_cast<float>(2.0 * kept));
-    if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // in plastic tissue it is no parabola
+    if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // in plastic tissue E is not quadratic
     {
       kept = 0.0;
       this->goBack(0.0f);
@@ -585,7 +590,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
   return kept;
 }
 
-/// Leaves every element at this share of its way from where it was before. Elements that moved alike still do.
+/// Scales the change of every displacement since the state before run() by `share`. Equal changes stay equal.
 void CoarseToFine::goBack(float share)
 {
   Context& context = this->bricks_.context();

@@ -46,7 +46,7 @@ ModelReduction::~ModelReduction()
   this->whole_.drop(this->owner_);
 }
 
-/// Removes the links that are missing from the start.
+/// Removes the links that are missing from the start (reducedModel).
 void ModelReduction::separate()
 {
   for (const auto& [element, axis] : this->apart_)
@@ -93,7 +93,7 @@ std::size_t ModelReduction::ownerOf(std::size_t voxel) const
   return other == this->owners_.end() ? this->parentOf(voxel) : other->second;
 }
 
-/// Calls f(voxel) for every tissue voxel that one is linked to.
+/// Calls f(next) for every tissue voxel `next` that is linked to `voxel`.
 template <typename F> void ModelReduction::forLinks(std::size_t voxel, const F& f) const
 {
   const Grid& whole = this->whole_.model().grid();
@@ -135,7 +135,7 @@ std::vector<std::size_t> ModelReduction::voxelsOf(std::size_t element) const
   return voxels;
 }
 
-/// The connected components of an element's voxels, joined by links within it, in the order of their first voxels.
+/// The connected components of an element's voxels by the links within the element, in the order of their first voxels.
 std::vector<ModelReduction::Cell> ModelReduction::pieces(std::size_t element) const
 {
   const Cell voxels = this->voxelsOf(element);
@@ -173,9 +173,9 @@ std::vector<ModelReduction::Cell> ModelReduction::pieces(std::size_t element) co
   return pieces;
 }
 
-/// Gives each loose piece to an element that it is linked to: the one that it followed before, else the one that most
-/// of its links lead to. A piece linked to loose ones alone waits for them; a piece without links stays with its own
-/// element.
+/// Assigns each loose component (`loose`) to an element that it is linked to. This is the one that it followed before.
+/// If it has no link to that one, it is the one to which most of its links lead. A component linked only to loose ones
+/// waits for these. A component without links stays with its own element.
 void ModelReduction::join(std::vector<Cell> loose, const std::unordered_map<std::size_t, std::size_t>& before)
 {
   std::set<std::size_t> open;
@@ -227,7 +227,7 @@ void ModelReduction::join(std::vector<Cell> loose, const std::unordered_map<std:
   }
 }
 
-/// Elements with a voxel that a cut or carve has touched.
+/// Elements with a voxel that a cut or carve has changed.
 std::set<std::size_t> ModelReduction::touched() const
 {
   const Grid& whole = this->whole_.model().grid();
@@ -253,7 +253,7 @@ std::set<std::size_t> ModelReduction::touched() const
   return changed;
 }
 
-/// Finds anew which voxels follow another element than their own. Returns the elements that have no voxel left.
+/// Recomputes which voxels follow another element than their own. Returns the elements that have lost their last voxel.
 std::vector<std::size_t> ModelReduction::findOwners(const std::set<std::size_t>& changed)
 {
   const Grid& grid = this->bricks_.model().grid();
@@ -269,8 +269,8 @@ std::vector<std::size_t> ModelReduction::findOwners(const std::set<std::size_t>&
     {
       gone.push_back(element);
     }
-    // The part that stays is the one with most voxels that are with the element so far, so that no tissue leaps to
-    // another.
+    // The component that stays is the one with the most voxels that have followed the element so far. So no tissue
+    // jumps to another element.
     std::size_t most = 0;
     std::size_t stays = parts.size();
     for (std::size_t n = 0; n < parts.size(); ++n)
@@ -295,7 +295,7 @@ std::vector<std::size_t> ModelReduction::findOwners(const std::set<std::size_t>&
   return gone;
 }
 
-/// Removes the links of elements between which no link of voxels is left.
+/// Removes the link between two elements if no voxel of one is linked to a voxel of the other any more.
 void ModelReduction::removeLinks(const std::set<std::size_t>& changed)
 {
   const Grid& grid = this->bricks_.model().grid();
@@ -346,7 +346,7 @@ std::vector<std::size_t> ModelReduction::follow()
   const std::set<std::size_t> changed = this->touched();
   const std::vector<std::size_t> gone = this->findOwners(changed);
   this->removeLinks(changed);
-  this->bricks_.removeElements(gone); // and copies the links to the device
+  this->bricks_.removeElements(gone); // also copies the links to the device
   this->moved();
   return gone;
 }

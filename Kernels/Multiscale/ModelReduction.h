@@ -13,20 +13,22 @@
 namespace chainmail
 {
 
-/// A grid of fewer, larger elements that stand for n x n x n voxels each and deform in their place (reduce.cl).
+/// A reduced model: a grid of larger elements that stand for n x n x n voxels each and deform in their place
+/// (reduce.cl).
 ///
-/// An element exists where any of its voxels is tissue. Its constraint is their mean; it is rigid where one of them is
-/// rigid and anchored where one is anchored. Two elements are linked where any of their voxels are. So walls of a
-/// single voxel stay in one piece, and bodies on either side of an element of air stay apart.
+/// An element exists where any of its voxels is tissue. Its constraint is the mean over these. It is rigid if one
+/// of them is rigid, and anchored if one of them is anchored. Two elements are linked if any of their voxels are
+/// linked. So walls of a single voxel stay in one piece, and bodies on both sides of an element of air stay separate.
 ///
-/// Cuts and carves act on the voxels, exactly. Where a cut divides the voxels of an element, the largest part stays
-/// with it, and each other part joins the element that most of its links lead to. So the tissue on both sides of a cut
-/// follows its own side, to the voxel, and elements between which everything is cut have no link left.
+/// Cuts and carves act on the voxels, exactly. Where a cut divides the voxels of an element, the largest connected
+/// component stays with this element. Each other component joins the element to which most of its links lead. So each
+/// voxel beside a cut follows the tissue on its own side. Elements whose voxels have no link left between them are not
+/// linked.
 class ModelReduction
 {
 public:
-  /// Makes the elements for `factor` (2, 4 or 8) voxels of `whole` per axis, or one on an axis with a single voxel.
-  /// Where they turn these elements have spins.
+  /// Creates elements of `factor` (2, 4 or 8) voxels of `whole` per axis, or of one on an axis with a single voxel. If
+  /// `turning` is on, the elements have rotations.
   ModelReduction(Bricks& whole, int factor, const Turning& turning);
   ~ModelReduction();
 
@@ -36,7 +38,7 @@ public:
   /// The larger elements.
   Bricks& bricks() { return this->bricks_; }
 
-  /// The place of the first of them, the middle of its voxels [mm], see Grid.
+  /// The place of the first larger element, the centre of its voxels [mm], see Grid.
   Vector3 origin() const
   {
     Vector3 origin;
@@ -50,25 +52,25 @@ public:
   /// To be called when the displacements of the larger elements have changed.
   void moved() { this->current_ = false; }
 
-  /// Displaces the voxels as the larger elements are: linear between the elements that links join to the voxel's own
-  /// one, and exactly as that one, with its rotation, where the voxel is rigid. Does nothing if no element has moved
-  /// since.
+  /// Displaces the voxels with the larger elements. The displacement of a voxel is interpolated linearly between the
+  /// elements that links join to the voxel's own element. A rigid voxel moves exactly with its own element, including
+  /// its rotation. Does nothing if no element has moved since the last call.
   void expand();
 
-  /// Takes over cuts and carves of the voxels. Returns the larger elements that are gone, ascending.
+  /// Applies the cuts and carves of the voxels to the larger elements. Returns the larger elements removed, ascending.
   std::vector<std::size_t> follow();
 
   /// Restores all links and elements of both grids. No element may be held at that time.
   void mend();
 
-  /// The elements that a probe holds if it grabs these voxels: those of which it grabs at least half, or else the one
-  /// of which it grabs most. Ascending.
+  /// The elements that a probe holds if it grabs these voxels, ascending: those of whose voxels it grabs at least half.
+  /// If there are none, it holds the one of which it grabs most.
   std::vector<std::size_t> elementsOf(const std::vector<std::size_t>& voxels) const;
 
   /// The tissue voxels within the box of an element, ascending.
   std::vector<std::size_t> voxelsOf(std::size_t element) const;
 
-  /// How many links of voxels lie side by side in one link of elements: its energy and its force count as often.
+  /// The number of parallel voxel links that a link of elements stands for. Its energy and force count as many times.
   double linksPerLink() const;
 
   /// Gives every voxel the value of its larger element, `axes()` interleaved values each; `nothing` in air.
@@ -113,11 +115,11 @@ private:
 
   Bricks& whole_;
   Index3 factor_;
-  std::vector<std::pair<std::size_t, int>> apart_; ///< elements with no link to the next one along an axis, at rest
+  std::vector<std::pair<std::size_t, int>> apart_; ///< (element, axis): no link to the next element from the start
   Bricks bricks_;
-  std::unordered_map<std::size_t, std::size_t> owners_; ///< the element of each voxel that follows another than its own
-  bool current_ = true;                                 ///< whether the voxels are where the elements are
-  Field owner_; ///< int [address] of the voxels: 1 + the element that it follows, 0 for its own
+  std::unordered_map<std::size_t, std::size_t> owners_; ///< voxel -> the element that it follows, if not its parent
+  bool current_ = true;                                 ///< whether the voxels have the elements' displacements
+  Field owner_; ///< int [address] of the voxels: 1 + the element that it follows, 0 for its parent
   Scratch list_{ "the list of bricks" };
 };
 

@@ -6,7 +6,7 @@
 namespace chainmail
 {
 
-/// Lets tissue settle by sweeps over the elements (Relaxation), which may start on coarser grids (CoarseToFine).
+/// Relaxation by sweeps over the elements (Relaxation), which may start on coarser grids (CoarseToFine).
 class MultiscaleRelaxation : public Relaxer
 {
 public:

@@ -1,8 +1,9 @@
-// Transfers displacements between a grid and one of half its resolution, whose elements stand for 2 x 2 x 2.
-// Displacements are fractions of each grid's own spacing.
+// Transfers displacements between a grid and one of half its resolution, each of whose elements stands for 2 x 2 x 2
+// finer ones (its children): restriction (`coarsen`) and prolongation (`refine`) of a multigrid method. Displacements
+// are fractions of each grid's own spacing.
 //
-// The host guarantees: both grids have bricks of the same size; arguments named `finer`
-// belong to the finer grid and the others to the coarser one; tables are as brick.clh says.
+// The host guarantees: both grids have bricks of the same size; arguments named `finer` belong to the finer grid and
+// the others to the coarser one; tables are as brick.clh says.
 
 #include "brick.clh"
 #include "element.clh"
@@ -10,9 +11,10 @@
 #include "spin.clh"
 #endif
 
-// Gives elements of the coarser grid the mean displacement of those they stand for or, where some are held, of these;
-// and their mean spin likewise, of the spins that are nearest to each other (spin.clh). `scale` is 1/2 for displacements,
-// which are fractions of the spacing, and 1 for spins.
+// Restriction: an element of the coarser grid gets the mean displacement of its children. If some of them are held,
+// only these count. With `spins`, the same for rotations. Each rotation has two spins (spin.clh), of which the mean
+// takes the one nearest to the first child's. `scale`: 1/2 for displacements, because they are fractions of the
+// spacing, and 1 for rotations.
 kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, uint finerTissuePitch,
   global const int* finerTable, global const int* finerPlace, int finerStrideY, int finerStrideZ,
   global const float* finerDisplacement, global const float* finerConstraint, float scale, int spins,
@@ -30,7 +32,7 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, u
     {
       free[axis] = held[axis] = first[axis] = (real)(0.0f);
     }
-    // Children on the same side of elements in a row follow each other.
+    // Children of the same index d, of consecutive elements in a row, have consecutive addresses.
     for (int d = 0; d < 8; ++d)
     {
       const int y = 2 * j % BY + (d >> 1 & 1), z = 2 * k % BZ + (d >> 2);
@@ -97,7 +99,7 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, u
   }
 }
 
-// Leaves every element at `share` of its way from where it was before.
+// Scales the move of every element: u = before + share (u - before).
 kernel void goBack(
   global const int* list, uint pitch, float share, global const float* before, global float* displacement)
 {
@@ -112,10 +114,10 @@ kernel void goBack(
   }
 }
 
-// --- Refine: layer by layer of coarser elements
+// --- Refine: one layer of coarser elements at a time
 
-// A layer in local memory: the coarser elements under a brick of the finer grid, and those around them. It has rows for
-// each of FIELDS: displacements (0 in air), constraints and, as the bits of a float, cuts.
+// A layer in local memory: the coarser elements that cover a brick of the finer grid, with a halo of one element. It
+// has rows for each of FIELDS: displacements (0 in air), constraints and, as the bits of a float, cuts.
 #define SPAN_X (HALF + 2)
 #define SPAN_Y (BY / 2 + 2)
 #ifdef CUTS
@@ -147,7 +149,8 @@ inline void loadLayer(local float* layer, int3 corner, uint pitch, uint tissuePi
   }
 }
 
-// One field of the 27 coarser elements around (x, y) of the middle layer: index x + 3 y + 9 z, with their own at 13.
+// One field of the 3 x 3 x 3 coarser elements around (x, y) of the middle layer, at index x + 3 y + 9 z. The element
+// itself is at 13.
 RULE void loadAround(local const float* layers, int middle, int field, int x, int y, real* around)
 {
   UNROLL
@@ -158,13 +161,15 @@ RULE void loadAround(local const float* layers, int middle, int field, int x, in
   }
 }
 
-// The weights of the neighbours that children lie nearer to, on the lower and the upper side of each axis.
+// share[axis][side]: the interpolation weight of the neighbour on the lower (0) or upper (1) side, for the children on
+// that side.
 typedef struct
 {
   real share[3][2];
 } Towards;
 
-// Interpolates the values of children: index x + 2 y + 4 z. Mirrored values give mirrored results, to the bit.
+// Interpolates the values of the eight children, at index x + 2 y + 4 z. Mirrored values give mirrored results, to the
+// bit.
 RULE void interpolate(const real* around, const Towards* towards, real* child)
 {
   real alongX[2][9], alongY[4][3];
@@ -190,9 +195,13 @@ RULE void interpolate(const real* around, const Towards* towards, real* child)
   }
 }
 
-// Strain goes where tissue gives. Half of an element's constraint belongs to the way from its middle to its face, and a
-// child lies half way there. So children of soft tissue share in what hard tissue beside them does, and hard ones do
-// not bend. `c`: constraints, as loadAround() has them. A neighbour behind a cut has no weight.
+// The interpolation weights. The halves of a link are springs in series, so strain is proportional to the constraint:
+// the part own / (own + other) of it lies between the centre of an element and its face. A child is half way there, so
+//
+//   share = 1/2 own / (own + other).
+//
+// So children in soft tissue partly follow hard tissue beside them, and hard ones do not bend. `c`: constraints, in the
+// order of loadAround(). A neighbour behind a cut has no weight.
 RULE void shareOut(const real* c, const mask cut, Towards* towards)
 {
   UNROLL
@@ -206,8 +215,8 @@ RULE void shareOut(const real* c, const mask cut, Towards* towards)
 }
 
 #ifdef TURNING
-// What the spins of the 27 elements around are to be multiplied by, so that they are those nearest to the one in the
-// middle (spin.clh).
+// The factors of nearestSpinTo() (spin.clh) for the 27 elements. They select, of the two spins of each rotation, the
+// one nearest to the spin of the central element.
 RULE void nearestAround(local const float* layers, int middle, int x, int y, real* nearest)
 {
   real around[3][27];
@@ -225,7 +234,7 @@ RULE void nearestAround(local const float* layers, int middle, int x, int y, rea
   }
 }
 
-// Leaves an element with the shortest spin of its rotation.
+// Replaces spins by the shortest ones of the same rotations (spin.clh).
 RULE void shorten(uint at, uint pitch, global float* spin)
 {
   real next[3];
@@ -243,8 +252,9 @@ RULE void shorten(uint at, uint pitch, global float* spin)
 }
 #endif
 
-// Moves the children of a vector of elements in a row, at (x, y) of the middle layer, except held ones. `finer`:
-// addresses of the children, index x + 2 y + 4 z; children on the same side of elements in a row follow each other.
+// Moves the children, except held ones, of WIDTH consecutive elements in a row, the first at (x, y) of the middle
+// layer. `finer`: addresses of the children of the first element, at index x + 2 y + 4 z. Children of the same index,
+// of consecutive elements, have consecutive addresses.
 APART void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
   uint finerTissuePitch, global const float* finerConstraint, float scale, int spins, global float* finerDisplacement)
 {
@@ -316,7 +326,7 @@ APART void refineAt(local const float* layers, int middle, int x, int y, const u
         const mask isRigid = (LOAD(constraints + finer[child]) == 0.0f) & (rigidWeight[child] > 0.0f);
         next = select(next, scale * rigidSum[child] / rigidWeight[child], isRigid);
       }
-      const mask isFree = AS_MASK(LOAD(finerConstraint + finer[child])) >= 0; // false in air, too, whose sign is set
+      const mask isFree = AS_MASK(LOAD(finerConstraint + finer[child])) >= 0; // false in air, too: its sign bit is set
       global float* to = finerDisplacement + axis * finerPitch + finer[child];
       STORE(select(LOAD(to), next, isFree), to);
     }
@@ -329,10 +339,10 @@ APART void refineAt(local const float* layers, int middle, int x, int y, const u
 #endif
 }
 
-// Takes the elements of the finer grid that are not held to where the coarser grid is: interpolated between the up to
-// eight coarser elements around, without those that a cut divides from the element it belongs to (shareOut). For rigid
-// elements only rigid ones among these count, axis by axis, so that bone comes out where the coarser bone is. `scale`
-// is 2 for displacements, and 1 for spins.
+// Prolongation: displaces the elements of the finer grid that are not held. The displacement of a child is interpolated
+// between the up to eight coarser elements around it. Those that a cut separates from its own coarser element do not
+// count (shareOut). For rigid children only the rigid ones among these count, separately on each axis. So finer bone is
+// where the coarser bone is. `scale`: 2 for displacements, 1 for rotations.
 kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitch, global const int* finerTable,
   global const int* finerPlace, int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global const float* finerConstraint, float scale,

@@ -1,9 +1,9 @@
-// Finds the pieces of tissue that coarser grids may move. A piece is a connected component of elements and links; it
-// may be moved where an element in it is held and a link in it is strained. Other pieces are at rest as they are, or
-// follow nothing, but coarser grids cannot tell them from tissue close by.
+// Finds the tissue that coarser grids may move. A piece is a connected component of elements and links. Coarser grids
+// may move it if an element in it is held and a link in it is strained. Other pieces are at rest as they are, or
+// nothing holds them. But coarser grids cannot distinguish them from tissue close by.
 //
-// marks: PIECE_HELD where an element in the piece is held, PIECE_STRAINED where a link in it is strained. Bits of
-// integers. Many bricks are whole, and of these the host finds out which lie in one piece.
+// marks, bits of integers: PIECE_HELD, an element in the piece is held; PIECE_STRAINED, a link in it is strained. Many
+// bricks are whole. For these the host determines which are in one piece.
 //
 // The host guarantees that all 26 neighbours of a brick that is ready have a slot (brick.clh).
 
@@ -12,7 +12,7 @@
 #include "fixedpoint.clh"
 #include "pieces.clh"
 
-// Elements with a link that is strained before the coarser grids.
+// Elements with a strained link in the state before the coarser grids.
 RULE mask strainedOf(const int odd, const Site* s, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut)
 {
@@ -51,8 +51,8 @@ APART bool anyStrained(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global c
   return any;
 }
 
-// Looks for bricks that are whole, without air or cuts, so that each lies in one piece with all whole bricks beside it:
-// found[group] is PIECE_WHOLE, with the marks of all its elements together. For other bricks it is 0.
+// Finds whole bricks, without air or cuts. Such a brick is in one piece with all whole bricks that share a face with
+// it. found[group] is PIECE_WHOLE with the combined marks of all elements of the brick, or 0 for other bricks.
 kernel void wholes(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global int* found)
 {
@@ -105,7 +105,7 @@ kernel void markAll(global const int* list, global int* marks)
   }
 }
 
-// Marks elements for themselves and their own links, from their displacements before the coarser grids.
+// Sets the initial marks of each element, from itself and its own links in the state before the coarser grids.
 APART void markShare(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global int* marks)
 {
@@ -165,7 +165,7 @@ APART void joinIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, g
   }
 }
 
-// Spreads marks from link to link.
+// Spreads marks along links.
 kernel void join(
   FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut, global int* marks)
 {
@@ -174,7 +174,7 @@ kernel void join(
     IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, constraint, cut, marks);
 }
 
-// Puts elements of all other pieces back to where they were.
+// Restores the state `before` of elements in pieces that coarser grids may not move.
 kernel void putBack(
   global const int* list, uint pitch, global const int* marks, global const float* before, global float* displacement)
 {

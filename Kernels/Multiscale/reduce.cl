@@ -1,9 +1,9 @@
-// Displaces voxels as the larger elements are that stand for FX x FY x FZ of them. Displacements are fractions of each
-// grid's own spacing; the centre of an element is the middle of its voxels.
+// Displaces voxels with the larger elements, each of which stands for FX x FY x FZ voxels. Displacements are fractions
+// of each grid's own spacing; the centre of an element is the centre of its voxels.
 //
 // The host guarantees: both grids have bricks of the same size; WIDTH is 1; arguments named `whole` belong to the
 // voxels, the others to the elements; tables are as brick.clh says; listed voxels are at rest; every tissue voxel has
-// an element, which with OWNERS is its own where `owner` is 0, else element owner - 1.
+// an element: with OWNERS, element owner - 1 where `owner` is not 0, else the one that contains the voxel.
 
 #include "brick.clh"
 #include "turning.clh"
@@ -14,7 +14,8 @@ inline float mix2(float a, float b, float c, float d, float3 w)
   return low + w.y * (high - low);
 }
 
-// The eight elements around a place, one bit each, and the links between them: to the next one along an axis.
+// The eight elements around a place, one bit each (x + 2 y + 4 z), and the links from each to the next one along an
+// axis.
 typedef struct
 {
   uint address[8];
@@ -47,9 +48,9 @@ inline Corners cornersAt(int3 base, uint atRest, global const int* table, int st
   return c;
 }
 
-// Displaces every voxel by the interpolation between the up to eight elements around it, without those that links
-// between these eight do not join to its own. Equal displacements give just that value. Rigid voxels go exactly with
-// their own element, and turn about its centre as it does; anchored ones stay.
+// Displaces every voxel by the trilinear interpolation between the up to eight elements around it. Elements that no
+// links between these eight join to the voxel's own element are left out. Equal displacements give exactly the same
+// displacement. Rigid voxels move exactly with their own element and rotate about its centre; anchored voxels stay.
 kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitch, global const int* wholeTable,
   global const int* wholePlace, int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY,
   int strideZ, int4 size, global const float* displacement, global const float* constraint,
@@ -86,7 +87,7 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
       const Corners c = cornersAt(base, atRest, table, strideY, strideZ, constraint, cut);
       if (c.elements == 255 && c.linkX == 0x55 && c.linkY == 0x33 && c.linkZ == 0x0F)
       {
-        // Nearly all voxels take this way: no element is missing.
+        // The case of nearly all voxels: no element or link is missing.
         for (int a = 0; a < 3; ++a)
         {
           global const float* u = displacement + a * pitch;
@@ -121,7 +122,7 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
     const int factors[3] = { FX, FY, FZ };
     float more[3] = { 0.0f, 0.0f, 0.0f };
 #ifdef TURNING
-    // From the centre of its element to the voxel, and how far a turn takes it.
+    // arm, rest: from the centre of the element to the voxel. more: what the rotation adds to the displacement.
     const float3 arm = convert_float3(voxel) + 0.5f - (convert_float3(own) + 0.5f) * (float3)(FX, FY, FZ);
     const float rest[3] = { arm.x / FX * proportions.x, arm.y / FY * proportions.y, arm.z / FZ * proportions.z };
     const float turns[3] = { spin[ownAddress], spin[pitch + ownAddress], spin[2 * pitch + ownAddress] };

@@ -6,30 +6,30 @@
 namespace chainmail
 {
 
-/// When the last wave to reach each element arrived there, and the number of that wave. Kept only where somebody asks.
+/// The propagation time and the id of the last wave that reached each element. Stored only on request (keep()).
 ///
-/// The arrival time is the length of the shortest path of links from the probe through elements that the wave moved, as
-/// a fraction of the spacing. It is known for the elements that the wave moved and for those linked to one of them.
+/// The propagation time is the length of the shortest path of links from the probe through elements that the wave
+/// moved, as a fraction of the spacing. It is defined for elements that the wave moved and for those linked to one.
 class ArrivalTimes
 {
 public:
   explicit ArrivalTimes(Bricks& bricks);
   ~ArrivalTimes();
 
-  /// Keeps the times from now on. Timestamp propagation cannot do without.
+  /// Stores the times from now on. Timestamp propagation requires them.
   void keep();
 
-  /// Starts wave number `front` with the elements of a probe at time 0.
+  /// Starts the wave with id `front`, with the elements of a probe at time 0.
   void start(const Handle& source, int front);
 
-  /// Finds the times of an envelope wave that has come to its end (arrivals.cl). Bricks::before must still be the state
-  /// before that wave, of all bricks with a state. Other bricks may get one.
+  /// Computes the times of an envelope wave that has ended (arrivals.cl). Bricks::before() must still be the state
+  /// before that wave, for all bricks with a state. Other bricks may get a state.
   void follow(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint);
 
   void clear();
 
-  /// Both write whole grids, axes() interleaved values a voxel: a time of -1 and a number of 0 where no wave came.
-  /// `zeroed` says that all of `out` is 0 already.
+  /// Both write whole grids, axes() interleaved values a voxel: a time of -1 and a wave id of 0 where no wave came.
+  /// `zeroed`: all of `out` is 0 already.
   void readTimes(float* out) const;
   void readFronts(int* out, bool zeroed) const;
 
@@ -42,7 +42,7 @@ private:
   Bricks& bricks_;
   FixedPoint fixedPoint_;
   Field time_;    ///< float [axis][address]
-  Field front_;   ///< int [axis][address]; 0 where no wave came, and then `time` means nothing
+  Field front_;   ///< int [axis][address], the wave id; 0 where no wave came and the time is undefined
   Field arrival_; ///< float [axis][address], see arrivals.cl
 };
 

@@ -48,7 +48,7 @@ void EnvelopePropagation::start(const std::vector<int>& bricks)
 void EnvelopePropagation::startPoses(
   const std::vector<int>& bricks, const std::vector<std::uint32_t>& addresses, const std::vector<float>& shifts)
 {
-  constexpr float next = 1e-30f; // to nothing, so that an element that has only rotated counts as moved
+  constexpr float next = 1e-30f; // negligible but not 0: an element that has only rotated counts as moved
   this->start(bricks);
   this->poses_ = true;
   std::vector<float> values = shifts;
@@ -104,7 +104,7 @@ int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& che
   }
   catch (...)
   {
-    touch(); // after running out of memory, say: the tissue that the wave has moved must be known
+    touch(); // e.g. after running out of memory: bricks that the wave has changed must be marked as dirty
     throw;
   }
 }

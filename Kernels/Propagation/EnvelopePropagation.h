@@ -5,9 +5,9 @@
 namespace chainmail
 {
 
-/// Envelope propagation (envelope.cl), a method of this project. It starts from a feasible state in which handles
-/// have been moved, and lets every element go into the bounds of its neighbours until nothing changes. The bricks of
-/// these handles were saved before (Bricks::saveBefore), all others are when the wave comes to them.
+/// Envelope propagation (envelope.cl), a method of this project. It starts from a feasible state in which handles have
+/// been moved, and clamps every element to the bounds of its neighbours until nothing changes. The caller has saved the
+/// bricks of these handles (Bricks::saveBefore()). Every other brick is saved when the wave reaches it.
 class EnvelopePropagation
 {
 public:
@@ -30,26 +30,26 @@ public:
   /// Begins a wave in the bricks of the moved handles.
   void start(const std::vector<int>& bricks);
 
-  /// The same where handles have been rotated, too. `addresses` and `shifts`: the elements of all moved handles, and
-  /// what they were moved by, 3 interleaved values each.
+  /// The same where handles have been rotated, too. `addresses` and `shifts`: the elements of all moved handles and
+  /// their shifts (fractions of the spacing), 3 interleaved values each.
   void startPoses(
     const std::vector<int>& bricks, const std::vector<std::uint32_t>& addresses, const std::vector<float>& shifts);
 
-  /// To be called where other tissue is held than before while the wave is under way.
+  /// To be called when other tissue is held than before while the wave is under way.
   void heldChanged();
 
-  /// Puts everything back to where it was before the wave.
+  /// Restores all displacements from before the wave.
   void takeBack() { this->bricks_.restoreBefore(this->fixedPoint_.seen()); }
 
   /// Makes Bricks::before() hold the state before the wave everywhere, after its end.
   void saveRest();
 
-  /// Lets the wave travel for at most `iterations` (0: to its end). In each one every brick that the wave has reached
-  /// has its turn once. A conflict of more than `enough` ends the wave where it is; conflict() is then at most the
-  /// whole conflict. Returns the number of iterations.
+  /// Runs the wave for at most `iterations` (0: to its end). Each one visits once every brick that the wave has
+  /// reached. A conflict of more than `enough` ends the wave early; conflict() is then a lower bound of the whole
+  /// conflict. Returns the number of iterations.
   int run(int iterations, float enough, const Checkpoint& checkpoint);
 
-  /// Gives back the memory that only waves need.
+  /// Frees the memory that only waves need.
   void release() { this->bricks_.drop(this->shift_); }
 
   bool finished() const { return this->fixedPoint_.finished(); }
@@ -58,7 +58,7 @@ public:
 private:
   Bricks& bricks_;
   FixedPoint fixedPoint_;
-  Field shift_{ 3, sizeof(float), "what a wave moves tissue by" }; ///< where elements turn, see envelope.cl
+  Field shift_{ 3, sizeof(float), "what a wave moves tissue by" }; ///< with rotations only, see envelope.cl
   bool poses_ = false; ///< whether the wave is of handles that have been rotated
   Scratch list_{ "the list of bricks" };
 };

@@ -8,10 +8,10 @@ namespace chainmail
 namespace
 {
 
-/// Bounds that still change after so many passes over all bricks have no end, since spins contradict each other.
+/// Bounds that still change after so many passes over all bricks count as divergent: rotations contradict each other.
 constexpr int mostPasses = 16;
 
-/// Held elements that strain a link too far by no more than this are compatible.
+/// Held elements are compatible if they strain links beyond their limits by no more than this.
 constexpr double rounding = 1e-5;
 
 }
@@ -30,7 +30,7 @@ Feasibility::~Feasibility()
   this->bricks_.drop(this->lower_);
 }
 
-/// The bricks of those slots in which a kernel finds what it looks for.
+/// The bricks of those slots for which the kernel `what` sets `found`.
 std::vector<int> Feasibility::bricksThatAre(
   const char* what, const char* file, bool vectors, const std::vector<int>& slots)
 {
@@ -67,17 +67,17 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   if (violated.empty() ||
       (turning && !this->bricksThatAre("contradicted", "contradictions.cl", false, violatedSlots).empty()))
   {
-    propagation.start({}); // leaves a conflict of none
+    propagation.start({}); // resets conflict() to 0
     return violated.empty();
   }
   if (turning)
   {
-    this->bricks_.keep(this->upper_); // both bounds are those of shifts, which begin with 0
+    this->bricks_.keep(this->upper_); // both are bounds of shifts, which start as 0
     this->bricks_.keep(this->lower_);
   }
   else
   {
-    // The lower bounds are where the wave will look for the state before it.
+    // The lower bounds are in Bricks::before(). There `settle` writes the state from which the wave starts.
     this->bricks_.saveBefore(violatedSlots);
     this->bricks_.saveIn(this->upper_, violatedSlots);
   }
@@ -115,7 +115,7 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     this->bricks_.before(), this->bricks_.displacement);
   if (feasible)
   {
-    // The wave also takes back what rounding leaves of the means, so it begins wherever there are any.
+    // The wave also removes the rounding of the means, so it starts in all bricks that have any.
     propagation.start(bricks);
     propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
     feasible = !turning || propagation.conflict().largest() <= rounding;

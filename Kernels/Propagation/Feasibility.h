@@ -7,20 +7,19 @@
 namespace chainmail
 {
 
-/// Projects any state to a feasible one (feasibility.cl), a method of this project. With d(i, j) the length of the
-/// shortest path of links between two elements, every element goes half way between min_j(u(j) + d(i, j)) and
-/// max_j(u(j) - d(i, j)). Both bounds are feasible states, so their mean is, too, and where no link was beyond its
-/// limit nothing changes. An envelope wave then puts held elements back where they were, so they must be compatible
-/// with each other.
+/// Projects any state to a feasible one (feasibility.cl), a method of this project. Every element goes to the mean of
+/// min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)), with d(i, j) the length of the shortest path of links between two
+/// elements. Both bounds are feasible states, so their mean is, too. A feasible state does not change. An envelope wave
+/// then puts held elements back where they were, so held elements must be compatible with each other.
 class Feasibility
 {
 public:
   explicit Feasibility(Bricks& bricks);
   ~Feasibility();
 
-  /// Returns whether the state is feasible now. It always is where elements do not turn. Where they do, spins stay as
-  /// they are, and may ask for more than the limits of links around a loop, or between held elements, allow.
-  /// Where contradictions.cl finds that, all stays as it is.
+  /// Returns whether the state is feasible now. Without rotations it always is. Rotations are not changed, and their
+  /// rest offsets may exceed what the limits of links allow around a loop or between held elements. Where
+  /// contradictions.cl finds such a loop nothing is changed.
   bool run(EnvelopePropagation& propagation, const Checkpoint& checkpoint);
 
 private:
@@ -28,8 +27,8 @@ private:
 
   Bricks& bricks_;
   FixedPoint fixedPoint_;
-  Field upper_; ///< float [axis][address], the upper bound; Bricks::before holds the lower one
-  Field lower_; ///< where elements turn, the lower bound
+  Field upper_; ///< float [axis][address], the upper bound
+  Field lower_; ///< with rotations, the lower bound; otherwise Bricks::before() holds it
   Scratch list_{ "the list of bricks" };
   Scratch found_{ "bricks with links beyond their limits" };
 };

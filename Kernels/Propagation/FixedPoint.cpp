@@ -11,8 +11,9 @@ namespace chainmail
 namespace
 {
 
-/// Iterations in the first batch of launches, which take less time than to wait for them even where one would do, and
-/// the most in a later one. A batch is shorter after one that met a brick without memory.
+/// Iterations in the first batch of launches, and the most in a later one. The first batch takes less time than waiting
+/// for its results, even where one iteration would suffice. A batch is shorter after one that reached a brick that was
+/// not updatable.
 constexpr int fewestPerBatch = 4;
 constexpr int mostPerBatch = 16;
 
@@ -35,7 +36,7 @@ int FixedPoint::parityOf(int brick) const
   return (origin[0] / size[0] + origin[1] / size[1] + origin[2] / size[2]) & 1;
 }
 
-/// Makes rows for all slots, notes which bricks are ready, and copies the table to the device.
+/// Makes rows for all slots, flags the updatable bricks, and copies the table to the device.
 void FixedPoint::fit()
 {
   this->visits_.resize(this->bricks_.slots());
@@ -56,7 +57,7 @@ void FixedPoint::start(const std::vector<int>& bricks)
   {
     this->visits_[this->bricks_.slot(brick)][VISIT_FROM] = VISIT_ANY;
     this->visits_[this->bricks_.slot(brick)][VISIT_STATE] = VISIT_SEEN;
-    // What changed in this brick may lie beside a face of its neighbour.
+    // Elements that changed in this brick may have neighbours in the bricks beyond its faces.
     for (int d = 0; d < 6; ++d)
     {
       this->visits_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][VISIT_FROM] |= 1 << Bricks::opposite(d);
@@ -115,7 +116,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
   int batch = fewestPerBatch;
   while (!this->finished_ && !this->isBeyond(enough) && (iterations == 0 || done < iterations))
   {
-    if (!this->bricks_.isFollowed(this->visits_, this->followed_)) // others may have given memory to bricks
+    if (!this->bricks_.isFollowed(this->visits_, this->followed_)) // other code may have allocated bricks
     {
       this->visits_.fromDevice(context);
       this->fit();
@@ -181,7 +182,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
         ++this->iterations_;
       }
       this->finished_ = parity == 1 && !this->goesOn_[0] && !this->goesOn_[1];
-      // With a bound of its own the caller expects that there may be no end, where elements turn.
+      // A caller that limits the iterations expects that there may be no fixed point, with rotations.
       if (iterations == 0 && !this->finished_ && this->iterations_ > this->bricks_.model().grid().voxels())
       {
         throw Error(std::string("An error of the engine: ") + this->name_ + " of " + this->file_ +

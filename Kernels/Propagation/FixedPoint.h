@@ -13,13 +13,13 @@ namespace chainmail
 using Checkpoint = std::function<void()>;
 
 /// Runs a kernel that updates bricks in place and passes changes on from brick to brick (fixedpoint.clh), until nothing
-/// changes any more. The device finds out which bricks have something to do. The host launches several turns at once
-/// and then gives memory to the bricks that changes have come to.
+/// changes any more. The device determines which bricks need an update. The host enqueues several launches at once and
+/// then allocates the bricks that changes have reached.
 class FixedPoint
 {
 public:
-  /// Adds the kernel's own arguments, which follow FIXED_POINT_ARGUMENTS and the layout of brick.clh. It is called for
-  /// every launch, since their buffers may have changed.
+  /// Adds the kernel's own arguments, which follow FIXED_POINT_ARGUMENTS and the layout of brick.clh. Called for every
+  /// launch, since the buffers may have been replaced.
   using OwnArguments = std::function<void(ArgumentList&)>;
 
   /// `extremes` is the value of EXTREMES in the kernel.
@@ -30,21 +30,21 @@ public:
 
   bool finished() const { return this->finished_; }
 
-  /// Continues for at most `iterations` (0: until nothing changes). In each one every brick that changes have reached
-  /// has its turn once. An extreme of more than `enough` ends it where it is. Returns the number of iterations.
+  /// Continues for at most `iterations` (0: until nothing changes). Each one visits once every brick that changes have
+  /// reached. An extreme of more than `enough` ends the run early. Returns the number of iterations.
   ///
-  /// Every value that a kernel passes on is to be that of one path of links, which comes to no element twice. With each
-  /// iteration all values of paths one element longer are final, so there are no more iterations than elements. A
-  /// kernel of which that does not hold would go on for ever: Error is thrown.
+  /// Every value that a kernel passes on must be that of a path of links that visits no element twice. Each iteration
+  /// makes the values of paths one element longer final, so there are at most as many iterations as elements. A kernel
+  /// that violates this would never end: where `iterations` is 0, Error is thrown.
   int run(int iterations, float enough, const Checkpoint& checkpoint, const OwnArguments& own);
 
-  /// Takes away what the kernel noted in the rows of all bricks by these flags.
+  /// Clears these flags of VISIT_STATE for all bricks.
   void forget(int flags);
 
   /// The largest value of each extreme so far.
   const std::vector<float>& extremes() const { return this->extremes_; }
 
-  /// Slots in which it began or that had a turn since, and slots in which something changed, ascending.
+  /// Slots of the bricks in which it began or that were visited since, and slots in which something changed; ascending.
   std::vector<int> seen();
   std::vector<int> changed();
 
@@ -52,7 +52,7 @@ private:
   struct Turn
   {
     int parity;
-    bool waited; ///< the turn is for bricks that lacked memory when it was theirs
+    bool waited; ///< only bricks are visited that were not updatable in the launch before
   };
 
   int parityOf(int brick) const;
@@ -67,11 +67,11 @@ private:
   SharedTable visits_;
   SharedTable log_;
   std::vector<float> extremes_;
-  std::vector<float> ofTurn_; ///< extremes of the turn that is half done
+  std::vector<float> ofTurn_; ///< extremes of the parity pass under way
   std::size_t followed_ = 0;  ///< see Bricks::follow()
   bool finished_ = true;
-  bool goesOn_[2] = {}; ///< for each parity: its last turn left something to do
-  int parity_ = 0;      ///< of the next turn
+  bool goesOn_[2] = {}; ///< for each parity: whether its last pass left something to do
+  int parity_ = 0;      ///< of the next pass
   bool waited_ = false;
   std::size_t iterations_ = 0; ///< since the start
 };

@@ -25,7 +25,7 @@ public:
     : probe_(probe)
     , spacing_(grid.spacing)
   {
-    // Where no element is within the radius, the nearest one counts up to half a voxel's diagonal away.
+    // Where no element is within the radius, the nearest one is taken if it is at most half a voxel's diagonal away.
     for (int a = 0; a < 3; ++a)
     {
       this->reach2_ += 0.25 * grid.spacing[a] * grid.spacing[a];
@@ -244,7 +244,7 @@ std::vector<std::vector<std::size_t>> elementsAround(
 
 std::vector<std::size_t> withNotches(const Bricks& bricks, std::vector<std::size_t> elements)
 {
-  constexpr float stiff = 0.12f; // a constraint: links of less do not stretch by a step of Waves::longestTurn
+  constexpr float stiff = 0.12f; // constraint up to which links do not stretch by one step of longestTurn (Waves.cpp)
   constexpr int layers = 3;
   const Grid& grid = bricks.model().grid();
   const auto constraintOf = [&](const Index3& at)
@@ -257,7 +257,7 @@ std::vector<std::size_t> withNotches(const Bricks& bricks, std::vector<std::size
   std::copy_if(elements.begin(), elements.end(), std::back_inserter(outermost),
     [&](std::size_t voxel) { return constraintOf(grid.indexOf(voxel)) == 0.0f; });
   const std::unordered_set<std::size_t> own(elements.begin(), elements.end());
-  std::unordered_map<std::size_t, int> links; // of other elements to bone and to what fills its notches
+  std::unordered_map<std::size_t, int> links; // for other elements: how many links to bone or to added elements
   for (int layer = 0; layer < layers && !outermost.empty(); ++layer)
   {
     std::vector<std::size_t> next;

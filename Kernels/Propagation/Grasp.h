@@ -12,14 +12,14 @@ namespace chainmail
 /// The name of a probe in messages.
 std::string nameOf(const Probe& probe, std::size_t number);
 
-/// The elements that the probes with these numbers grab, at the current places of the elements: for each probe those
+/// The elements that the probes with these numbers grab, by the current places of the elements: for each probe those
 /// within its radius, or the nearest one, ascending. Throws ProbeError for a probe without any.
 std::vector<std::vector<std::size_t>> elementsAround(
   Bricks& bricks, const std::vector<Probe>& probes, const std::vector<std::size_t>& numbers);
 
-/// Elements that a probe which turns is to hold, with the stiff ones in the notches of the bones among them. Between
-/// two neighbours that rotate, stiff tissue can neither turn without moving nor move without turning, and would hold
-/// the bone.
+/// The elements of a probe that prescribes a rotation, and the stiff elements in the notches of their bones, ascending.
+/// Stiff tissue between two rotating neighbours can neither rotate without moving nor move without rotating. So it
+/// would block the bone unless the probe holds it, too.
 std::vector<std::size_t> withNotches(const Bricks& bricks, std::vector<std::size_t> elements);
 
 }

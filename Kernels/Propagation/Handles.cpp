@@ -17,10 +17,10 @@ namespace chainmail
 namespace
 {
 
-// [voxels] A float32 displacement much larger than this would be infinite, and its wave would never end.
+// [voxels] Displacements much larger than this could become infinite in float32, and their waves would never end.
 constexpr double farthest = 1e9;
 
-// A wave goes some degrees at a time, so this bounds the waves of an update.
+// [full turns] A wave rotates by some degrees at most, so this bounds the number of waves of an update.
 constexpr double mostTurns = 100.0;
 constexpr double pi = 3.14159265358979323846;
 
@@ -34,7 +34,7 @@ double length(const Vector3& v)
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/// Whether a probe asks for something else than before.
+/// Whether a probe requests another displacement or rotation than before.
 bool isMoved(const Probe& before, const Probe& now)
 {
   return before.displacement != now.displacement ||
@@ -145,7 +145,8 @@ std::vector<float> Handle::spinsIn(const Pose& to) const
   return values;
 }
 
-/// Completes handles that have their probes and voxels. `places` gives an element near each of them.
+/// Sets all other members of handles whose probe and voxels are set. `places`: for each handle an element in or near it
+/// (Handle::place).
 void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::size_t>& places)
 {
   const Grid& grid = this->bricks_.model().grid();
@@ -221,7 +222,7 @@ void Handles::mark(const std::vector<Pointer>& handles)
   {
     if (handle->isSoft())
     {
-      continue; // whatever it is, others may hold its elements
+      continue; // it holds no elements, but others may hold those it has
     }
     addresses.insert(addresses.end(), handle->addresses.begin(), handle->addresses.end());
     for (const float c : handle->constraints)
@@ -240,10 +241,10 @@ bool Handles::isAnchored(std::size_t voxel) const
   return std::signbit(c[0]);
 }
 
-/// Makes the handles of new probes. `taken`: the voxels that others hold, to which those are added that these hold. An
-/// element has one holder: the handle that has it already, else an anchor, else the first probe that grabs it. Other
-/// probes take the rest, and are compatible with the holder only if the links between them allow it. Soft probes hold
-/// nothing and take all that they grab.
+/// Makes the handles of new probes. `taken`: the voxels that other handles hold; those of the new ones are added. An
+/// element has one holder: the handle that already has it, else an anchor, else the first probe that grabs it. Other
+/// probes that grab it get only the rest of their elements. They are compatible with its holder only if the links in
+/// between allow it. Soft probes hold nothing and get all elements that they grab.
 std::vector<Handles::Pointer> Handles::make(
   const std::vector<Probe>& probes, const std::vector<Grabbed>& grabbed, std::unordered_set<std::size_t>& taken)
 {
@@ -280,7 +281,7 @@ std::vector<Handles::Pointer> Handles::make(
 namespace
 {
 
-/// A handle without those of its elements that are gone, given by their numbers in it.
+/// A copy of a handle without some of its elements. `isGone(n)`: whether its n-th element is left out.
 template <typename F> Handle without(const Handle& handle, std::size_t axes, const F& isGone)
 {
   std::vector<std::size_t> stay;
@@ -315,8 +316,8 @@ template <typename F> Handle without(const Handle& handle, std::size_t axes, con
 
 }
 
-/// The handle of a probe that has become soft, or has ceased to be. It is another one, as a wave may still need the one
-/// before, but of the same tissue, and its displacement is counted from the same place.
+/// The handle of a probe that has become soft, or has ceased to be soft. It is a new handle, because a wave may still
+/// need the old one. It has the same tissue, and its displacement is counted from the same place.
 Handles::Pointer Handles::changed(const Probe& probe, const Handle& before, std::unordered_set<std::size_t>& taken)
 {
   const auto after = std::make_shared<Handle>(without(before, static_cast<std::size_t>(this->bricks_.model().axes()),
@@ -340,7 +341,7 @@ Handles::Pointer Handles::changed(const Probe& probe, const Handle& before, std:
 
 Handles::Change Handles::take(const std::vector<Probe>& probes)
 {
-  // Everything that the caller's data can make fail comes first.
+  // Everything that can fail because of the caller's data comes first.
   const auto placeOf = [](const Probe& probe)
   { return std::make_tuple(probe.position, probe.radius, probe.turns, probe.body); };
   std::multimap<decltype(placeOf(Probe())), Pointer> left;
@@ -418,7 +419,7 @@ Handles::Change Handles::take(const std::vector<Probe>& probes)
     }
     if (probes[n].turns && before.centre != probes[n].centre)
     {
-      // The same pose, by where it takes the new centre.
+      // The same rigid motion, expressed about the new centre: its shift is the displacement of that centre.
       const Vector3 now = next[n]->pose.of(probes[n].centre, before.centre);
       for (int a = 0; a < 3; ++a)
       {
@@ -573,8 +574,8 @@ std::vector<std::size_t> Handles::turningVoxels() const
   return voxels;
 }
 
-/// Finds the pose of a handle that turns again if a later probe has dragged its tissue along (ConflictPolicy::Latest).
-/// `displacement` is that of its place now.
+/// Recomputes the pose of a handle with a prescribed rotation if a later probe has dragged its tissue along
+/// (ConflictPolicy::Latest). `displacement`: the current one of the element Handle::place.
 void Handles::follow(Handle& handle, const float* displacement)
 {
   const Vector3& spacing = this->bricks_.model().grid().spacing;
@@ -661,7 +662,7 @@ std::vector<ProbeResult> Handles::reached()
 
 // --- Soft probes
 
-/// Where the elements of a soft probe cost nothing, as displacements.
+/// The displacements of the elements of a soft probe at which its links cost no energy.
 std::vector<float> Handles::softPlaces(const Handle& handle) const
 {
   if (handle.probe.turns && !handle.probe.anchor)
@@ -710,8 +711,8 @@ std::vector<SoftLink> Handles::softLinks() const
       sums.push_back(link);
       continue;
     }
-    // Two links together are one to the mean of their places, and cost w v / (w + v) times the square of the way
-    // between these besides.
+    // Links of weights w and v to the places p and q are equivalent to one link of weight w + v to their weighted mean,
+    // plus a constant energy of w v / (w + v) |p - q|^2 (`least`).
     SoftLink& sum = sums.back();
     const double weight = sum.weight + link.weight;
     for (int a = 0; a < 3; ++a)

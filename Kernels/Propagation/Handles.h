@@ -15,7 +15,7 @@ namespace chainmail
 /// A handle: the tissue that one probe holds.
 struct Handle
 {
-  Probe probe;                          ///< as it was last asked for
+  Probe probe;                          ///< as last requested
   std::vector<std::size_t> voxels;      ///< the elements that it holds, ascending
   std::vector<std::uint32_t> addresses; ///< addresses of these elements
   std::vector<float> constraints;       ///< their signed constraints when not held, axes() interleaved values each
@@ -31,24 +31,25 @@ struct Handle
   std::uint32_t place = 0;
   std::array<float, 3> placeGrabbed{};
 
-  /// Of a probe that turns: the places [mm] and rotations of its elements when they were grabbed, 3 values each, the
-  /// pose that they have now, and whether a wave stopped there because it may go no further at once.
+  /// For a probe that prescribes a rotation: the places [mm] and rotations of its elements when they were grabbed, 3
+  /// values each; their pose now; whether the last wave stopped there only because of the limit for one wave.
   std::vector<double> placesGrabbed;
   std::vector<float> spinsGrabbed;
   Pose pose;
   bool isOnItsWay = false;
-  bool turnsBody = false; ///< whether its last wave turned a body that several probes hold (Handles::joined())
+  bool turnsBody = false; ///< whether its last wave rotated a body that several probes hold (Handles::join())
 
   Pose asked() const { return { this->probe.displacement, this->probe.rotation }; }
 
-  /// Whether its probe is soft. Then its elements are not held, and others may have them, too.
+  /// Whether its probe is soft. Then its elements are not held, and other handles may have them, too.
   bool isSoft() const { return this->probe.isSoft(); }
-  /// Whether it holds its elements in a pose.
+  /// Whether it holds its elements in a pose: it prescribes a rotation and is not soft.
   bool turns() const { return this->probe.turns && !this->isSoft(); }
 
-  /// The displacements of its elements when the probe has gone `to` since it grabbed them (fractions of the spacing).
+  /// The displacements of its elements if the probe moves by `to` from where it grabbed them (fractions of the
+  /// spacing).
   std::vector<float> displacedBy(const std::array<float, 3>& to) const;
-  /// The same of a probe that turns, in a pose, and the rotations of the elements.
+  /// The same for a probe that prescribes a rotation, in a pose, and the rotations of the elements.
   std::vector<float> displacedBy(const Pose& to, const Vector3& spacing) const;
   std::vector<float> spinsIn(const Pose& to) const;
 };
@@ -66,19 +67,19 @@ public:
     std::vector<std::size_t> elements;
     double share = 1.0;
   };
-  /// A rigid body that several handles hold, given by their places in a list, and nothing else does.
+  /// A rigid body that is held by several handles, given by their indices in a list, and by nothing else.
   struct SharedBody
   {
     std::vector<std::size_t> voxels; ///< ascending, with all that these handles hold
     std::vector<std::size_t> handles;
   };
-  /// Finds those of some handles.
+  /// Finds the shared bodies of these handles.
   using SharedBodies = std::function<std::vector<SharedBody>(const std::vector<Pointer>&)>;
 
   /// Finds what probes with these numbers grab, as elementsAround() does.
   using Grab = std::function<std::vector<Grabbed>(const std::vector<Probe>&, const std::vector<std::size_t>& numbers)>;
 
-  /// `origin`: the place of the first element of `bricks` [mm], see Grid; probes have their places in the grid of
+  /// `origin`: the place of the first element of `bricks` [mm], see Grid; positions of probes refer to the grid of
   /// voxels.
   Handles(Bricks& bricks, const Vector3& origin, Grab grab)
     : bricks_(bricks)
@@ -95,26 +96,26 @@ public:
   {
     std::vector<Pointer> moved; ///< new handles and handles that are to move elsewhere, in the order of the probes
     std::vector<Pointer> released;
-    bool soft = false; ///< whether soft links change; no soft probe is among the others
+    bool soft = false; ///< whether soft links change; `moved` and `released` contain no soft probe
   };
 
-  /// Takes exactly these probes (Simulation::hold). Tissue that is grabbed is held at once; tissue that is released
-  /// stays held until letGo(). Throws InputError before it has changed anything.
+  /// Replaces the probes by exactly these (Simulation::hold). Tissue that is grabbed is held at once; tissue that is
+  /// released stays held until letGo(). Throws InputError before it has changed anything.
   Change take(const std::vector<Probe>& probes);
 
-  /// A handle for a wave of a body that several probes hold: it takes the body on the rigid motion that brings them
-  /// nearest to where they are asked to, in the sense of least squares over their elements. Null where all are asked to
-  /// go the same way, so that nothing has to turn. It counts as one of all() for setHeld() until part().
+  /// A handle for a wave of a body that several probes hold. It moves the body by the rigid motion that brings their
+  /// elements nearest to where the probes request them (least squares). Null where all request the same motion, so that
+  /// nothing has to rotate. It counts as one of all() for setHeld() until part().
   Pointer join(const std::vector<std::size_t>& voxels, const std::vector<Pointer>& handles);
   void part(const std::vector<Pointer>& joined);
 
-  /// Lets go of released handles. Tissue that another handle has taken over stays held.
+  /// Marks the tissue of released handles as no longer held, except where another handle holds it now.
   void letGo(const std::vector<Pointer>& released);
 
-  /// Lets go of all handles.
+  /// Removes all handles; their tissue is no longer held.
   void clear();
 
-  /// Takes carved elements out of every handle.
+  /// Removes carved elements from every handle.
   void forget(const std::vector<std::size_t>& voxels);
 
   /// Marks tissue on the device as held, so that only its own probe moves it. `isHeld(handle)` says which handles hold
@@ -136,16 +137,16 @@ public:
     this->mark(changed);
   }
 
-  /// The voxels of all handles that hold them.
+  /// The voxels of all handles that are not soft.
   std::vector<std::size_t> voxels() const;
-  /// The voxels of those that turn.
+  /// The voxels of those that hold their elements in a pose.
   std::vector<std::size_t> turningVoxels() const;
 
-  /// What soft probes pull with now, for Bricks::setSoftLinks().
+  /// The links by which soft probes pull now, one for each voxel, for Bricks::setSoftLinks().
   std::vector<SoftLink> softLinks() const;
 
-  /// The force of a soft probe: the derivative of its energy by the displacement of all of its elements, as they are.
-  /// In a reduced model it counts as energies there do.
+  /// The force of a soft probe on its elements at their current places: minus the derivative of its energy by a common
+  /// displacement of all of them. In a reduced model forces are scaled as energies are.
   Vector3 softForce(const Handle& handle);
 
   /// How far each probe has come since it grabbed [mm], and how many elements it holds.

@@ -24,8 +24,8 @@ public:
   {
     std::vector<float> constraint; ///< signed, in the order of `local`
     std::vector<float> displacement;
-    std::vector<float> spins;      ///< 3 values an element, where elements turn
-    std::vector<double> key;       ///< the lowest known so far, see search()
+    std::vector<float> spins;      ///< rotations, 3 values an element; empty without rotations
+    std::vector<double> key;       ///< the lowest found so far, see search()
     std::vector<std::size_t> from; ///< the element before it on the path of that key; itself where the path begins
   };
 
@@ -77,7 +77,7 @@ public:
     return here;
   }
 
-  /// What the spins of two elements, side by side, want of their displacements (Spins::wantedApart).
+  /// The rest offset that the rotations of two neighbours give their link (Spins::wantedApart).
   double wantedApart(const Index3& at, const Index3& next, int direction)
   {
     if (!this->bricks_.spins())
@@ -96,12 +96,13 @@ private:
   std::unordered_map<int, Brick> known_;
 };
 
-/// findGrip() limited to paths that leave at most so much room. `others` are the voxels of other handles.
+/// findGrip() limited to paths that leave at most `room`. `others`: the voxels of other handles.
 std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>& others, const Handle& handle,
   int axis, double sign, double room)
 {
-  // Dijkstra's algorithm. The key of element i is the room that the path to it leaves, the lowest over all elements of
-  // the handle: the sum of what its links leave, none of which is less than nothing but by rounding.
+  // Dijkstra's algorithm. The key of an element is the least room of any path to it from the handle. The room of a path
+  // is the sum over its links of D + sign * (u(j) - u(i) - w), with w the rest offset. Terms are negative only by
+  // rounding, and then count as 0.
   struct Entry
   {
     double key;
@@ -196,7 +197,7 @@ std::optional<Grip> findGrip(
   {
     largest = std::max(largest, std::fabs(static_cast<double>(displacement)));
   }
-  // The room begins with what may be rounding, along the path and in Waves.
+  // The search starts with a room that covers rounding, along the path and in Waves, and allows more step by step.
   std::optional<Grip> grip;
   for (double room = 1e-4; !grip && room <= 1.0; room *= 100.0)
   {

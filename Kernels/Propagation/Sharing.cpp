@@ -11,8 +11,8 @@ namespace chainmail
 namespace
 {
 
-/// By how much links count as shorter than they are, of the largest displacement. With float32 bounds and the wave to
-/// them round by up to 1.8e-7 of it at each link, and the means by 4.8e-7.
+/// By how much links count as shorter than they are, as a fraction of the largest displacement. In float32 the bounds,
+/// and the wave to them, round by up to 1.8e-7 of it at each link, and the means by 4.8e-7.
 constexpr float leastMargin = 7e-7f;
 
 }
@@ -29,7 +29,7 @@ void Sharing::release()
   this->bricks_.drop(this->upper_);
 }
 
-/// Lets bounds that were set in these bricks spread along links that count as shorter by `margin`.
+/// Spreads bounds that were set in these bricks along links that count as shorter by `margin`.
 void Sharing::spread(
   const std::vector<int>& bricks, float margin, Field& lower, Field& upper, const Checkpoint& checkpoint)
 {
@@ -42,7 +42,7 @@ void Sharing::spread(
     });
 }
 
-/// Puts bounds of held tissue back to 0. Returns the bricks where they were not.
+/// Resets the bounds of held tissue to 0. Returns the bricks where one was not 0.
 std::vector<int> Sharing::holdBounds()
 {
   Context& context = this->bricks_.context();
@@ -74,7 +74,7 @@ std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, con
     }
     return leastMargin * furthest;
   };
-  // All bounds are 0 but those of the requests: lower ones that are raised, upper ones that are lowered.
+  // All bounds start as 0 except at the requests, where lower bounds are raised and upper bounds are lowered.
   const auto begin = [&](const std::array<float, 3>& least, const std::array<float, 3>& most, float shorter)
   {
     this->release();
@@ -90,10 +90,13 @@ std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, con
     this->spread(bricks, shorter, this->lower_, this->upper_, checkpoint);
   };
 
-  // What held tissue allows. The lower bounds are now how far the requests raise all tissue, and the upper ones how far
-  // they lower it; beyond held tissue they come back as an upper and a lower bound would. Elsewhere they stay as they
-  // are, whatever rounding does, since they went along shorter links.
-  // What comes from held tissue is as large as that allows, however far the requests go.
+  // Clamp the requests to what held tissue allows. The first spread gives in `lower_` how far the requests raise all
+  // tissue, and in `upper_` how far they lower it. Held tissue resets both to 0. From there a second spread with
+  // swapped roles takes `lower_` as an upper and `upper_` as a lower bound. It changes nothing elsewhere in spite of
+  // rounding, because the first spread used shorter links (twice the margin).
+  //
+  // Bounds that come from held tissue are at most the length of a path through the grid, however large the requests
+  // are. This limits the margin, too.
   const Index3& size = this->bricks_.model().grid().size;
   const float margin = std::min(marginNow(), leastMargin * static_cast<float>(size[0] + size[1] + size[2]));
   begin({}, {}, 2.0f * margin);
@@ -109,7 +112,8 @@ std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, con
     }
   }
 
-  // What the requests leave each other. No bound below the least request matters, nor one above the greatest.
+  // L and U of the requests. Bounds below the least request or above the greatest have no effect. So the fields hold
+  // max(L - least, 0) and min(U - most, 0).
   std::array<float, 3> least, most;
   for (int a = 0; a < 3; ++a)
   {

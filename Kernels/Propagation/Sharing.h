@@ -8,20 +8,23 @@
 namespace chainmail
 {
 
-/// Gives handles that do not fit together what is fair, in closed form (share.cl), a method of this project. Requests
-/// t(k) are first clamped to what held tissue allows. With d(j, k) the length of the shortest path of links between two
-/// elements, L(k) = max_j(t(j) - d(j, k)) and U(k) = min_j(t(j) + d(j, k)) are the least and the greatest extension of
-/// the requests that are feasible (McShane and Whitney, 1934), so their mean is feasible, too, and where requests fit
-/// together L = U = t. It takes the time of two or three waves, however many handles there are.
+/// A fair compromise between incompatible handles, in closed form (share.cl), a method of this project. Requests t(k)
+/// are first clamped to what held tissue allows. Each element k then gets the mean of
+///
+///   L(k) = max_j(t(j) - d(j, k)) and U(k) = min_j(t(j) + d(j, k)),
+///
+/// with d(j, k) the length of the shortest path of links between two elements. L and U are the least and the greatest
+/// feasible extension of the requests (McShane and Whitney, 1934), so their mean is feasible, too. Where requests are
+/// compatible, L = U = t. It takes the time of two or three waves, however many handles there are.
 class Sharing
 {
 public:
   explicit Sharing(Bricks& bricks);
   ~Sharing() { this->release(); }
 
-  /// The elements at these addresses, in these bricks, ask for displacements `wanted` (fractions of the spacing, 3
-  /// interleaved values each). Returns what they get. They must not be marked as held; tissue that is stays where it
-  /// is. The state must be feasible, and does not change.
+  /// Returns the displacements that the elements at these addresses, in these bricks, get. `wanted`: those that they
+  /// request. Both are fractions of the spacing, 3 interleaved values each. These elements must not be marked as held;
+  /// held tissue stays where it is. The state must be feasible and does not change.
   std::vector<float> run(const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks,
     const std::vector<float>& wanted, const Checkpoint& checkpoint);
 

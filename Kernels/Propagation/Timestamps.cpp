@@ -63,7 +63,7 @@ int Timestamps::run(int iterations, const Checkpoint& checkpoint)
     checkpoint();
     this->advance();
     ++done;
-    // Iteration n is that of paths of n links, and the earliest arrival has a path that comes to no element twice.
+    // Iteration n completes paths of n links, and the path of the earliest time visits no element twice.
     if (static_cast<std::size_t>(done) > this->bricks_.model().grid().voxels() && !this->finished())
     {
       throw Error("An error of the engine: waves do not come to an end. Reset the tissue, and please report it.");

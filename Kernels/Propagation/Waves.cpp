@@ -10,8 +10,8 @@ namespace chainmail
 namespace
 {
 
-/// Two handles that strain a link too far by less than this are compatible: it is the float rounding of displacements
-/// of this size.
+/// Two handles are compatible if they strain a link beyond its limit by less than this, which is the float rounding of
+/// displacements of this size.
 float rounding(float displacement)
 {
   return 2e-6f * std::max(1.0f, std::fabs(displacement));
@@ -20,21 +20,22 @@ float rounding(float displacement)
 /// After so many attempts a probe that still does not fit stays where it is.
 constexpr int mostAttempts = 50;
 
-/// After so many changes of direction a probe has no place between those that hold against it, or none but for
-/// rounding.
+/// After so many sign changes of its correction a probe has no place between the handles on both sides that limit it,
+/// or only one as small as rounding.
 constexpr int mostSignChanges = 3;
 
-/// So many probes that do not fit together go in halves, unless they are to share; more would take a wave each.
+/// Up to so many incompatible probes are split into halves, unless the policy is to share. More probes share, since
+/// they would take a wave each.
 constexpr std::size_t mostInHalves = 32;
 
-/// Probes that share do so again where rounding leaves them a conflict.
+/// Probes of one wave share at most so often: again only where rounding leaves a conflict.
 constexpr int mostShares = 3;
 
-/// How far a probe turns in one wave [rad], as tissue around it does not turn before it has settled; and how often a
-/// wave of such probes is shortened.
+/// The largest rotation of a probe in one wave [rad], since the tissue around it rotates only when it relaxes. And the
+/// most attempts to shorten a wave of such probes.
 constexpr double longestTurn = 0.131;
 constexpr int mostShortenings = 12;
-constexpr float farTooFar = 0.25f; // a conflict that ends such a wave where it is, as a part of its way
+constexpr float farTooFar = 0.25f; // a larger conflict ends such a wave early; as a fraction of Wave::way
 }
 
 Waves::Waves(Bricks& bricks, Handles& handles, Handles::SharedBodies sharedBodies)
@@ -142,9 +143,9 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
   return result;
 }
 
-/// While a wave travels, only the handles that it must not move are held: anchors, its own probes and, unless the
-/// latest prevails, all other probes except those that wait for their turn. Those that turn are held then, too, since a
-/// wave would move their tissue without turning it.
+/// During a wave only the handles that it must not move are held: anchors, its own probes and, unless the policy is
+/// Latest, all other probes except those whose wave waits. Unless the policy is Latest, waiting probes that prescribe a
+/// rotation are held, too, since the wave would move their tissue without rotating it.
 void Waves::markHeld()
 {
   this->handles_.setHeld(
@@ -264,8 +265,9 @@ void Waves::begin(Group handles)
   this->attempt();
 }
 
-/// Probes of the wave that hold one rigid body go together, where one rigid motion of it is what they ask for or comes
-/// nearest to that. Each of them by itself would only move the body, and none could turn it.
+/// Replaces the probes of the wave that hold the same rigid body by one handle. It moves the body by the rigid motion
+/// that is, or comes nearest to, what these probes request (Handles::join). Each probe by itself would only translate
+/// the body; none could rotate it.
 void Waves::joinBodies()
 {
   Wave& wave = *this->wave_;
@@ -321,7 +323,7 @@ void Waves::end()
   }
 }
 
-/// The displacements that the elements of a wave are to have.
+/// The target displacements of the elements of the wave's handles in this attempt.
 std::vector<float> Waves::target() const
 {
   const Wave& wave = *this->wave_;
@@ -389,7 +391,7 @@ void Waves::attempt()
   }
   else if (wave.handles.size() == 1)
   {
-    // A wave that is much too long would run through all tissue, so a large conflict ends it where it is.
+    // A wave that is much too long would run through all tissue, so a large conflict ends it early.
     for (int a = 0; a < 3; ++a)
     {
       wave.enough = std::max(wave.enough, 0.2f * std::fabs(wave.to[a]));
@@ -410,10 +412,10 @@ void Waves::attempt()
 }
 
 /// Whether the wave is done: everything is compatible, or its probe cannot move. Otherwise another attempt has begun,
-/// in which the wave's probes share, perhaps, or they wait in two halves, those moved first in front, so that the
-/// others give way. A conflict with held tissue is how much too far the probe went, or less if the wave has not yet
-/// come the shortest way. On an axis on which others hold the probe's elements too far apart to be in one place, these
-/// elements stay where they are.
+/// in which the wave's probes may share, or they wait in the queue as two halves. The probes moved first are in front,
+/// so the others are limited by them. A conflict with held tissue is the length by which the probe went too far, or a
+/// lower bound of it if the wave has not yet arrived by the shortest path. Where, on an axis, other handles hold the
+/// probe's elements too far apart for a common displacement, these elements stay where they are.
 bool Waves::settled(const Checkpoint& checkpoint)
 {
   Wave& wave = *this->wave_;
@@ -427,7 +429,7 @@ bool Waves::settled(const Checkpoint& checkpoint)
   {
     if (wave.turns)
     {
-      this->place(wave.addresses, wave.bricks, this->target()); // without what rounding has made of them as shifts
+      this->place(wave.addresses, wave.bricks, this->target()); // exactly, without the rounding of shifts
     }
     for (const Handles::Pointer& handle : wave.handles)
     {
@@ -476,7 +478,7 @@ bool Waves::settled(const Checkpoint& checkpoint)
     }
     else if (way != 0)
     {
-      // The conflict of a long wave is known less exactly, so a large step stops short of it.
+      // The conflict of a long wave is less exact, so a large correction is shorter than it by the tolerance.
       const double excess = tooHigh ? conflict.tooHigh[a] : conflict.tooLow[a];
       const bool large = excess > 4.0 * wave.tolerance[a] && excess > 0.1 * std::fabs(wave.to[a]);
       const double step = excess - (large ? wave.tolerance[a] : 0.0);
@@ -499,7 +501,7 @@ int Waves::wavesFor(const Handle& handle)
            : 1;
 }
 
-/// Takes tissue to where it was before the wave.
+/// Restores the displacements and rotations from before the wave.
 void Waves::takeBack()
 {
   this->propagation_.takeBack();
@@ -509,8 +511,9 @@ void Waves::takeBack()
   }
 }
 
-/// Begins another attempt in which those probes of the wave that turn go less far, unless that was tried often enough.
-/// The conflict of a wave that came to its end is by how much it went too far, to first order.
+/// Begins another attempt in which the probes that prescribe rotations go a smaller share of their motions. Returns
+/// false after mostShortenings, or where the share would be 0. To first order, the conflict of a wave that ran to its
+/// end is the length by which it went too far.
 bool Waves::shorten(const EnvelopePropagation::Conflict& conflict)
 {
   Wave& wave = *this->wave_;
@@ -522,7 +525,7 @@ bool Waves::shorten(const EnvelopePropagation::Conflict& conflict)
   constexpr double margin = 1.02;
   const double least = wave.attempts > 2 ? 0.9 : 1.0;
   const double share = wave.share * (excess > farTooFar ? 0.5 : std::min(least, 1.0 - margin * excess));
-  // In few different steps, so that rounding, which depends on bricks, makes no difference.
+  // Rounded down to a few values, so that float rounding, which depends on the bricks, makes no difference.
   constexpr double stepsOfLongest = 64.0;
   wave.share = std::floor(share / wave.longest * stepsOfLongest) / stepsOfLongest * wave.longest;
   if (wave.share <= 0.0)
@@ -533,7 +536,8 @@ bool Waves::shorten(const EnvelopePropagation::Conflict& conflict)
   return true;
 }
 
-/// Begins another attempt in which the wave's probes share, if they are to and that changes anything.
+/// Begins another attempt in which the wave's probes share, if they are to share and their targets change. Returns
+/// whether it did.
 bool Waves::share(const Checkpoint& checkpoint)
 {
   Wave& wave = *this->wave_;
@@ -557,7 +561,7 @@ bool Waves::share(const Checkpoint& checkpoint)
   return true;
 }
 
-/// Counts the probes of a wave that got something else than they asked for because they share.
+/// Counts the probes of a wave that got other displacements than requested because they share.
 void Waves::countShared()
 {
   Wave& wave = *this->wave_;
@@ -588,7 +592,7 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   int done = 0;
   while (this->underWay())
   {
-    // The published method lets waves overlap. That can leave links beyond their limits for good, where the later wave
+    // In the published method waves overlap. That can leave links beyond their limits for good: where the later wave
     // took tissue over before the earlier one had corrected it.
     while (!this->queue_.empty() && (this->timestamps_.finished() || this->policy_ == ConflictPolicy::Latest))
     {
@@ -606,7 +610,7 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
         this->startTimestamps(handle, checkpoint);
       }
     }
-    // The probe of a wave needs no mark: no other wave moves it, unless the latest prevails.
+    // The probe of a wave need not be marked as held: no other wave moves it, unless the policy is Latest.
     this->markHeld();
     done += this->timestamps_.run(iterations == 0 ? 0 : iterations - done, checkpoint);
     if (iterations != 0 && done >= iterations)
@@ -616,7 +620,7 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   }
   if (this->disturbed_ && !this->underWay())
   {
-    // The latest probe may have dragged others so far that these are not compatible with each other any more.
+    // The latest probe may have dragged others so far that they are no longer compatible with each other.
     this->makeFeasible([this](const Handle& handle)
       { return handle.probe.anchor || this->policy_ != ConflictPolicy::Latest || &handle == this->latest_.get(); },
       checkpoint);
@@ -636,7 +640,7 @@ template <typename F> void Waves::makeFeasible(const F& isHeld, const Checkpoint
   this->disturbed_ = false;
 }
 
-/// An envelope wave finds out how far the probe can go; the published wave then starts there.
+/// An envelope wave determines how far the probe can go. The published wave then starts from there.
 void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& checkpoint)
 {
   this->begin({ handle });
@@ -650,7 +654,7 @@ void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& ch
   this->place(handle->addresses, handle->bricks, values);
   this->latest_ = handle;
   this->timestamps_.start(*handle, ++this->front_);
-  // The earliest arrival bounds an element correctly only where all elements of the probe have the same displacement.
+  // The earliest time gives an element correct bounds only where all elements of the probe have the same displacement.
   for (std::size_t n = 3; n < values.size(); ++n)
   {
     this->disturbed_ = this->disturbed_ || values[n] != values[n % 3];

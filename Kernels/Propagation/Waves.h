@@ -13,8 +13,8 @@
 namespace chainmail
 {
 
-/// Takes tissue to where the probes want it (Simulation::propagate). Waves travel by either method, one after the other
-/// or overlapping, and are shortened where probes and anchors do not allow all of their displacement.
+/// Moves tissue to where the probes request it (Simulation::propagate). Waves use either method and run one after the
+/// other or overlap. They are shortened where probes and anchors do not allow their full displacement.
 class Waves
 {
 public:
@@ -24,7 +24,7 @@ public:
   void configure(PropagationMethod method, ConflictPolicy policy);
   void keepTimes(bool wanted) { this->times_ = wanted; }
 
-  /// Queues the waves of probes that moved. Released probes let go as soon as no wave needs them.
+  /// Queues the waves of probes that moved. Tissue of released probes stays held until no wave is under way.
   void add(const Handles::Change& change);
 
   bool underWay() const { return this->wave_ || !this->queue_.empty() || !this->timestamps_.finished(); }
@@ -32,19 +32,19 @@ public:
   /// Runs at most `iterations` (0: until no wave is under way).
   PropagateResult run(int iterations, const Checkpoint& checkpoint);
 
-  /// The state of the waves for a relaxation between their iterations; null where it has to wait for their end.
-  /// Elements that it moves make the rest of the wave inexact, so afterwards relaxed() has to be called; the end of the
-  /// wave mends that.
+  /// The state of the waves for a relaxation between their iterations; null where a relaxation has to wait for their
+  /// end. Elements that it moves make the rest of the wave inexact, so relaxed() has to be called afterwards. At the
+  /// end of the waves the state is then projected to a feasible one.
   const WavesUnderWay* relaxable();
   void relaxed() { this->disturbed_ = true; }
 
-  /// Projects the state that a relaxation beyond the limits has left to a feasible one. No wave may be under way.
+  /// Projects a state to a feasible one after a relaxation that ignores limits. No wave may be under way.
   void makeFeasible(const Checkpoint& checkpoint);
 
-  /// Ends all waves and forgets all arrival times.
+  /// Ends all waves and clears all propagation times.
   void clear();
 
-  /// How many waves a probe needs at least for what is left of its way, as it turns some degrees at a time.
+  /// The least number of waves for the rest of a probe's rotation, of which each wave does some degrees at most.
   static int wavesFor(const Handle& handle);
 
   const ArrivalTimes& arrivals() const { return this->arrivals_; }
@@ -52,31 +52,31 @@ public:
 private:
   using Group = std::deque<Handles::Pointer>;
 
-  /// An envelope wave. That of a single probe may be tried several times, shorter each time. One of several probes is
-  /// tried once, and then they share, or go in two halves. Where some of its probes turn, all of these go the same
-  /// share of their ways, less in each attempt, before they go in halves.
+  /// An envelope wave. With a single probe it may be attempted several times, shorter each time. With several probes it
+  /// is attempted once, and then they share or are split into two halves. Before such a split, probes that prescribe
+  /// rotations all go the same share of their motions, less in each attempt.
   struct Wave
   {
     Group handles;
-    std::vector<std::pair<Handles::Pointer, Group>> joined; ///< handles that take the place of several (Handles::join)
+    std::vector<std::pair<Handles::Pointer, Group>> joined; ///< handles that replace several others (Handles::join)
     std::vector<std::uint32_t> addresses;                   ///< addresses of the handles' elements
     std::vector<int> bricks;                                ///< bricks that these elements lie in
     std::vector<float> before;                              ///< displacements of these elements before the wave
-    std::vector<float> shared;        ///< where they are to go because they share; empty where they do not
-    std::array<float, 3> to{};        ///< where a single probe is to go, counted from where it grabbed
+    std::vector<float> shared;        ///< their target displacements where the probes share; else empty
+    std::array<float, 3> to{};        ///< target displacement of a single probe, counted from where it grabbed
     std::array<bool, 3> stays{};      ///< axes along which a single probe cannot move
     std::array<int, 3> lastWay{};     ///< signs of the last corrections
     std::array<int, 3> signChanges{}; ///< how often these signs changed
     std::array<float, 3> tolerance{}; ///< a conflict, per axis, that is no more than rounding
-    float enough = 0.0f;              ///< a conflict that ends an attempt early
+    float enough = 0.0f;              ///< a conflict of more than this ends an attempt early
     int attempts = 0;
 
-    bool turns = false;                 ///< whether any of the probes does
-    double share = 1.0;                 ///< of the way of those that turn
-    double longest = 1.0;               ///< share that they may go at once
-    float way = 0.0f;                   ///< the longest way of an element in this attempt [fractions of the spacing]
-    std::vector<std::uint32_t> turning; ///< addresses of their elements
-    std::vector<float> spinsBefore;     ///< the rotations of these before the wave
+    bool turns = false;                 ///< whether any of the probes prescribes a rotation
+    double share = 1.0;                 ///< share of their motions that such probes go in this attempt
+    double longest = 1.0;               ///< largest share that they may go in one wave
+    float way = 0.0f;                   ///< largest shift of an element in this attempt [fractions of the spacing]
+    std::vector<std::uint32_t> turning; ///< addresses of the elements of such probes
+    std::vector<float> spinsBefore;     ///< the rotations of these elements before the wave
   };
 
   int runEnvelopes(int iterations, const Checkpoint& checkpoint);
@@ -107,12 +107,12 @@ private:
   ConflictPolicy policy_ = ConflictPolicy::Limit;
   bool times_ = false;
 
-  std::deque<Group> queue_; ///< the probes of a group go together
+  std::deque<Group> queue_; ///< the probes of a group form one wave
   std::vector<Handles::Pointer> released_;
   std::optional<Wave> wave_;
   bool disturbed_ = false;  ///< whether links may be beyond their limits when the waves have come to their end
   Handles::Pointer latest_; ///< the probe of the last Timestamp wave
-  int front_ = 0;           ///< the number of the last wave
+  int front_ = 0;           ///< the id of the last wave
 
   EnvelopePropagation propagation_;
   ArrivalTimes arrivals_;

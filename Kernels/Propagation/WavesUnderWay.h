@@ -7,11 +7,11 @@
 namespace chainmail
 {
 
-/// Waves of Timestamp that have not come to their ends. Meanwhile an element may relax, on an axis, where it did not
-/// move in this iteration and belongs to the same wavefront as all elements that it is linked to.
+/// Waves of Timestamp that have not ended. Meanwhile an element may relax, on an axis, if no wave moved it in this
+/// iteration and if it belongs to the same wave as all elements linked to it.
 struct WavesUnderWay
 {
-  const cl::Buffer* front = nullptr; ///< int [axis][address], `axes()` runs: number of the wavefront
+  const cl::Buffer* front = nullptr; ///< int [axis][address], `axes()` components: wave id
   const cl::Buffer* stamp = nullptr; ///< int [axis][address]: the iteration in which a wave last moved the element
   int iteration = 0;                 ///< the current iteration
 

@@ -1,12 +1,13 @@
-// When an envelope wave came to each element: the length of the shortest path of links from the probe through elements
-// that the wave moved. Elements are updated in place, in any order, since times only fall.
+// Propagation times of an envelope wave: for each element the length of the shortest path of links from the probe
+// through elements that the wave moved. Times only decrease, so elements are updated in place, in any order.
 //
-// The host guarantees: `displacement` is the state after the wave and `before` the one before it, in the slots below
-// `states`. Bricks in other slots got a state after the wave, so nothing in them moved, and `before` is anything there.
-// At first `arrival` is 0 at the probes and +infinity elsewhere; all 26 neighbours of a brick that is ready have a slot
-// (brick.clh).
+// The host guarantees:
+// - In the slots below `states`, `displacement` is the state after the wave and `before` the state before it.
+// - Bricks in other slots got a state after the wave, so none of their elements moved. `before` is undefined there.
+// - `arrival` starts as 0 at the probes' elements and as +infinity elsewhere.
+// - All 26 neighbours of an updatable brick have a slot (brick.clh).
 //
-// `arrival` is the time; its sign bit is set where the element did not move and so does not pass the wave on.
+// |arrival| is the time. Its sign bit marks an element that did not move and so does not pass the wave on.
 
 #include "brick.clh"
 #include "element.clh"
@@ -29,7 +30,7 @@ RULE int arriveAt(const Site* s, int mayHaveMoved, uint pitch, uint tissuePitch,
       next = min(next, select(time + limit, (real)(INFINITY), AS_MASK(time) < 0));
     }
     const real time = LOAD(arrival + axis * pitch + s->self);
-    // Held elements keep their times: 0 for the wave's own probes, none for others.
+    // Held elements keep their initial times: 0 for the wave's own probes, +infinity for others.
     const mask earlier = (next < fabs(time)) & ~isHeld(c);
     if (SOME(earlier))
     {
@@ -39,7 +40,7 @@ RULE int arriveAt(const Site* s, int mayHaveMoved, uint pitch, uint tissuePitch,
         moved |= LOAD(displacement + a * pitch + s->self) != LOAD(before + a * pitch + s->self);
       }
       STORE(select(time, select(-next, next, moved), earlier), arrival + axis * pitch + s->self);
-      // An element that did not move passes nothing on; beyond it there may be no brick yet.
+      // Elements that did not move pass nothing on. Bricks beyond them may be unallocated.
       touched |= changedAround(s, earlier & moved);
     }
   }
@@ -67,7 +68,7 @@ kernel void arrive(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* 
     before, states, constraint, cut, arrival);
 }
 
-// Records the times and the number of the wave where it came.
+// Writes the propagation times and the wave id `wave` of the elements that the wave reached.
 kernel void record(
   global const int* list, uint pitch, global const float* arrival, int wave, global float* time, global int* front)
 {

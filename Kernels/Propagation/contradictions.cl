@@ -1,6 +1,6 @@
-// Finds spins that ask for more than links allow. Around a loop of links displacements cancel out, so what spins want
-// there has to be within the sum of the links' limits; if it is not, no state with these spins is feasible, and the
-// bounds of feasibility.cl have no end. The smallest loops are squares of four elements. In scans it shows in them.
+// Finds rotations with which no state is feasible. Around a loop of links the differences u(j) - u(i) cancel out. So
+// |sum of rest offsets| <= sum of limits has to hold there on every axis. Otherwise the bounds of feasibility.cl
+// diverge. Only the smallest loops are tested, squares of four elements: in scans the contradictions show in them.
 //
 // The host guarantees: TURNING; WIDTH is 1; all 26 neighbours of the listed bricks have a slot (brick.clh).
 
@@ -8,7 +8,8 @@
 #include "element.clh"
 #include "turning.clh"
 
-// Adds what a link between two neighbours along axis a is strained by, from the first to the second, and its limit.
+// For a link between two neighbours along axis a: adds its limit, and `way` (1 or -1) times its strain from the first
+// to the second.
 RULE void addLink(uint first, uint second, int a, float way, uint pitch, uint tissuePitch,
   global const float* displacement, global const float* constraint, float* strain, float* limits SPIN_ARGUMENTS)
 {
@@ -31,8 +32,8 @@ RULE void addLink(uint first, uint second, int a, float way, uint pitch, uint ti
   }
 }
 
-// Whether the four links of a square along axes a and b, if all are there, contradict each other. `x`: the lowest
-// corner.
+// Whether the four links of a square along axes a and b contradict each other; false where one is missing. `x`: the
+// lowest corner.
 RULE bool isContradicted(int3 x, int a, int b, uint pitch, uint tissuePitch, global const int* table, int strideY,
   int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
 {
@@ -66,8 +67,8 @@ RULE bool isContradicted(int3 x, int a, int b, uint pitch, uint tissuePitch, glo
   return is;
 }
 
-// Whether an element's link along axis a goes beyond its limit, and a square that has the link is contradicted. A
-// square whose links all keep to their limits cannot be.
+// Whether an element's link along axis a exceeds its limit and belongs to a contradicted square. A square whose links
+// are all within their limits cannot be contradicted.
 RULE bool isInContradiction(int3 x, int a, uint pitch, uint tissuePitch, global const int* table, int strideY,
   int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
 {

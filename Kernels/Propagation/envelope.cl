@@ -1,31 +1,32 @@
-// Envelope propagation: every element goes into the bounds that moved elements around it set (element.clh), until
-// nothing in the brick changes. Elements are updated in place, in any order: raised values only grow and lowered ones
-// only fall. So a wave comes back to an element only where a link of it is beyond its limit.
+// Envelope propagation: every element is clamped to the bounds that its moved neighbours set (element.clh), until
+// nothing in the brick changes. Raised values only grow and lowered ones only fall, so elements are updated in place,
+// in any order. A wave returns to an element only where one of its links exceeds its limit.
 //
-// Where elements turn, spins stay as they are during a wave, which is one of shifts s = u - before. With e(i, j) the
-// strain of a link before the wave, u(j) - u(i) less where the spins of both ends would have that, a link keeps to its
-// limit D where
+// With TURNING the rotations of elements stay constant during a wave. The unknowns are the shifts s = u - before. The
+// strain of a link before the wave is e(i, j) = before(j) - before(i) - w(i, j). The rest offset w is the mean of those
+// that the rotations of both ends give (turning.clh). The link is within its limit D where
 //
 //   s(j) - (D - e(i, j)) <= s(i) <= s(j) + (D + e(i, j)).
 //
-// Both lengths count as 0 where they are less: rounding leaves links a little beyond their limits, and round a loop of
-// these a wave would raise elements again and again, without end. So a wave never strains a link further that is beyond
-// its limit, and may leave it there. The extremes count the lengths as they are, so that what a wave may strain links at
-// held tissue too far by does not grow from wave to wave. A link of limit 0 has lengths of 0: it passes shifts on as
-// they are, to the bit.
+// The lengths D - e and D + e count as 0 where they are negative. Rounding leaves links a little beyond their limits,
+// and around a loop of such links a wave would raise elements without end. So a wave strains no link further that
+// exceeds its limit, but may leave it beyond the limit. The extremes use the unclipped lengths. So the excess strain of
+// links at held tissue does not grow from wave to wave. A link of limit 0 has lengths of 0: it passes shifts on
+// exactly, to the bit.
 //
-// With `poses` the wave's probes have rotated what they hold, which may leave the links around it beyond their limits.
-// There lengths count as they are, so that the wave restores these links. That makes no loop: every path has such a link
-// only where it begins, as held elements pass nothing on.
+// `poses` is -1 (else 0) if the wave's probes have rotated their elements. Links around these may exceed their limits
+// and are restored by the wave: lengths at held neighbours are then not clipped. This makes no loop, because held
+// elements pass nothing on: a path has such a link only at its start.
 //
-// A brick saves its state in `before` in its first turn. Where it has had none (VISIT_SEEN) its displacement is still
-// that before the wave.
+// A brick copies its displacement to `before` on its first visit. Until then (no VISIT_SEEN) its displacement is still
+// the state before the wave.
 //
-// The host guarantees: the state before the wave is feasible, and `before` has it for the bricks to start in; moved
-// tissue differs from it or is held; all 26 neighbours of a brick that is ready have a slot (brick.clh,
-// fixedpoint.clh).
+// The host guarantees:
+// - The state before the wave is feasible. `before` holds it for the bricks in which the wave starts.
+// - Moved elements differ from `before` or are held.
+// - All 26 neighbours of an updatable brick have a slot (brick.clh, fixedpoint.clh).
 //
-// The extremes are, for each axis, how much too high and how much too low moved tissue is for held tissue.
+// The extremes are, for each axis, by how much moved tissue is too high and too low for held tissue.
 
 #define EXTREMES 6
 
@@ -42,10 +43,9 @@
 #define SHIFT_PASSED_ON
 #endif
 
-// Whether neighbours at `other` have to follow elements that the wave took from u to `next`: where the link is now
-// beyond its limit. One that has merely gone further the way that it went puts a neighbour within the limit under no
-// bound that this would have to give way to, so there is no reason to go back to where the wave came from. No element
-// here or beside is held.
+// Whether neighbours at `other` need an update after elements went from u to `next`; u0 is their state before the wave.
+// An element that moved further away from u0 affects a neighbour only if their link now exceeds its limit. So the wave
+// does not return to where it came from. Neither the elements nor their neighbours are held.
 RULE mask isFollowed(real next, real u, real u0, real other, real limit)
 {
   const mask raised = (next > u) & (u >= u0);
@@ -53,7 +53,8 @@ RULE mask isFollowed(real next, real u, real u0, real other, real limit)
   return !(raised | lowered) | (raised & (next - limit > other)) | (lowered & (next + limit < other));
 }
 
-// Updates one piece of work. `odd`: see BY_PARITY. `beside`, a constant, says whether it or a neighbour may be held.
+// Updates one lane group. `odd`: see BY_PARITY. `beside`, a constant: whether an element of it or a neighbour may be
+// held.
 RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, uint pitch, uint tissuePitch,
   global float* displacement, global const float* before, global const float* constraint, global const uchar* cut,
   float* conflict SPIN_ARGUMENTS SHIFT_ARGUMENTS)
@@ -144,7 +145,7 @@ RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, u
 #endif
 }
 
-// Whether an element of a piece of work, or a neighbour of one, is held on any axis.
+// Whether an element of a lane group, or a neighbour of one, is held on any axis.
 RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint)
 {
   mask held = (mask)(0);
@@ -163,8 +164,8 @@ RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint
 
 #if WIDTH > 1
 
-// Asks for what a piece of work reads beyond the ends of its row and beyond the faces of its brick, which lies too far
-// apart for processors to foresee.
+// Prefetches what a lane group reads beyond the ends of its row and beyond the faces of its brick. These addresses are
+// too far apart for the prefetchers of CPUs to predict.
 inline void askAround(const Site* s, int saved, uint pitch, global const float* displacement,
   global const float* before, global const float* constraint)
 {
@@ -190,8 +191,8 @@ inline void askAround(const Site* s, int saved, uint pitch, global const float* 
   }
 }
 
-// Whether any element of a brick, or beside its faces, is held on any axis: VISIT_HELD or VISIT_FREE. It is found out
-// once in a wave, since most bricks have nothing to do with held tissue.
+// Whether any element of a brick, or any neighbour beyond its faces, is held on any axis: VISIT_HELD or VISIT_FREE.
+// Computed once per brick in a wave, since most bricks have no held tissue in or around them.
 inline int heldNear(uint slot, int saved, global int* visits, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* before, global const float* constraint)
 {
@@ -262,7 +263,7 @@ kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* dis
     get_local_size(0), displacement, before, constraint, cut SPIN_PASSED_ON SHIFT_PASSED_ON);
 }
 
-// Sets the shifts in the bricks of a list to what handles have been moved by.
+// Initialises the shifts in the listed bricks: displacement - before, which is the motion of the handles.
 kernel void beginShifts(
   global const int* list, uint pitch, global const float* displacement, global const float* before, global float* shift)
 {

@@ -1,10 +1,11 @@
-// Projects a state to a feasible one: `bound` (bounds.clh) finds min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)) over
-// all elements j, and `settle` takes their mean. They begin at the bricks that `violated` finds, most often few.
+// Projects a state to a feasible one. `bound` (bounds.clh) computes min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j))
+// over all elements j. `settle` sets elements to the mean of these bounds. The bounds spread from the bricks that
+// `violated` finds, which are few in most cases.
 //
-// At first both bounds are the displacement or, where elements turn and bounds are those of shifts, 0.
+// Both bounds start as the displacement. With TURNING they are bounds of shifts and start as 0.
 //
-// The host guarantees: bricks that `violated` found have both bounds; all 26 neighbours of a brick that is ready have a
-// slot (brick.clh).
+// The host guarantees: both bounds are set in the bricks that `violated` found; all 26 neighbours of an updatable brick
+// have a slot (brick.clh).
 
 #ifdef TURNING
 #define BOUNDS_OF_SHIFTS
@@ -15,7 +16,7 @@
 
 #include "bounds.clh"
 
-// Whether any element of a piece of work has a link beyond its limit, so that `bound` would move its bounds.
+// Whether a link of any element of a lane group exceeds its limit, in which case `bound` would change its bounds.
 RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
   global const uchar* cut, global const float* displacement SPIN_ARGUMENTS)
 {
@@ -37,22 +38,23 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
     for (int d = 0; d < 6; ++d)
     {
 #ifdef TURNING
-      // What rounding has between two elements of a bone that has turned is no violation.
+      // Rounding between two elements of a rotated rigid cluster is no violation.
       const real other =
         select(neighbour(displacement + axis * pitch, s, d, odd) - wanted[d][axis], u, limits[d] == 0.0f);
 #else
       const real other = neighbour(displacement + axis * pitch, s, d, odd);
 #endif
-      // With rounding these are four tests: two are the neighbour's own.
+      // In exact arithmetic two tests suffice. With rounding the neighbour's own two differ from them.
       beyond |= (other - limits[d] > u) | (other + limits[d] < u) | (u - limits[d] > other) | (u + limits[d] < other);
     }
   }
   return SOME(beyond);
 }
 
-// Whether a work-item's share of a brick has such elements. Every link joins elements of different colours, so one
-// colour sees them all, if the bricks around those that were moved are listed, too. Where elements turn they are not,
-// as bricks with links beyond their limits are looked at again one by one (contradictions.cl).
+// Whether a work-item's part of a brick has such elements. Every link joins elements of different colours. So one
+// colour covers all links if the bricks around those that moved are listed, too. With TURNING these are not listed,
+// since bricks with links beyond their limits are tested again one by one (contradictions.cl). Then both colours are
+// tested.
 #ifdef TURNING
 #define COLOURS_SEEN 2
 #else
@@ -81,8 +83,8 @@ kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const floa
   }
 }
 
-// Leaves the mean in `before` and, except for held elements, in `displacement`. This is the state from which an
-// envelope wave that starts at the held elements can bring them back.
+// Writes the mean to `before` and, except for held elements, to `displacement`. For an envelope wave that starts from
+// this state, held elements are moved from the mean back to where they are held.
 kernel void settle(global const int* list, uint pitch, uint tissuePitch, global const float* constraint,
   global const float* upper SHIFTED_ARGUMENTS, global float* before, global float* displacement)
 {

@@ -1,15 +1,15 @@
-// What many handles get that do not fit together (Sharing.h): bounds of shifts (bounds.clh), from which the host takes
-// the means. Round held tissue bounds of 0 take the place of those that handles ask for beyond it.
+// Compromise between many incompatible handles (Sharing.h): bounds of shifts (bounds.clh), whose means the host takes.
+// Held elements get bounds of 0 (holdBounds). Around them, bounds spread from these zeros replace those that handles
+// request beyond what held tissue allows.
 //
-// The host guarantees: all 26 neighbours of a brick that is ready have a slot (brick.clh).
+// The host guarantees: all 26 neighbours of an updatable brick have a slot (brick.clh).
 
 #define BOUNDS_OF_SHIFTS
 #define MARGIN
 
 #include "bounds.clh"
 
-// Puts the bounds of held elements in the bricks of a list back to 0. `found` is set to 1 for bricks where they were
-// not.
+// Resets the bounds of held elements in the listed bricks to 0. `found` is set to 1 for bricks where one was not 0.
 kernel void holdBounds(global const int* list, uint pitch, uint tissuePitch, global const float* constraint,
   global float* lower, global float* upper, global int* found)
 {

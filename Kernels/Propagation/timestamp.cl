@@ -1,16 +1,19 @@
 // One iteration of the published propagation (Rodriguez, Leon and Arroyo, algorithms 1 and 2), for all elements at
-// once: `arriveNext` finds what each element takes over from its neighbours, and `shift` makes the results the state.
+// once. `arriveNext` computes the next displacement, time and wave id of each element from its neighbours. `shift`
+// copies them to the state.
 //
-// A neighbour counts if it shifted in the iteration before. A neighbour of a newer wave takes the element over, time
-// and all; one of the same wave does if it would arrive earlier; one of an older wave is ignored. Neighbours that
-// arrive at the same time all count, so that nothing depends on their order.
+// Only neighbours that shifted in the previous iteration count. A neighbour of a newer wave takes the element over with
+// its time. One of the same wave does so only if it arrives earlier, and one of an older wave never. Neighbours that
+// arrive at the same time all count, so the result does not depend on their order.
 //
-// The host guarantees: WIDTH is 1; both kernels run over the same bricks, and these contain every element beside one
-// that shifted; all 26 neighbours of these bricks have a slot (brick.clh).
+// The host guarantees: WIDTH is 1; both kernels run over the same bricks, and these contain every neighbour of an
+// element that shifted; all 26 neighbours of these bricks have a slot (brick.clh).
 //
-// front: number of the wave that the element belongs to, 0 for none. time: arrival time of that wave, a fraction of the
-// spacing. stamp: iteration in which the element last shifted. nextFront: 0 where nothing happens, else the number of
-// the wave, negative where the element need not shift and so does not pass the wave on.
+// front: id of the wave that the element belongs to, 0 for none
+// time: propagation time of that wave, a fraction of the spacing
+// stamp: iteration in which the element last shifted
+// nextFront: 0 where no wave arrives, else the id of the wave; negated where the element need not shift and so does not
+// pass the wave on
 
 #include "brick.clh"
 #include "element.clh"
@@ -78,7 +81,7 @@ kernel void arriveNext(global const int* list, int iteration, LAYOUT_ARGUMENTS, 
   }
 }
 
-// result[group]: the faces that shifted elements touch (movedFaces).
+// result[group]: the faces of the brick at which elements shifted (movedFaces).
 kernel void shift(global const int* list, int iteration, LAYOUT_ARGUMENTS, global const float* nextDisplacement,
   global const float* nextTime, global const int* nextFront, global float* displacement, global float* time,
   global int* front, global int* stamp, global int* result)

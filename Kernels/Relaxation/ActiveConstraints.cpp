@@ -19,26 +19,26 @@ struct Patch
 {
   std::vector<std::size_t> voxels; ///< numbers in the grid (Grid::at), ascending
   std::vector<std::uint32_t> addresses;
-  std::vector<std::array<std::uint32_t, 3>> next; ///< the element linked to it, one step on along each axis, or none
+  std::vector<std::array<std::uint32_t, 3>> next; ///< index of the element linked at +1 on each axis, or none
   std::vector<float> u[3];
   std::vector<float> c[3]; ///< signed constraints, with held elements marked as on the device
-  /// Where elements turn: what the ends of those links want u(next) - u to be, on each axis (turning.clh).
+  /// Where elements rotate: the rest offsets of u(next) - u, on each axis (turning.clh).
   std::vector<std::array<float, 3>> wanted[3];
   Vector3 weights{ 1.0, 1.0, 1.0 }; ///< factors for the weights of links along each axis
-  /// Where they resist swelling (swelling.clh): the tension of elements, what swelling costs them and, on each axis,
-  /// their swelling where u(next) - u, and u - u(previous), is 1.
+  /// Where elements resist volumetric strain d, with the energy 1/2 bulk d^2 (swelling.clh). `tension`: their pressure.
+  /// `swelling`: on each axis, the derivatives of d by u(next) - u and by u - u(previous).
   std::vector<float> tension;
   std::vector<float> bulk;
   std::vector<std::array<std::array<float, 2>, 3>> swelling[3];
   Vector3 scale{ 1.0, 1.0, 1.0 };      ///< the spacing, in mean spacings
-  std::vector<const SoftLink*> soft;   ///< of each element, null where it has none; empty where nothing has
-  Vector3 softFactor{ 1.0, 1.0, 1.0 }; ///< for their weights on each axis
+  std::vector<const SoftLink*> soft;   ///< of each element, null without one; empty if there are none at all
+  Vector3 softFactor{ 1.0, 1.0, 1.0 }; ///< for the weights of soft links on each axis
 
   static constexpr std::uint32_t none = ~std::uint32_t(0);
   std::size_t size() const { return this->voxels.size(); }
 };
 
-/// The sum of what the links of a unit ask for.
+/// Sums over the links of a unit: of weights and of forces.
 struct Pull
 {
   double weight = 0.0;
@@ -54,10 +54,10 @@ struct PatchAxis
   const std::vector<std::array<float, 3>>& wanted;
   std::vector<float>& u;
   int number;                 ///< of the axis
-  std::vector<float> tension; ///< as far as groups have moved along this axis
+  std::vector<float> tension; ///< pressure after the moves of groups along this axis
 };
 
-/// The soft link of an element as it counts on an axis.
+/// The weight and the force of an element's soft link on an axis.
 Pull softPullAt(const PatchAxis& axis, std::size_t n)
 {
   Pull pull;
@@ -69,7 +69,8 @@ Pull softPullAt(const PatchAxis& axis, std::size_t n)
   return pull;
 }
 
-/// The three axes move side by side, and the square of a sum of three is at most three times the sum of their squares.
+/// The groups of all three axes move in parallel, and (a + b + c)^2 <= 3 (a^2 + b^2 + c^2). So the volumetric energy
+/// counts three times on each axis.
 constexpr double axesAtOnce = 3.0;
 
 /// A link from element n to m.
@@ -79,9 +80,9 @@ struct Link
   std::size_t m;
   float limit;
   double weight;
-  float wanted;   ///< what its ends want u(m) - u(n) to be
-  double swellsN; ///< how n swells where u(m) - u(n) is 1,
-  double swellsM; ///< and m
+  float wanted;   ///< rest offset of u(m) - u(n)
+  double swellsN; ///< derivative of n's volumetric strain by u(m) - u(n)
+  double swellsM; ///< the same of m
 };
 
 /// Calls f(link) for every link, in the order of voxels.
@@ -148,7 +149,8 @@ std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
   return elements;
 }
 
-/// Adds to `all`, for ascending voxels, the voxel beside each of them: `step` of 1 or -1 along an axis of the grid.
+/// Merges the neighbours of `voxels` into `all`, both ascending: the voxels at `step`, 1 or -1, along an axis of the
+/// grid.
 void addBeside(
   const Grid& grid, const std::vector<std::size_t>& voxels, int axis, int step, std::vector<std::size_t>& all)
 {
@@ -165,7 +167,7 @@ void addBeside(
   std::inplace_merge(all.begin(), all.begin() + middle, all.end());
 }
 
-/// Reads what elements that turn want of their links.
+/// Computes the rest offsets and weight factors of links where elements rotate.
 void readSpins(Bricks& bricks, Patch& patch)
 {
   const Spins& all = *bricks.spins();
@@ -189,7 +191,8 @@ void readSpins(Bricks& bricks, Patch& patch)
   }
 }
 
-/// Reads what elements that resist swelling do where they move. Tension is up to date, as relaxation has seen to it.
+/// Reads the pressure of elements that resist volumetric strain; relaxation keeps it up to date. Computes `bulk` and
+/// the derivatives of the strain.
 void readSwelling(Bricks& bricks, Patch& patch)
 {
   const Spins& all = *bricks.spins();
@@ -239,7 +242,7 @@ void readSwelling(Bricks& bricks, Patch& patch)
   }
 }
 
-/// Reads the ends of links at their limits, the rigid clusters that these belong to, and all elements around both.
+/// Reads the ends of links at their limits, the rigid clusters that these belong to, and all neighbours of both.
 Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
 {
   const Grid& grid = bricks.model().grid();
@@ -338,14 +341,14 @@ DisjointSets unitsOf(const PatchAxis& axis)
   return units;
 }
 
-/// What pulls at each unit, stored at the unit's root.
+/// The pull on each unit, stored at the unit's root.
 std::vector<Pull> pullsAt(const PatchAxis& axis, const Elasticity& elasticity, DisjointSets& units)
 {
   const std::size_t count = axis.patch.size();
   std::vector<Pull> pulls(count);
   for (std::size_t n = 0; n < count; ++n)
   {
-    // Tissue that is still at rest counts as held, since its brick may have no memory yet.
+    // Tissue at rest counts as held, because its brick may have no state yet.
     if (std::signbit(axis.c[n]) || axis.u[n] == 0.0f)
     {
       pulls[units.root(n)].held = true;
@@ -413,19 +416,20 @@ struct Group
     std::uint32_t outer;
     float limit;
     double weight;
-    float wanted; ///< what its ends want u(outer) - u(inner) to be
+    float wanted; ///< rest offset of u(outer) - u(inner)
   };
   struct Swelling
   {
     std::uint32_t element;
-    double byMove; ///< how it swells where the group moves by 1
+    double byMove; ///< derivative of its volumetric strain by the group's move
   };
   std::vector<std::uint32_t> members;
   std::vector<Outgoing> outgoing; ///< links that lead out of the group
-  std::vector<Swelling> swelling; ///< elements at the ends of these, where there is tension, in no order
+  std::vector<Swelling> swelling; ///< elements at the ends of these, where there is pressure; see sumUp()
 };
 
-/// Adds how the ends of a link swell where u(m) - u(n) grows by so much.
+/// Adds the change of volumetric strain at both ends of a link. `stretch`: the change of u(m) - u(n) per move of the
+/// group.
 void addSwelling(Group& group, const Link& link, double stretch)
 {
   if (link.swellsN != 0.0 || link.swellsM != 0.0)
@@ -435,7 +439,7 @@ void addSwelling(Group& group, const Link& link, double stretch)
   }
 }
 
-/// Leaves one entry for each element.
+/// Leaves one entry for each element, the sum of its entries, in the order of elements.
 void sumUp(std::vector<Group::Swelling>& all)
 {
   std::stable_sort(
@@ -534,7 +538,7 @@ float moveGroup(const Group& group, PatchAxis& axis, const Elasticity& elasticit
   }
   const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
   const float way = std::min(std::max(wanted, lower), upper);
-  // A group never goes against its pull: where rounding leaves its box empty it stays.
+  // A group never moves against its pull. If rounding has left its box empty, it does not move.
   if (!(lower <= upper) || !(std::fabs(way) > still) || way * wanted <= 0.0f)
   {
     return 0.0f;

@@ -15,7 +15,7 @@ constexpr int iterationsPerBatch = 16;
 
 }
 
-/// Launches one iteration; `back` says that it goes from the second copy of the state to the first.
+/// Launches one iteration. `back`: it reads the second copy of the state and writes the first.
 void PaperRelaxation::relaxAll(const RelaxationTask& task, int iteration, bool back, float still)
 {
   Context& context = this->bricks_.context();

@@ -7,16 +7,16 @@ namespace chainmail
 {
 
 /// Relaxation as published (paper.cl; Rodriguez, Leon, Arroyo: Parallel deformation of heterogeneous ChainMail models,
-/// eqs. 7 and 8): all elements that are not held go at once to the weighted mean of the places that their neighbours
-/// ask for, with the weights 1 / (D + eps).
+/// eqs. 7 and 8), a Jacobi iteration. All elements that are not held move at once, each to the weighted mean of the
+/// target places of its links. The weights are 1 / (D + eps).
 ///
 /// Only bricks in which something can change are visited.
 ///
 /// The method has these limitations:
-/// - It ignores the limits of links. Links end beyond them, so the next wave starts from a state that is not feasible
-///   (Statistics::maxLinkExcess tells by how much).
-/// - Elements of two colours may change places for ever: a checkerboard never decays where nothing is held.
-/// - Rigid elements hold each other where they are: a bone hardly follows, and bends.
+/// - It ignores the limits of links. Links end beyond them, so the next wave starts from an infeasible state
+///   (Statistics::maxLinkExcess gives the excess).
+/// - Elements of two colours may oscillate for ever: a checkerboard never decays where nothing is held.
+/// - Rigid elements lock each other: a bone hardly follows, and bends.
 class PaperRelaxation : public Relaxer
 {
 public:
@@ -31,7 +31,7 @@ public:
   RelaxResult run(const RelaxationTask& task) override;
   bool keepsLimits() const override { return false; }
 
-  /// Gives back the memory of the second copy of the state.
+  /// Frees the second copy of the state.
   void release() override { this->bricks_.drop(this->next_); }
 
 private:

@@ -13,22 +13,22 @@ namespace chainmail
 namespace
 {
 
-/// Sweeps in which no element moves further than this [fractions of the spacing] have come to rest, either at the
-/// optimum or because chains of links at their limits block each other. Blocked groups then get a turn: at most once in
-/// sweepsPerGroupTurn sweeps, half as often after each turn in which none could move, and always before a relaxation
-/// counts as converged.
+/// A sweep in which no element moves further than restingMove [fractions of the spacing] has come to rest: at the
+/// optimum, or because chains of links at their limits block each other. Then an active-set step moves blocked groups
+/// (moveBlockedGroups). Between two such steps there are at least sweepsPerGroupTurn sweeps. Each step at rest that
+/// moves nothing doubles this number. In any case there is a step before a relaxation counts as converged.
 constexpr float restingMove = 1e-3f;
 constexpr int sweepsPerGroupTurn = 8;
-constexpr int mostSweepsPerGroupTurn = 1 << 20; // tissue that stays at rest doubles them in every relaxation
+constexpr int mostSweepsPerGroupTurn = 1 << 20; // every relaxation of tissue at rest doubles the number
 
-/// Where much tissue is to settle, some of it is in motion for long while chains elsewhere block each other. So after
-/// many sweeps groups also get a turn every so often.
+/// In large scenes some tissue keeps moving long after blocked chains elsewhere have stopped. So there are also
+/// active-set steps at fixed intervals of this many sweeps, except after the first interval.
 constexpr int sweepsPerTimedGroupTurn = 30;
 
-/// Whether elements turn in a sweep (turn.cl): in every third of the first, and in every sixth in the end, when
-/// displacements hardly change from sweep to sweep. Where coarser grids went before, spins are what they had to leave
-/// behind most of all (CoarseToFine), so that elements turn more often for longer; but not in the first sweep, since
-/// displacements are rough there and spins that follow these would contradict each other.
+/// Whether elements rotate in a sweep (turn.cl): in every third sweep at first, later in every sixth, when
+/// displacements hardly change between sweeps. After coarser grids (Reach::Near) the remaining error is mostly in the
+/// rotations (CoarseToFine), so the first period lasts longer. There the first sweep has no rotations: displacements
+/// are still rough, and rotations that followed them would be incompatible with each other.
 constexpr int mostSweepsPerRotation = 6;
 bool turnsIn(Reach reach, int sweep)
 {
@@ -40,33 +40,38 @@ bool turnsIn(Reach reach, int sweep)
 /// Sweeps in one batch of launches.
 constexpr int sweepsPerBatch = 8;
 
-/// The same where a batch is one launch, whose sweeps take less time than looking at what they did.
+/// The same where a batch is one launch, whose sweeps take less time than reading their results.
 constexpr int sweepsPerLaunch = 32;
 
-/// In grids of no more elements than this a sweep takes about as long as launching its turns does.
+/// In grids with at most this many elements a sweep takes about as long as launching its passes.
 constexpr std::size_t fewElements = 1 << 15;
 
-/// The over-relaxation factors that the opening sweeps come to.
+/// The over-relaxation factors that farOmega() and nearOmega() approach in the opening sweeps.
 constexpr double finalOmega = 1.9; // = 2 / (1 + sqrt(1 - rho2))
 constexpr double finalNearOmega = 1.93;
 
-/// Where tissue resists swelling an element weighs more than its links, and errors live longer: how many times as far
-/// factors go towards 2. Measured on pulled and dragged blocks at Poisson's ratios 0.3 and 0.45; more gains nothing.
+/// The divisor of 2 / omega - 1 where tissue resists volumetric strain. There the diagonal of an element exceeds the
+/// weights of its links, and errors decay more slowly. Measured on pulled and dragged blocks at Poisson's ratios 0.3
+/// and 0.45; a larger divisor gains nothing.
 double furtherFor(double poissonRatio)
 {
-  const double weight = 1.0 + 0.5 * poissonRatio / (1.0 - 2.0 * poissonRatio); // that of elements, by that of links
+  const double weight = 1.0 + 0.5 * poissonRatio / (1.0 - 2.0 * poissonRatio); // diagonal / weights of links
   return std::min(5.0, weight * std::sqrt(weight));
 }
 
-/// Takes a factor so many times as far towards 2.
+/// Divides 2 / omega - 1 by `times`, which brings the factor closer to 2.
 double further(double omega, double times)
 {
   return times == 1.0 ? omega : 2.0 / (1.0 + (2.0 / omega - 1.0) / times);
 }
 
-/// The over-relaxation factor of a sweep that reaches far: the Chebyshev semi-iterative sequence (G. Golub and R.
-/// Varga, Numerische Mathematik 3, 1961). It starts at 1, best for the first sweep, in which most energy goes, leaps to
-/// almost 2 and falls to finalOmega.
+/// The over-relaxation factor of a Reach::Far sweep, the Chebyshev semi-iterative sequence (G. Golub and R. Varga,
+/// Numerische Mathematik 3, 1961):
+///
+///   omega(0) = 1,   omega(1) = 1 / (1 - rho2 / 2),   omega(s) = 1 / (1 - rho2 omega(s - 1) / 4) for s > 1.
+///
+/// A factor of 1 is best for the first sweep, in which the energy falls most. The second factor is almost 2, and from
+/// there the sequence falls to further(finalOmega, times).
 double farOmega(int sweep, double times)
 {
   const double last = 2.0 / further(finalOmega, times) - 1.0;
@@ -79,23 +84,27 @@ double farOmega(int sweep, double times)
   return omega;
 }
 
-/// The over-relaxation factor of a sweep that reaches less far. With a factor near 2, rough displacements stay rough
-/// for tens of sweeps. For an error `length` elements long the best factor is 2 / (1 + sin(pi / length)), and every
-/// sweep leaves an error that is longer by about 2 pi. Errors are long in thin tissue, which coarser grids do not see,
-/// so the factor ends a little above finalOmega.
+/// The over-relaxation factor of a Reach::Near sweep. With a factor near 2, rough displacements stay rough for tens of
+/// sweeps. For an error of length L [elements] the best factor is 2 / (1 + sin(pi / L)). Every sweep lengthens the
+/// remaining error by about 2 pi, so L = 2 pi (sweep + 1) and omega = 2 / (1 + 0.5 / (sweep + 1)). In thin tissue,
+/// which coarser grids do not resolve, errors are long. So the factor ends a little above finalOmega.
 double nearOmega(int sweep, double times)
 {
   return further(std::min(finalNearOmega, 2.0 / (1.0 + 0.5 / (sweep + 1))), times);
 }
 
-/// Sweeps that reach less far open with the factors of nearOmega().
+/// The number of opening sweeps after coarser grids, in which nearOmega() or turningOmega() applies.
 constexpr int openingSweeps = 20;
 
-/// The over-relaxation factor of a sweep after the opening. What is left is long: much tissue that hangs on little goes
-/// back as slowly as an error a few times as long as the grid's `longest` axis. It takes a factor near 2, which leaves
-/// roughness, which a smaller one takes away. So sweeps come in rounds of 50, 100, 200, ..., in which the factor falls
-/// to what the opening came to; the last round ends with the last of the sweeps that are asked for. `late` counts
-/// the sweeps since the opening, `left` those that are still to come, with this one.
+/// The over-relaxation factor of a sweep after the opening, when the remaining errors are long. `longest`: the longest
+/// axis of the grid [elements]. A large part of tissue that hangs on few links returns slowly: like an error of length
+/// L = 2 timesAsLong `longest`, for which the best factor (nearOmega()) is near 2. Such a factor leaves roughness,
+/// which a smaller one removes. So sweeps come in rounds, in which the factor falls to finalNearOmega:
+///
+///   omega = 2 / (1 + fall / leftInRound),   finalNearOmega <= omega <= longestOmega, the best factor for L.
+///
+/// The rounds have 50, 100, 200, ... sweeps. The last round ends with the last sweep requested. `late`: the number of
+/// sweeps since the opening. `left`: the number of sweeps still to come, including this one.
 double lateOmega(int late, int left, int longest)
 {
   constexpr int firstRound = 50;
@@ -112,10 +121,10 @@ double lateOmega(int late, int left, int longest)
   return std::max(finalNearOmega, std::min(longestOmega, 2.0 / (1.0 + fall / leftInRound)));
 }
 
-/// The over-relaxation factor of a sweep that follows coarser grids where elements turn. Spins that contradict each
-/// other are left behind there, and with them errors that are long: once the first sweeps have smoothed what is rough,
-/// the others open as sweeps that reach far. The last ones take roughness away again. `left` counts the sweeps that are
-/// still to come, with this one.
+/// The over-relaxation factor of a sweep after coarser grids where elements rotate. Coarser grids leave incompatible
+/// rotations behind and, with them, long errors. The first sweeps (`smoothing`) remove roughness; the rest of the
+/// opening follows the sequence of farOmega(). In the last sweeps the bound 2 / (1 + fall / left) removes roughness
+/// again. `left`: the number of sweeps still to come, including this one.
 double turningOmega(int sweep, int left, double times)
 {
   constexpr int smoothing = 4;
@@ -150,7 +159,7 @@ Relaxation::Relaxation(Bricks& bricks)
 {
 }
 
-/// Whether a single work-item takes all turns of a batch in one launch.
+/// Whether a single work-item does all passes of a batch in one launch.
 bool Relaxation::isSmall() const
 {
   return this->bricks_.workItems(true) == 1 && !this->bricks_.spins() &&
@@ -190,7 +199,7 @@ void Relaxation::relaxColour(
     this->bricks_.softLinks());
 }
 
-/// Gives blocked groups their turn. Returns the largest move of any.
+/// An active-set step: moves blocked groups (moveBlockedGroups). Returns the largest move.
 float Relaxation::turnOfGroups(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest)
 {
   this->sweepsSinceGroups_ = 0;
@@ -224,20 +233,20 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
   {
     this->groupPeriod_ = this->sweepsSinceGroups_ = sweepsPerGroupTurn;
   }
-  // A sweep that moves nothing by more than this, `sweeps` from now, is followed by a turn of blocked groups or is the
-  // last.
+  // The largest move of a sweep, `sweeps` from now, at which it has come to rest. An active-set step follows it, or it
+  // is the last sweep.
   const auto restingMoveAfter = [&](int sweeps)
   {
     const bool groupsMayMove = !waves && this->sweepsSinceGroups_ + sweeps >= this->groupPeriod_;
     return std::max(static_cast<float>(tolerance), groupsMayMove ? restingMove : 0.0f);
   };
-  // A sweep in which elements did not turn tells nothing about whether they are at rest.
+  // Where elements rotate, only a sweep with rotations shows whether they are at rest.
   const bool spins = this->bricks_.spins() != nullptr;
   const auto isJudged = [spins, reach](int sweep) { return !spins || turnsIn(reach, sweep); };
-  // Where elements turn, or no coarser grids went before, sweeps go on as they open.
+  // The opening never ends (0) where elements rotate, while waves are under way, or without coarser grids before.
   const Index3& size = this->bricks_.model().grid().size;
   const int longest = reach == Reach::Far || waves || spins ? 0 : *std::max_element(size.begin(), size.end());
-  // How many sweeps there are, after so many, to the next timed turn of blocked groups.
+  // The number of sweeps from `sweep` to the next active-set step at fixed intervals.
   const auto sweepsToGroups = [longest](int sweep)
   { return longest > 0 ? sweepsPerTimedGroupTurn - sweep % sweepsPerTimedGroupTurn : sweepsPerLaunch; };
   RelaxResult result;
@@ -273,8 +282,8 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       }
       if (!waves && clusters.anyActive() && this->schedule_.takesTurn(SweepSchedule::ofBodies))
       {
-        // Where limits do not count, members of a cluster may be apart. With a factor of 1 it does
-        // not matter where it is now.
+        // Without limits, members of a cluster may have different displacements. With a factor of 1 the result does not
+        // depend on the current place of the cluster.
         const float ofClusters = elasticity.limited ? omega : 1.0f;
         if (atOnce)
         {

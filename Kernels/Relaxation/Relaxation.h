@@ -13,22 +13,23 @@ namespace chainmail
 /// What the sweeps of a relaxation are for.
 enum class Reach
 {
-  Far, ///< to carry what handles do from element to element
-  Near ///< to smooth what is rough: coarser grids have done the rest
+  Far, ///< to propagate the displacements of handles through the tissue
+  Near ///< to smooth rough errors: coarser grids have reduced the others
 };
 
 /// Three-colour projected over-relaxation (relax.cl, clusters.cl). A sweep has a colour pass for red elements, one for
 /// black elements and one for rigid clusters.
 ///
 /// Only bricks in which something can change are visited. A feasible state stays feasible and its energy does not rise.
-/// In a state that is not feasible, as while waves are under way, elements whose boxes have no common point stay where
-/// they are. Elasticity::limited says whether there are boxes at all.
+/// In an infeasible state, for example while waves are under way, elements whose boxes have no common point do not
+/// move. Elasticity::limited says whether boxes apply at all.
 class Relaxation
 {
 public:
   explicit Relaxation(Bricks& bricks);
 
-  /// Relaxes. While waves are under way rigid clusters stay where they are.
+  /// Relaxes by at most `iterations` sweeps. `firstSweep`: the number of sweeps already done. While waves are under
+  /// way, rigid clusters do not move.
   RelaxResult run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves, Reach reach,
     int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint);
 
@@ -41,8 +42,8 @@ private:
 
   Bricks& bricks_;
   SweepSchedule schedule_;
-  SharedTable batch_;   ///< turns that one launch takes, see relaxBatch()
-  int groupPeriod_ = 0; ///< sweeps between the turns of blocked groups
+  SharedTable batch_;   ///< passes of one launch, see relaxBatch()
+  int groupPeriod_ = 0; ///< sweeps between active-set steps, see turnOfGroups()
   int sweepsSinceGroups_ = 0;
 };
 

@@ -13,7 +13,7 @@ namespace chainmail
 namespace
 {
 
-/// The number of links that one work-item sums up. It is fixed so that no layout of the state changes a sum.
+/// The number of links that one work-item sums up. It is fixed, so sums do not depend on the layout of the state.
 constexpr int chunkLength = 16;
 
 using Run = RigidClusters::Run;
@@ -23,7 +23,7 @@ bool isLinked(const Bricks& bricks, int i, int j, int k, int direction)
   return !bricks.anyCut() || (bricks.cutBits(i, j, k) & (1 << direction)) == 0;
 }
 
-/// Joins the runs of a row, from `run` to `end`, with those of a row beside it in a direction, from `other` to `last`.
+/// Joins runs of a row, [run, end), with the runs linked to them in the neighbouring row in `direction`, [other, last).
 void joinRows(const Bricks& bricks, const std::vector<Run>& runs, std::size_t run, std::size_t end, std::size_t other,
   std::size_t last, int direction, DisjointSets& joined)
 {
@@ -305,7 +305,7 @@ void RigidClusters::straighten(bool turn)
   this->bricks_.setSpins(addresses, spins);
 }
 
-/// Where the members of a cluster are on the device.
+/// The addresses of a cluster's members.
 std::vector<std::uint32_t> RigidClusters::addressesOf(const Cluster& cluster) const
 {
   const Grid& grid = this->bricks_.model().grid();
@@ -320,7 +320,7 @@ std::vector<std::uint32_t> RigidClusters::addressesOf(const Cluster& cluster) co
   return addresses;
 }
 
-/// Gives the members of a cluster of one axis one displacement along it, and no rotation.
+/// Gives all members of a cluster of one axis the same displacement along this axis, and no rotation.
 void RigidClusters::alignAxis(const Cluster& cluster)
 {
   const std::vector<std::uint32_t> addresses = this->addressesOf(cluster);
@@ -394,7 +394,7 @@ void RigidClusters::activate(const std::vector<int>& bricks)
   this->soft_.upload(this->active_, this->bodyList_);
 }
 
-/// Lists the active clusters on the device. Most often they are those of the relaxation before, in the same order.
+/// Lists the active clusters on the device. Most often they are those of the previous relaxation, in the same order.
 void RigidClusters::list()
 {
   if (this->active_ == this->listed_)
@@ -451,7 +451,7 @@ void RigidClusters::list()
   this->upload();
 }
 
-/// The bricks beside those of these clusters that hold an element linked to one of theirs.
+/// The bricks of elements that a link between two bricks joins to a member of these clusters.
 std::vector<int> RigidClusters::bricksLinkedTo(const std::vector<int>& clusters) const
 {
   const Grid& grid = this->bricks_.model().grid();

@@ -11,32 +11,33 @@
 namespace chainmail
 {
 
-/// Rigid clusters: connected sets of rigid elements, each of which relaxes as one unknown (clusters.cl). Where
-/// constraints differ by axis, so do the clusters.
+/// Rigid clusters: connected sets of rigid elements. Each cluster relaxes as one unknown (clusters.cl). Where
+/// constraints differ by axis, each axis has its own clusters.
 class RigidClusters
 {
 public:
   explicit RigidClusters(Bricks& bricks);
 
-  /// Rigid voxels that follow each other along x, and that links join.
+  /// Consecutive rigid voxels along x that are joined by links.
   struct Run
   {
     std::size_t first; ///< Grid::at
     std::uint32_t count;
     int cluster;
   };
-  /// All runs for one axis of the constraint, in the order of voxels. Clusters are numbered by their first voxels.
+  /// All runs for one axis of the constraint, in the order of voxels. Clusters are numbered in the order of their first
+  /// voxels.
   static std::vector<Run> runs(const Bricks& bricks, int axis);
 
-  /// The cluster of an axis that a voxel belongs to; -1 where there is none.
+  /// The cluster of an axis that a voxel belongs to; -1 if there is none.
   int clusterOf(std::size_t voxel, int axis) const;
   bool isAnchored(int cluster) const { return this->clusters_[cluster].anchored; }
 
-  /// These voxels (ascending) and all members of their clusters along an image axis.
+  /// These voxels (ascending) and all members of their clusters for an image axis; ascending.
   std::vector<std::size_t> withClusters(const std::vector<std::size_t>& voxels, int axis) const;
 
-  /// Visits the clusters of all axes, or those of x where they differ by axis, in the order of their first voxels, with
-  /// their members: visit(first, last, whether it holds an anchor).
+  /// Calls visit(first, last, anchored) for each cluster, in the order of their first voxels: the range of its members,
+  /// and whether one of them is an anchor. Where clusters differ by axis, only those of x are visited.
   template <typename Visit> void forClusters(const Visit& visit) const
   {
     for (std::size_t id = 0; id < this->clusters_.size() && this->clusters_[id].axis <= 0; ++id)
@@ -46,31 +47,32 @@ public:
     }
   }
 
-  /// Starts a relaxation with no cluster taking part. Those that hold an anchor or one of these voxels (Grid::at) never
-  /// will; where elements turn, a cluster may still turn about what it is held by (TurningClusters), but not one with
-  /// elements of `turned`, whose rotation is prescribed.
+  /// Starts a relaxation with all clusters inactive. A cluster that contains an anchor or one of `heldVoxels`
+  /// (Grid::at) cannot become active, with one exception: where elements rotate, a cluster without an anchor may rotate
+  /// about its held elements (TurningClusters). A cluster with elements of `turned` may not, because their rotation is
+  /// prescribed.
   void begin(const std::vector<std::size_t>& heldVoxels, const std::vector<std::size_t>& turned = {});
 
-  /// Where elements turn: makes every cluster rigid again whose elements were moved one by one, with the pose nearest
-  /// to where they are now or, unless they `turn`, the nearest one with the spins they have. Elements of probes stay
-  /// where they are, and so do clusters that hold an anchor.
+  /// Where elements rotate: projects every displaced cluster to a rigid motion, after its elements were moved one by
+  /// one. This is the pose nearest to the current places or, without `turn`, the nearest one with the current rotation.
+  /// Elements held by probes keep their places; clusters with an anchor are at rest.
   void straighten(bool turn = true);
 
-  /// Makes the clusters of these bricks take part from now on. Gives memory to all bricks of these clusters.
+  /// Activates the clusters of these bricks and makes all bricks of these clusters updatable.
   void activate(const std::vector<int>& bricks);
   bool anyActive() const { return !this->active_.empty() && (!this->chunkList_.empty() || this->soft_.any()); }
-  /// Bricks of the clusters that could move but do not take part yet.
+  /// Bricks of inactive clusters that could move.
   std::vector<int> inactiveBricks() const;
 
-  /// Reads the places of the active clusters again, after anything but relax() has moved them.
+  /// Reads the places of the active clusters again, after anything except relax() has moved them.
   void refresh();
 
-  /// What kernels need of the active clusters: how many chunks, clusters and members there are, and CLUSTER_LISTS of
+  /// Kernel arguments for the active clusters: the numbers of chunks, clusters and members, and CLUSTER_LISTS of
   /// cluster.clh.
   auto lists() const
   {
     const auto orNone = [this](const cl::Buffer& list) -> const cl::Buffer&
-    { return this->anyActive() ? list : this->bricks_.constraint; }; // of 0 entries nothing is read
+    { return this->anyActive() ? list : this->bricks_.constraint; }; // empty lists are not read
     return std::tuple_cat(
       std::tuple<cl_int4>({ { static_cast<cl_int>(this->chunkList_.size()), static_cast<cl_int>(this->active_.size()),
         static_cast<cl_int>(this->memberList_.size()), 0 } }),
@@ -78,7 +80,7 @@ public:
         orNone(this->members_), orNone(this->partial_), orNone(this->places_), orNone(this->moves_)));
   }
 
-  /// What soft links pull the active clusters with (cluster.clh); null where there are none.
+  /// The sums of the soft links of the active clusters (cluster.clh); null without soft links.
   const cl::Buffer* softList() const { return this->soft_.list(); }
 
   using Turn = TurningClusters::Turn;
@@ -93,13 +95,13 @@ private:
     std::size_t first;
     std::size_t count; ///< members: voxels_[first .. first + count)
     bool anchored;
-    bool held; ///< so that it can neither move nor turn
+    bool held; ///< whether it can neither move nor rotate
     bool active;
-    std::vector<std::size_t> heldVoxels; ///< where elements turn
+    std::vector<std::size_t> heldVoxels; ///< its members that are held by probes, Grid::at
     std::vector<int> bricks;
   };
 
-  /// Whether clusters turn. Where constraints differ by axis, a cluster of one axis has no rotation.
+  /// Whether clusters rotate. Where constraints differ by axis, a cluster of one axis has no rotation.
   bool turns() const { return this->bricks_.spins() && this->bricks_.model().axes() == 1; }
   TurningClusters::Body bodyOf(const Cluster& cluster) const;
   std::vector<std::uint32_t> addressesOf(const Cluster& cluster) const;
@@ -113,10 +115,10 @@ private:
   std::vector<std::uint32_t> voxels_;
   std::unordered_map<int, std::vector<int>> ofBrick_;
   std::vector<int> active_; ///< cluster numbers, in the order of the device's lists
-  std::vector<int> listed_; ///< what these lists hold, also when nothing is active
+  std::vector<int> listed_; ///< the clusters in these lists, also when none is active
 
   SoftClusters soft_;
-  TurningClusters turning_; ///< where elements turn
+  TurningClusters turning_; ///< where elements rotate
   std::vector<TurningClusters::Body> bodyList_;
   std::vector<cl_uchar> wayList_;
 

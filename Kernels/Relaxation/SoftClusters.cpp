@@ -15,7 +15,7 @@ constexpr std::size_t floatsOfTurning = 24;
 
 using Links = std::vector<const SoftLink*>;
 
-/// The sum of the weights and the mean place.
+/// The sum of the weights, and the weighted mean of the places.
 void sumUp(const Links& links, float* out)
 {
   double weight = 0.0;

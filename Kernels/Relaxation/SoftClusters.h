@@ -9,8 +9,8 @@
 namespace chainmail
 {
 
-/// What soft links pull the members of rigid clusters with, summed up for each cluster. All members move together, so
-/// few numbers tell what any number of links cost (cluster.clh, turnclusters.cl).
+/// The sums of the soft links of each rigid cluster's members. All members move together, so a few numbers per cluster
+/// give the energy of any number of links (cluster.clh, turnclusters.cl).
 class SoftClusters
 {
 public:
@@ -19,8 +19,8 @@ public:
   {
   }
 
-  /// Starts a relaxation: finds the clusters that have soft links. `visit(voxel, f)` calls f(cluster) for the clusters
-  /// of which a voxel is a member.
+  /// Starts a relaxation: finds the clusters that have soft links. `visit(voxel, f)` calls f(cluster) for each cluster
+  /// that contains the voxel.
   template <typename Visit> void begin(const Visit& visit)
   {
     this->links_.clear();
@@ -36,16 +36,16 @@ public:
     this->upload({}, {});
   }
 
-  /// Lists the clusters that take part. `bodies` has one for each where clusters turn; else it is empty.
+  /// Uploads the sums of the active clusters. `bodies`: the body of each of them where clusters rotate, else empty.
   void upload(const std::vector<int>& clusters, const std::vector<TurningClusters::Body>& bodies);
 
   bool any() const { return !this->links_.empty(); }
-  /// The list, as the argument of kernels; null where there is no soft link.
+  /// The sums, as a kernel argument; null without soft links.
   const cl::Buffer* list() const { return this->bricks_.softLinks() ? &this->sums_ : nullptr; }
 
 private:
   Bricks& bricks_;
-  std::unordered_map<int, std::vector<const SoftLink*>> links_; ///< by clusters, in the order of voxels
+  std::unordered_map<int, std::vector<const SoftLink*>> links_; ///< by cluster, in the order of voxels
   cl::Buffer sums_;
 };
 

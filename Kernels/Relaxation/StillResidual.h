@@ -3,8 +3,8 @@
 namespace chainmail
 {
 
-/// The residual up to which an element stays at a given tolerance, so that a deformation ends somewhere far from the
-/// handle.
+/// The residual tolerance: an element with a residual up to this does not move, so a deformation ends at some distance
+/// from the handle.
 inline float stillResidual(double tolerance)
 {
   return static_cast<float>(tolerance / 64.0);

@@ -13,7 +13,7 @@ namespace chainmail
 namespace
 {
 
-/// A sweep number so low that what happened then no longer counts.
+/// A sweep number before all others: moves in it no longer count.
 constexpr int never = std::numeric_limits<int>::min();
 
 }
@@ -25,7 +25,7 @@ SweepSchedule::SweepSchedule(Bricks& bricks)
 {
 }
 
-/// Makes rows for new slots and notes which bricks are ready.
+/// Adds rows for new slots and stores which bricks are updatable.
 void SweepSchedule::fit()
 {
   int slot = this->activity_.rows();
@@ -72,7 +72,7 @@ void SweepSchedule::begin(Bodies bodies)
 
 void SweepSchedule::beginBatch(int sweeps)
 {
-  if (!this->bricks_.isFollowed(this->activity_, this->followed_)) // others may have given memory to bricks
+  if (!this->bricks_.isFollowed(this->activity_, this->followed_)) // other code may have allocated bricks
   {
     this->activity_.fromDevice(this->bricks_.context());
     this->fit();
@@ -217,7 +217,8 @@ void SweepSchedule::note(const std::vector<int>& bricks)
     this->activity_.toDevice(this->bricks_.context());
     return;
   }
-  // Of all elements, so that it does not depend on bricks which of them carry something on.
+  // For all dirty slots, because this also resets the carry of elements (`carried` in turn.cl). If only the moved
+  // bricks were reset, results would depend on the size of bricks.
   const std::vector<int> touched = this->bricks_.touchedSlots();
   this->makeReady(this->bricks_.slotsAround(touched));
   updateTensionAround(this->bricks_, touched, &this->activity(), this->sweep_ - 1);

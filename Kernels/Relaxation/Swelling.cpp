@@ -14,7 +14,7 @@ void updateTensionAround(Bricks& bricks, const std::vector<int>& slots, const cl
   {
     around.push_back(bricks.brick(slot));
   }
-  bricks.require(around); // which may give them other slots
+  bricks.require(around); // may change their slots
   std::vector<int> ready;
   for (const int brick : around)
   {

@@ -7,9 +7,10 @@
 namespace chainmail
 {
 
-/// Brings the tension of elements (swelling.clh) up to date in these slots and beside them, which become ready: after
-/// anything but a relaxation has moved them. Does nothing where Poisson's ratio is 0. Where there is the activity of a
-/// relaxation's sweeps (sweep.clh), with a row for every slot, bricks with tension are noted in it, in this sweep.
+/// Recomputes the pressure of elements (swelling.clh) in these slots and those that share a face with them. To be
+/// called after anything except a relaxation has moved elements. Makes all these bricks updatable. Does nothing if
+/// Poisson's ratio is 0. `activity`: the table of a relaxation's sweeps (sweepaccount.clh) with a row for every slot,
+/// or null. Bricks with pressure, now or before, are noted in it as moved in sweep `sweep`.
 void updateTensionAround(
   Bricks& bricks, const std::vector<int>& slots, const cl::Buffer* activity = nullptr, int sweep = 0);
 

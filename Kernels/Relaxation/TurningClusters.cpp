@@ -20,10 +20,10 @@ constexpr std::size_t floatsOfPose = 8;
 constexpr std::size_t floatsOfSystem = 16;
 constexpr std::size_t floatsOfBounds = 8;
 
-/// Where no more links than this leave all clusters, a processor takes their turn in one launch, see turnClusters().
+/// Up to this number of links of all clusters, a CPU does a pass in one launch, see turnClusters().
 constexpr std::size_t fewLinks = 2048;
 
-/// From one voxel to another at rest [mm].
+/// The vector from one voxel to another at rest [mm].
 Vector3 way(const Grid& grid, const Index3& from, const Index3& to)
 {
   return { (to[0] - from[0]) * grid.spacing[0], (to[1] - from[1]) * grid.spacing[1],
@@ -40,7 +40,7 @@ Vector3 cross(const Vector3& a, const Vector3& b)
   return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
 }
 
-/// The member that is nearest to the middle of a cluster.
+/// The member nearest to the centre of a cluster.
 std::size_t middleOf(const Grid& grid, const std::uint32_t* members, std::size_t count)
 {
   Vector3 middle{};
@@ -71,7 +71,7 @@ std::size_t middleOf(const Grid& grid, const std::uint32_t* members, std::size_t
   return nearest;
 }
 
-/// What elements that are held leave of a cluster's freedom.
+/// Sets the degrees of freedom that held elements leave to a cluster, and its reference element.
 void holdBy(const Grid& grid, const std::vector<std::size_t>& held, TurningClusters::Body& body)
 {
   const Index3 first = grid.indexOf(held.front());
@@ -138,7 +138,7 @@ TurningClusters::Body TurningClusters::bodyOf(const Bricks& bricks, const std::u
     }
     body.radius = std::max(body.radius, std::sqrt(square));
   }
-  body.radius += 1.0; // links reach further than members
+  body.radius += 1.0; // links extend beyond members
   return body;
 }
 
@@ -155,7 +155,7 @@ void TurningClusters::straighten(const Bricks& bricks, const std::uint32_t* memb
   const cl_float4& proportions = bricks.spins()->proportions;
   const std::size_t own = static_cast<std::size_t>(
     std::lower_bound(members, members + count, static_cast<std::uint32_t>(body.member)) - members);
-  // Free clusters turn about the mean of their members, others about the one that is held.
+  // Free clusters rotate about the mean of their members, others about the held reference element.
   std::vector<double> rest(3 * count);
   std::vector<double> now(3 * count);
   double centre[3] = {};

@@ -9,7 +9,7 @@
 namespace chainmail
 {
 
-/// The places and rotations of rigid clusters in a relaxation in which elements turn (turnclusters.cl).
+/// The places and rotations of rigid clusters in a relaxation in which elements rotate (turnclusters.cl).
 class TurningClusters
 {
 public:
@@ -18,41 +18,42 @@ public:
   {
   }
 
-  /// What a cluster is free to do.
+  /// The degrees of freedom of a cluster.
   enum class Freedom
   {
-    All,   ///< to move and to turn
-    Ball,  ///< to turn about the one element that is held
-    Hinge, ///< to turn about the axis on which all elements lie that are held
+    All,   ///< moves and rotates
+    Ball,  ///< rotates about its only held element
+    Hinge, ///< rotates about the axis through all its held elements
     None
   };
 
-  /// A cluster: what it is free to do, and about what.
+  /// A cluster: its degrees of freedom and its reference element.
   struct Body
   {
     Freedom freedom = Freedom::All;
-    Vector3 middle{};       ///< what its pose is counted from [indices]: the place of `member`
-    double radius = 0.0;    ///< of the ball about the middle that holds it [mean spacings]
-    Vector3 axis{};         ///< of a hinge, at rest, of length 1 [mm]
-    std::size_t member = 0; ///< the element that tells where it is (Grid::at): one that is held, or the middle one. An
-                            ///< element gives back the pose that it was given, to the bit.
+    Vector3 middle{};       ///< reference point of its pose [indices]: the place of `member`
+    double radius = 0.0;    ///< of a ball about `middle` that contains the cluster [mean spacings]
+    Vector3 axis{};         ///< direction of a hinge at rest, of length 1 [mm]
+    std::size_t member = 0; ///< reference element (Grid::at), a held one or else the one nearest to the centre.
+                            ///< Its state is the pose of the cluster, to the bit.
   };
 
-  /// The body of a cluster of which these elements are held.
+  /// The body of a cluster with these held elements.
   static Body bodyOf(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
     const std::vector<std::size_t>& held, bool anchored);
 
-  /// Gives the elements of a cluster the pose of a rigid body that is nearest to where they are now; unless it `turns`,
-  /// with the spin they have. Those that are held stay. `places` and `spins` have 3 values a member.
+  /// Projects the elements of a cluster to the nearest rigid motion (least squares). Without `turns`, or with a freedom
+  /// other than All or Ball, it keeps the current rotation of Body::member. Held elements keep their places, and an
+  /// anchored cluster is at rest. `places` and `spins`: displacements and rotations, 3 values per member.
   static void straighten(const Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
     bool anchored, const std::vector<std::size_t>& held, bool turns, float* places, float* spins);
 
-  /// Takes these clusters, in the order of the lists of RigidClusters.
+  /// Uploads these clusters, in the order of the lists of RigidClusters. `chunks`: the number of chunks.
   void upload(const std::vector<Body>& bodies, std::size_t chunks);
-  /// Reads the poses of the clusters from their members again.
+  /// Reads the poses of the clusters from their reference elements again.
   void refresh();
 
-  /// What turns: the lists of RigidClusters on the device.
+  /// The lists of RigidClusters on the device (cluster.clh).
   struct Lists
   {
     const cl::Buffer& chunks;
@@ -64,14 +65,14 @@ public:
     const cl::Buffer& members;
     std::size_t memberCount;
   };
-  /// The arguments that sweep.clh needs for one turn.
+  /// The arguments of sweep.clh for one pass.
   struct Turn
   {
     const cl::Buffer& activity;
     const cl::Buffer& log;
     cl_int4 turn;
   };
-  /// Launches one update of every cluster. `soft`: what soft links pull them with (SoftClusters), or null.
+  /// Launches one update of every cluster. `soft`: the sums of their soft links (SoftClusters), or null.
   void relax(const Lists& lists, const cl::Buffer* soft, float omega, float still, bool limited, const Turn& turn);
 
 private:

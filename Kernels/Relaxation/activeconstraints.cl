@@ -1,11 +1,11 @@
-// Finds elements whose link to the next one along x, y or z is at its limit on some axis, where both ends are displaced
-// and not held: a blocking link may be there (ActiveConstraints.h).
+// Finds elements whose link to the next one along x, y or z is at its limit on some axis. Both ends have to be
+// displaced and not held. Such a link may be a blocking one (ActiveConstraints.h).
 //
-// Rounding is allowed twice as much as on the host, which decides, so that no device misses a link.
+// The host decides. The tolerance for rounding is twice that of the host, so no device misses a link.
 //
 // The host guarantees that all 26 neighbours of a listed brick have a slot (brick.clh).
 //
-// result[group * ELEMENTS + n] is not 0 where the element of local address n is such an element.
+// result[group * ELEMENTS + n] is not 0 where the element of local address n has such a link.
 
 #include "brick.clh"
 #include "element.clh"

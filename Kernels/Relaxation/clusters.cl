@@ -1,7 +1,7 @@
-// The third colour pass of a relaxation sweep: rigid clusters, each one unknown (cluster.clh).
+// The third colour pass of a relaxation sweep: rigid clusters, each one unknown per axis (cluster.clh).
 //
 // The host guarantees: all members of a cluster have the same displacement and none is held; the other ends of its
-// links are not rigid; the bricks of both have memory; WIDTH is 1.
+// links are not rigid; the bricks of members and other ends have a state; WIDTH is 1.
 //
 // activity, log, turn: see sweep.clh.
 
@@ -13,7 +13,7 @@
 
 #include "cluster.clh"
 
-// Sums up the links of clusters, chunk by chunk.
+// Sums over the links of clusters, one work-item for each chunk.
 kernel void clusterGather(global const int* log, int4 turn, global const int4* chunks, global const uint* links,
   global const uchar* ways, global const float* places, float slack, uint pitch, uint tissuePitch,
   global const float* displacement, global const float* constraint SPIN_ARGUMENTS, global float* partial, uint count)
@@ -29,7 +29,7 @@ kernel void clusterGather(global const int* log, int4 turn, global const int4* c
   }
 }
 
-// Moves the clusters, one work-group each. limited: whether links keep their limits.
+// Moves the clusters, one work-group each. limited: whether the limits of links apply.
 kernel void clusterMove(global int* log, int4 turn, global const int4* clusters, int limited, float omega, float still,
   global const float* partial, global float* places, global float* moves SOFT_CLUSTERS SOFT_ARGUMENTS)
 {
@@ -79,7 +79,7 @@ kernel void clusterMove(global int* log, int4 turn, global const int4* clusters,
   }
 }
 
-// Moves the members to their cluster's new place.
+// Gives the members the new displacement of their cluster, one work-item each.
 kernel void clusterScatter(global int* activity, int4 turn, global const uint2* members, global const int4* clusters,
   global const float* places, global const float* moves, uint pitch, global float* displacement, uint count)
 {

@@ -1,12 +1,12 @@
-// One iteration of the published relaxation (PaperRelaxation.h): every element that is not held goes to the weighted
-// mean of the places that its neighbours ask for (element.clh), from one copy of the state to the other. Limits of
-// links are ignored.
+// One iteration of the published relaxation (PaperRelaxation.h): a Jacobi iteration without limits. Every element that
+// is not held moves to the weighted mean of the target places of its links (element.clh). The kernel reads one copy of
+// the displacements and writes the other.
 //
-// With WAVES only the elements that wavefronts.clh allows relax.
+// With WAVES only the elements that wavefronts.clh allows relax. With SOFT soft links count (softlinks.clh).
 //
-// The host guarantees: a work-group for each slot but 0; all 26 neighbours of a brick that is ready have a slot
-// (brick.clh, sweep.clh); at first both copies are the same. They are the same again in every brick that has no turn,
-// since a brick has one more turn after the last in which something in it moved.
+// The host guarantees: a work-group for each slot except 0; all 26 neighbours of a brick that is ready have a slot
+// (brick.clh, sweep.clh); both copies are equal at first. Later both copies are equal in every brick that is not
+// visited: after the last visit in which elements of it moved, a brick is visited once more.
 
 #include "brick.clh"
 #include "element.clh"
@@ -61,7 +61,7 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT
           neighboursAddSoft(&n, u, softPlaces[axis], SOFT_FACTOR(axis) * softWeight);
         }
 #endif
-        // There is no box to stay in.
+        // Limits do not apply.
         n.lower = (real)(-INFINITY);
         n.upper = (real)(INFINITY);
         const real next = select(u, relaxedPlace(n, u, 1.0f, still), relaxes);

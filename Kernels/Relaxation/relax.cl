@@ -1,13 +1,14 @@
-// One colour pass of a relaxation sweep: every free element goes to the over-relaxed weighted mean of the places that
-// its neighbours ask for, within their boxes (element.clh). It works in place, since all neighbours have the other
-// colour.
+// One colour pass of a relaxation sweep, a projected successive over-relaxation: every free element moves to the
+// over-relaxed weighted mean of the target places of its links, clamped to their boxes (element.clh). It works in
+// place, because all neighbours have the other colour.
 //
-// `limited`: whether boxes count. It is no macro, as both kinds take long to compile.
+// `limited`: whether the limits of links apply. It is an argument and no macro, because each variant of the kernel
+// takes long to compile.
 //
 // With WAVES only the free elements that wavefronts.clh allows relax. With SOFT soft links count (softlinks.clh).
 //
-// The host guarantees: a work-group for each slot but 0; a feasible state; all 26 neighbours of a brick that is ready
-// have a slot (brick.clh, sweep.clh).
+// The host guarantees: a work-group for each slot except 0; a feasible state; all 26 neighbours of a brick that is
+// ready have a slot (brick.clh, sweep.clh).
 
 #include "brick.clh"
 #include "element.clh"
@@ -19,7 +20,7 @@
 #include "cluster.clh"
 #include "halo.clh"
 
-// Relaxes one piece of work and notes the largest moves.
+// Relaxes one lane group and updates the largest moves and the faces.
 RULE void relaxPiece(const Site* s, const Beside* beside, float omega, float still, float slack, int limited,
   uint pitch, uint tissuePitch, global const int* place, global float* displacement, global const float* constraint,
   global const uchar* cut, real* most, int* faces WAVES_ARGUMENTS SOFT_ARGUMENTS)
@@ -122,7 +123,7 @@ kernel void relax(SWEEP_ARGUMENTS, int colour, float omega, float still, float s
 
 #if WIDTH > 1 && !defined(WAVES)
 
-// The turn of all clusters.
+// The colour pass of all rigid clusters.
 inline void relaxClusters(int4 chunkClusterMemberCounts, int4 turn, float omega, float still, float slack, int limited,
   global int* activity, global int* log, uint pitch, uint tissuePitch, global float* displacement,
   global const float* constraint, CLUSTER_LISTS SOFT_CLUSTERS SOFT_ARGUMENTS)
@@ -168,8 +169,9 @@ inline void relaxClusters(int4 chunkClusterMemberCounts, int4 turn, float omega,
   }
 }
 
-// Several turns, one after the other, of all bricks and rigid clusters of a grid. It is run by a single work-item, for
-// grids so small that a launch for each turn would take longer than the turn itself. The bits are the same.
+// Several colour passes, one after the other, over all bricks and rigid clusters of a grid, by a single work-item. It
+// serves grids so small that a launch for each pass would take longer than the pass. The results are the same to the
+// bit.
 kernel void relaxBatch(global int* activity, global int* log, global const int* batch, int turns, int slots,
   float still, float slack, int limited, LAYOUT_ARGUMENTS, global float* displacement,
   global const float* constraint, global const uchar* cut, int4 chunkClusterMemberCounts,

@@ -1,10 +1,11 @@
-// Brings the tension of elements up to date where something else than relaxation moved them, and takes from them what
-// they carried on (turn.cl). A relaxation does so by itself.
+// Recomputes the pressure of elements (swelling.clh) after anything except a relaxation has moved them. Resets their
+// auxiliary variables to the minimiser: carried(a) = 0 and q(a) = m(a) (turn.cl). A relaxation updates all of these
+// itself.
 //
-// With NOTED, bricks of elements with a tension, now or before, count as moved in this sweep: what is beside them has
-// to have its turn. activity: see sweepaccount.clh.
+// With NOTED, a brick is marked in `activity` as moved in this sweep if the pressure of any element is or was not 0. So
+// its neighbours are visited, too (sweepaccount.clh).
 //
-// The host guarantees that all 26 neighbours of a listed brick have a slot (brick.clh), and that it has a state.
+// The host guarantees that all 26 neighbours of a listed brick have a slot (brick.clh), and that the brick has a state.
 
 #include "brick.clh"
 

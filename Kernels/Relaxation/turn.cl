@@ -1,36 +1,71 @@
-// One colour pass of a relaxation sweep in which elements turn. Each element first takes the rotation that its links
-// have about it, then goes to the over-relaxed weighted mean of the places that its neighbours ask for, which are those
-// at which the spins of both ends have the link on average (turning.clh). Both steps lower
+// One colour pass of a relaxation sweep in which elements rotate. Each element i first rotates towards the rotation
+// that its links have about it. Then it moves to the over-relaxed weighted mean of the target places of its links. The
+// target of a link is the mean of the rest offsets of its two ends (turning.clh):
+//
+//   u(j) - u(i) = rest offset = 1/2 ( (R(i) - I) h e + (R(j) - I) h e ).
+//
+// Both steps lower
 //
 //   E = 1/2 sum over links of W ( |u(j) - u(i) - (R(i) - I) h e|^2 + |u(j) - u(i) - (R(j) - I) h e|^2 ),
 //
 // the energy of as-rigid-as-possible surfaces (O. Sorkine and M. Alexa, Symposium on Geometry Processing 2007) on the
-// links of a grid, with W = V / (h^2 D), V the volume of an element and h the length of the link. It costs nothing to
-// turn tissue as a whole. Where nothing turns and elements are cubes it is the energy of relax.cl.
+// links of a grid. h e is the link from i to j at rest, h its length, D its limit, W = V / (h^2 D), V the volume of an
+// element. Rotating tissue as a whole costs nothing. Where nothing rotates and elements are cubes, E is the energy of
+// relax.cl. In the code lengths are in mean spacings, so V = 1, and displacements are fractions of the spacing.
 //
-// With SWELLING what swelling.clh says adds to E. Then a move changes the swelling of all six neighbours, which are
-// neighbours of five further elements of this colour, and the square of a sum of six, y, is the least of
-// 6 sum |y - z|^2 over all z of sum 0. With z given each element lowers E by itself. Elements find z anew when they
-// have their turn, over-relaxed as all else: from the best z to that plus (1 - omega) times what z was away from it, of
-// which the parts along each axis count, the difference of the two neighbours. Without that, over-relaxation gains
-// nothing, as z holds back what goes the same way everywhere, for 200 instead of 20 sweeps a digit at Poisson's ratio
-// 0.3. A relaxation starts with the best z, and the sum with z falls in every pass, so E falls from its start to its
-// end.
+// With SWELLING, E also contains a volumetric energy (swelling.clh). d(i) is the volumetric strain, k a link of i:
 //
-// A sweep in which elements find their rotations takes 1.6 times as long as one in which they only move. So they turn in
-// some of the sweeps alone, with as little energy after as many sweeps but for a hundredth or two; in those between they
-// go on with the spin they have.
+//   sum over i of 1/2 bulk(i) d(i)^2,   d(i) = sum over k of y(k),   y(k) = share(k) (strain of k along R(i) e(k)).
 //
-// With SOFT soft links pull as well (softlinks.clh), and no rotation of an element changes what these cost.
+// A move of an element changes d of its six neighbours. Each of these has five further neighbours of the element's
+// colour, which move in the same pass. So d^2 is replaced by a separable majorant with auxiliary variables z(k)
+// (majorise-minimise):
 //
-// The limits of links hold for the strain, |u(j) - u(i) - wanted| <= D, on every axis of the grid.
+//   d^2 = min over z of 6 sum over k of (y(k) - z(k))^2,   sum over k of z(k) = 0;   minimiser z*(k) = y(k) - d / 6;
 //
-// The host guarantees what it does for relax.cl.
+//   F(u, R, z) = E of the links + sum over i of 1/2 bulk(i) 6 sum over k of (y(k) - z(k))^2.
+//
+// With z fixed, elements of one colour do not interact, and each lowers F by itself: block coordinate descent in u, R
+// and z. Element i updates its own z on its visits, over-relaxed like u: z = z* + (1 - omega) (z_old - z*). Of that
+// deviation from z* only the antisymmetric part along each axis a is kept: q(a) = z(a+) - z(a-), with the minimiser
+// m(a) = y(a+) - y(a-). The pressure on the neighbours along a is then:
+//
+//   lower: p + carried(a),   upper: p - carried(a),   p = bulk d,
+//   carried(a) = 3 bulk (q(a) - m(a)),   q(a) = m(a) + (1 - omega) lag(a).
+//
+// lag(a) = q_old(a) - m(a), with m(a) before the element moves in this visit. In the two formulas above m(a) is that
+// after its move.
+//
+// Without over-relaxing z, over-relaxing u gains nothing, because z resists moves that have the same direction
+// everywhere. Sweeps per digit at Poisson's ratio 0.3: 200 instead of 20. A relaxation starts at z = z*, where F = E. F
+// falls in every pass and is never below E, so E falls from the start of a relaxation to its end.
+//
+// Variables of the code, with s the rotation step (rotationOf):
+//   bulk           2 kappa / D(i), Lame's first parameter for the shear modulus 1 / D(i)
+//   share          D(i) / (D(i) + D(j)), the part of a link's strain that is in the element's half of the link
+//   tension        p, stored in component 3 of `spin`
+//   carried        carried(a), stored in component 4 + a of `spin`
+//   late, on       lag(a), and (1 - omega) times it
+//   middleOf()     m(a) up to a term of R(i) alone; component 7 + a of `spin` stores q(a) up to that term
+//   stretch[b][a]  strain of the element's halves of its links along a, along R(i) b; its trace is d
+//   reach, middle  share (u(j) - u(i)) of the two links along an axis: upper minus lower link, and their sum
+//   tug, load      half the force of the neighbours' pressure, half its diagonal; `pull` and `weight` are halves, too
+//   lopsided()     the asymmetry -dd/du(i)
+//   twist          the rotation gradient dd/ds
+//
+// A sweep with rotations takes 1.6 times as long as one in which elements only move. So elements rotate in some sweeps
+// only, and keep their rotation in the others. After equally many sweeps the energy is at most 1 or 2 % higher.
+//
+// With SOFT, E also contains soft links (softlinks.clh). Their energy does not depend on the rotation of an element.
+//
+// The limits of links apply to the strain, |u(j) - u(i) - rest offset| <= D, on every axis of the grid.
+//
+// The host guarantees the same as for relax.cl.
 
 #include "brick.clh"
 
-// Products that are added are not rounded in between, where the device has an instruction for that. The compiler sees
-// which from the text, so that results are the same in every brick.
+// Sums of products use fused multiply-add where the device has it. The compiler decides where from the source alone, so
+// results are the same in every brick.
 #pragma OPENCL FP_CONTRACT ON
 
 #include "element.clh"
@@ -44,21 +79,22 @@
 typedef struct
 {
   real limit[6][AXES];
-  real weight[6][AXES]; // by limit alone
-  real gap[6][3];       // u(j) - u(i), less half of what the neighbour's spin wants that to be
-  real pull[3][3];      // for each axis, the difference of weight * (u(j) - u(i)) of its two links
+  real weight[6][AXES]; // W of the links, without soft links and volumetric energy
+  real gap[6][3];       // u(j) - u(i), minus half the rest offset (R(j) - I) h e of the neighbour
+  real pull[3][3];      // for each axis, weight * (u(j) - u(i)) of its upper link minus that of its lower one
 #ifdef SWELLING
-  real bulk;         // what swelling costs the element
-  real share[6];     // of the strain of each link, what counts as swelling
+  real bulk;         // 2 kappa / D(i)
+  real share[6];     // D(i) / (D(i) + D(j))
   real reach[3][3];  // as pull, of share * (u(j) - u(i))
-  real tug[3];       // what the tension of neighbours pulls with [mean spacings]
-  real load[3];      // the weight of their swelling
-  real middle[3][3]; // for each axis, the sum of share * (u(j) - u(i))
+  real tug[3];       // half the force of the neighbours' pressure [mean spacings]
+  real load[3];      // half the diagonal of the neighbours' volumetric energy
+  real middle[3][3]; // for each axis, the sum of share * (u(j) - u(i)) of its two links
 #endif
 } TurningLinks;
 
 #ifdef SWELLING
-// Adds the neighbour in direction d: its place less u(i), and what its spin adds to the axis of the link.
+// Adds the volumetric terms of the neighbour j in direction d. apart: u(j) - u(i). theirs: (R(j) - I) a, with a the
+// unit vector along the axis of the link.
 RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const real* apart, const real* theirs,
   uint pitch, uint tissuePitch, global const float* constraint, global const uchar* cut,
   TurningLinks* links SPIN_ARGUMENTS)
@@ -71,7 +107,7 @@ RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const rea
   const real tension = neighbour(spin + 3 * pitch, s, d, odd) + (d & 1 ? carried : -carried);
   const real theirShare = select((real)(0.0f), other * each, isSoft(other));
   const real pull = 0.5f * way * theirShare * tension;
-  const real load = 3.0f * proportions.w * way * way * theirShare * each; // bulkOf() times the square of their share
+  const real load = 3.0f * proportions.w * way * way * theirShare * each; // 3 bulk(j) share(j)^2 / h^2
   real arm[3], size[3];
   UNROLL
   for (int b = 0; b < 3; ++b)
@@ -92,8 +128,8 @@ RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const rea
   }
 }
 
-// How far the halves of an element's links along each axis a are stretched along each of its turned axes b, [b][a], as
-// a fraction of their length. `mine` is what its spin adds to the three axes.
+// The strain of an element's halves of its links along each axis a, along each of its rotated axes b: out[b][a], with
+// the trace d. mine[a]: (R(i) - I) times the unit vector along axis a.
 RULE void stretchOf(const TurningLinks* links, real mine[3][3], float4 proportions, real out[3][3])
 {
   UNROLL
@@ -114,7 +150,7 @@ RULE void stretchOf(const TurningLinks* links, real mine[3][3], float4 proportio
   }
 }
 
-// The tension of an element.
+// The pressure of an element, bulk d.
 RULE real tensionOf(const TurningLinks* links, real mine[3][3], float4 proportions)
 {
   real stretch[3][3];
@@ -122,8 +158,8 @@ RULE real tensionOf(const TurningLinks* links, real mine[3][3], float4 proportio
   return links->bulk * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
 }
 
-// By how much its swelling falls where an element moves along each axis of the grid [1 / mean spacing]: 0 where links
-// of both sides are alike.
+// The asymmetry -dd/du(i) along each axis of the grid [1 / mean spacing]: how fast d falls where the element itself
+// moves. It is 0 where the links of both sides have the same share.
 RULE void lopsided(const TurningLinks* links, real mine[3][3], float4 proportions, real* out)
 {
   UNROLL
@@ -139,8 +175,8 @@ RULE void lopsided(const TurningLinks* links, real mine[3][3], float4 proportion
   }
 }
 
-// Adds what swelling has to say about a rotation, to the torque and stiffness of links: linear terms alone. Returns the
-// weight that bounds what is of second order.
+// Adds the term `tension x` of the volumetric energy (rotationOf) to the torque and stiffness of the links. Returns the
+// rotation gradient in `twist` and a bound for the row sums of |Q| in `arms`.
 RULE void torqueOfSwelling(const TurningLinks* links, real mine[3][3], float4 proportions, real* stiffness,
   real torque[3][3], real* twist, real* arms)
 {
@@ -215,14 +251,15 @@ RULE void loadTurningLinks(const Site* s, const Beside* beside, const real* c, c
   }
 }
 
-// The rotation, about the element's own turned axes, that brings it nearer to that of its links: a step of Jacobi and
-// Newton. `mine` is what its spin adds to the three axes. Where constraints are the same for all axes, a rotation s
-// changes the energy by (s H s / 2 - moment s) / (1 + s^2 / 4), and adding what its rows have beside its diagonal to
-// that of H makes sure that the energy falls; else H is an upper bound.
+// The rotation step s of an element about its own rotated axes (Rodrigues vector, spin.clh), towards the rotation of
+// its links. It is one Newton step with a diagonal majorant (Jacobi). mine[a]: (R(i) - I) times the unit vector along
+// axis a. Where constraints are the same for all axes, s changes the energy by (s H s / 2 - moment s) / (1 + s^2 / 4).
+// Where they differ by axis, H is an upper bound. Adding the magnitudes of the rest of its row to each diagonal entry
+// of H makes sure that the energy falls.
 //
-// With SWELLING a rotation changes the swelling by x = (twist s - s Q s / 2) / (1 + s^2 / 4), of which the energy has
-// tension x + bulk x^2 / 2. The first term is of the same form as that of links. The second one is at most bulk times
-// (twist s)^2 + (s Q s)^2 / 4, no row of Q is more than `arms`, and s is no longer than it is without this term.
+// With SWELLING, s changes d by x = (twist s - s Q s / 2) / (1 + s^2 / 4), and the energy by tension x + bulk x^2 / 2.
+// The first term has the same form as that of the links. The second is at most bulk ((twist s)^2 + (s Q s)^2 / 4).
+// There the row sums of |Q| are at most `reachOfAxes`, and s is no longer than the step found without this term.
 RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proportions, real* rotation)
 {
   real stiffness[3], arms[3][3];
@@ -263,7 +300,7 @@ RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proporti
     const real moment = torque[b][a] - torque[a][b];
     const real coupling = fabs(torque[a][c] + torque[c][a]) + fabs(torque[b][c] + torque[c][b]);
     const real inertia = stiffness[a] + stiffness[b] + torque[a][a] + torque[b][b] + 0.5f * coupling;
-    const real size = max(inertia, fabs(moment)); // at most about a radian
+    const real size = max(inertia, fabs(moment)); // |rotation[c]| <= 1, about a radian
     rotation[c] = select((real)(0.0f), moment / size, size > 0.0f);
 #ifdef SWELLING
     moments[c] = moment;
@@ -283,8 +320,8 @@ RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proporti
 #endif
 }
 
-// By how much a link would be strained on an axis if the element's spin added `mine` to the axes of the grid. That is
-// how far the link would have the element move.
+// The strain u(j) - u(i) - rest offset of a link on an axis, for the rotation of the element that `mine` describes. It
+// is also the move of the element that makes the strain 0.
 RULE real strainOf(const TurningLinks* links, real mine[3][3], int d, int axis, float4 proportions)
 {
   const float ratio = 0.5f * (proportion(proportions, d / 2) / proportion(proportions, axis));
@@ -295,10 +332,10 @@ typedef struct
 {
   real weight[AXES]; // sum of W
 #ifdef SWELLING
-  real load[3]; // what swelling adds to that
+  real load[3]; // the volumetric energy's addition to the sum of W
 #endif
   real pull[3]; // sum of W * strain
-  real room;    // how far the element may move at least, whichever way; negative where a link is beyond its limit
+  real room;    // least limit - |strain|: no smaller move breaks a limit; negative where a link is beyond its limit
 } TurningNeighbours;
 
 RULE TurningNeighbours askNeighbours(const TurningLinks* links, real mine[3][3], float4 proportions)
@@ -341,8 +378,8 @@ RULE TurningNeighbours askNeighbours(const TurningLinks* links, real mine[3][3],
 }
 
 #ifndef UNLIMITED
-// The share of the way from one spin to the next that all links allow, by linear estimate. It stops a little short of
-// what they allow, for what the estimate leaves out.
+// The largest fraction of the step from one rotation to the next at which no link exceeds its limit. The strain is
+// interpolated linearly. The factor 0.95 allows for the error of the interpolation.
 RULE real shareWithin(const TurningLinks* links, real mine[3][3], real next[3][3], float4 proportions)
 {
   real share = (real)(1.0f);
@@ -359,8 +396,9 @@ RULE real shareWithin(const TurningLinks* links, real mine[3][3], real next[3][3
   return share;
 }
 
-// Shortens a turn that would take links beyond their limits, or further beyond them than they are. For all other
-// elements nothing changes. `beyond`: where the turn as it is leaves no room.
+// Shortens rotation steps that would take a link beyond its limit, or further beyond it than before. Where the
+// shortened step still does, the element keeps its rotation. Other elements are unchanged. `beyond`: elements whose
+// whole step leaves a negative room.
 RULE void turnWithin(const TurningLinks* links, const real* own, real mine[3][3], float4 proportions, mask beyond,
   real* next, real turnedTo[3][3], TurningNeighbours* all)
 {
@@ -370,7 +408,7 @@ RULE void turnWithin(const TurningLinks* links, const real* own, real mine[3][3]
   {
     return;
   }
-  // Not chosen in the loop: PoCL 6.0 with LLVM 18 cannot compile that in many work-items (see changedBeyond).
+  // Not computed in the loop: PoCL 6.0 with LLVM 18 cannot compile that in many work-items (see changedBeyond).
   real share = shareWithin(links, mine, turnedTo, proportions);
   for (int attempt = 0; attempt < 2 && SOME(beyond); ++attempt)
   {
@@ -386,7 +424,8 @@ RULE void turnWithin(const TurningLinks* links, const real* own, real mine[3][3]
   }
 }
 
-// Keeps moves within the boxes of all links. Where rounding leaves these no common point the element stays.
+// Clamps the move of an element to the intersection of the boxes of its links. Where rounding leaves that empty, the
+// element stays.
 RULE void moveWithin(const TurningLinks* links, real mine[3][3], float4 proportions, real* move)
 {
   UNROLL
@@ -408,7 +447,8 @@ RULE void moveWithin(const TurningLinks* links, real mine[3][3], float4 proporti
 #endif
 
 #ifdef SWELLING
-// Where the middle between the neighbours along an axis lies, along the turned axis, less where the element is.
+// m(a) without its constant term: the sum of share * (u(j) - u(i)) of the links along axis a, along the rotated axis
+// and divided by h.
 RULE real middleOf(const TurningLinks* links, real mine[3][3], int a, float4 proportions)
 {
   real sum = (real)(0.0f);
@@ -421,7 +461,7 @@ RULE real middleOf(const TurningLinks* links, real mine[3][3], int a, float4 pro
   return sum;
 }
 
-// What the neighbours along each axis are compared to, less where they are now.
+// lag(a) = q_old(a) - m(a) of each axis.
 RULE void lateBy(const Site* s, const TurningLinks* links, real mine[3][3], uint pitch, real* out SPIN_ARGUMENTS)
 {
   UNROLL
@@ -431,8 +471,8 @@ RULE void lateBy(const Site* s, const TurningLinks* links, real mine[3][3], uint
   }
 }
 
-// Stores the tension of elements after a move, and what they carry on. Where these change, neighbours have to look at
-// them: returns the faces.
+// Stores the pressure, carried(a) and q(a) of elements after a move. Where the pressure changes or carried(a) is or was
+// not 0, neighbours have to be visited: returns the faces of the brick that such elements touch.
 RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const real* move, const real* late,
   float omega, float still, uint pitch SPIN_ARGUMENTS)
 {
@@ -466,7 +506,7 @@ RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const
 #endif
 
 #ifdef SOFT
-// Adds the soft links of a piece of work.
+// Adds the soft links of a lane group (softlinks.clh).
 RULE void askSoftLinks(const Site* s, const real* u, global const int* place SOFT_ARGUMENTS, TurningNeighbours* all)
 {
   real weight, places[3];
@@ -486,8 +526,8 @@ RULE void askSoftLinks(const Site* s, const real* u, global const int* place SOF
 }
 #endif
 
-// Relaxes one piece of work, which may turn or only move, and notes the largest moves. `mayTurn` is a constant, so that
-// it takes no registers.
+// Relaxes one lane group, with rotations if `mayTurn`, and updates the largest moves and the faces. `mayTurn` is a
+// compile-time constant, so it takes no register.
 RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float omega, float still, uint pitch,
   uint tissuePitch, global const int* place, global float* displacement, global const float* constraint,
   global const uchar* cut, real* most, int* faces SPIN_ARGUMENTS SOFT_ARGUMENTS)
@@ -501,7 +541,7 @@ RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float ome
   {
     c[axis] = LOAD_WHOLE(constraint + axis * tissuePitch + s->self);
     relaxes[axis] = c[axis] > 0.0f;
-    turns &= (c[axis] != 0.0f) & (c[axis] != -INFINITY); // rigid elements turn with their clusters
+    turns &= (c[axis] != 0.0f) & (c[axis] != -INFINITY); // rigid elements rotate with their clusters
     does |= relaxes[axis];
   }
   if (!SOME(does | turns))
@@ -569,7 +609,7 @@ RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float ome
 #else
     const real residual = all.pull[axis] * (1.0f / all.weight[which]);
 #endif
-    // An element without links does not move, as its residual compares false.
+    // An element without links does not move, because its residual is not a number and compares false.
     move[axis] = select((real)(STAY), omega * residual, relaxes[which] & (fabs(residual) > still));
     far |= fabs(move[axis]) > all.room;
   }
@@ -637,7 +677,7 @@ APART float turnShare(int lid, int items, uint slot, uint last, int colour, bool
   return largestOf(most);
 }
 
-// turning: in a sweep in which elements turn, how many sweeps ago they did so before at most; else 0.
+// turning: in a sweep with rotations, the most sweeps since the previous one with rotations; else 0.
 kernel void relaxTurning(SWEEP_ARGUMENTS, int colour, int turning, float omega, float still, LAYOUT_ARGUMENTS,
   global float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SOFT_ARGUMENTS)
 {

@@ -1,16 +1,21 @@
-// The third colour pass of a sweep in which elements turn: rigid clusters, each one unknown of a place and a rotation.
-// A cluster takes a step of Gauss and Newton, over-relaxed, towards the lowest energy of the links that leave it: as
-// much of it as the limits of these links allow. Where that is little, as at links near their limits, it may do better
-// to move without turning. A step that would break a limit or raise the energy is not taken.
+// The third colour pass of a sweep with rotations: rigid clusters, each with six unknowns, a displacement and a
+// rotation. A cluster takes an over-relaxed Gauss-Newton step towards the minimum of the energy E (turn.cl) of the
+// links that leave it. The step is shortened to what the limits of these links allow. Where that is little, as at links
+// near their limits, a move without a rotation may lower the energy more. Then this move is taken instead. A step that
+// would break a limit or raise the energy is rejected.
 //
-// Links come in chunks, as in clusters.cl. With SOFT the soft links of members count as well.
+// The links are listed in chunks (cluster.clh). With SOFT the soft links of members count as well.
 //
-// pose: for each cluster 8 floats: where the element that it is counted from is now, the spin of the cluster, and two
-// that are not used. body: for each cluster 8 floats: the index of that element, its
-// radius, the axis that it is free to turn about, at rest, and its freedom.
+// pose, 8 floats per cluster:
+//   the displacement of its reference element (3) [fractions of the spacing], its rotation (spin) (3), two unused
+// body, 8 floats per cluster:
+//   the index of the reference element in the grid (3), the radius of a ball about it that contains the cluster (1)
+//   [mean spacings], the axis of a hinge at rest (3), the freedom (1)
 //
-// The host guarantees: members lie where the pose puts them; the other ends of links are not rigid; the bricks of both
-// have a state; constraints are the same for all axes.
+// The host guarantees: members are where the pose puts them; the other ends of links are not rigid; the bricks of
+// members and other ends have a state; constraints are the same for all axes.
+//
+// All energy differences in this file are twice those of E. Only their sign and order count.
 //
 // activity, log, turn: see sweep.clh.
 
@@ -19,9 +24,9 @@
 #include "sweep.clh"
 #include "turning.clh"
 
-#define FREE 0  // moves and turns
-#define BALL 1  // turns about the element that it is counted from, which is held
-#define HINGE 2 // turns about an axis on which elements are held
+#define FREE 0  // moves and rotates
+#define BALL 1  // rotates about the reference element, which is held
+#define HINGE 2 // rotates about an axis on which elements are held
 
 #define BODY_RADIUS 3
 #define BODY_AXIS 4
@@ -35,11 +40,17 @@
 #define LANES 16
 
 #ifdef SOFT
-// The soft links of the members of a cluster, of weights w, lengths in mean spacings: the sum of 2 w (1); the mean
-// place r of the members at rest, counted as that of the cluster is, and of the places t that their links pull them to
-// (3, 3); the second moments sum 2 w r r of what r is away from its mean (6: xx, xy, xz, yy, yz, zz); and sum 2 w t r
-// likewise (9, the rows of t). A weight counts twice, since that of a link between elements counts for both of its
-// ends.
+// Sums over the soft links of the members of a cluster, lengths in mean spacings. w: weight of a link. r: place of its
+// member at rest, relative to the reference element. t: displacement that the link pulls the member to. r_m and t_m are
+// the means of r and t, weighted by w.
+//
+//   [0]            sum 2 w
+//   SOFT_REST      r_m (3)
+//   SOFT_PLACE     t_m (3)
+//   SOFT_SECOND    sum 2 w (r - r_m) (r - r_m)^T (6: xx, xy, xz, yy, yz, zz)
+//   SOFT_MIXED     sum 2 w (t - t_m) (r - r_m)^T (9, by rows, one for each component of t)
+//
+// Weights count twice, because the weight of a link between elements counts for both of its ends.
 #define SOFT_ROW 24
 #define SOFT_REST 1
 #define SOFT_PLACE 4
@@ -52,27 +63,27 @@
 #define SOFT_CLUSTERS_PASSED_ON
 #endif
 
-// What does not depend on where the cluster is. All lengths are in units of the mean spacing, except places. The last
-// component of a vector is 0.
+// A link that leaves a cluster: what does not depend on the pose. Lengths are in mean spacings, except displacements.
+// The fourth component of all vectors is 0. i: the member at its one end. j: the element at its other end.
 typedef struct
 {
-  float4 rest;  // from where the cluster is counted from to its end of the link, at rest
-  float4 place; // the displacement of the other end [fractions of the spacing]
-  float4 axis;  // the link as it leads away from the cluster at rest
-  float4 way;   // what the other end would add to that
+  float4 rest;  // r: from the reference element to i at rest
+  float4 place; // u(j) [fractions of the spacing]
+  float4 axis;  // h e: from i to j at rest
+  float4 way;   // (R(j) - I) h e: the rest offset of j
   float4 limit;
   float weight; // W, see turn.cl
 } OutgoingLink;
 
 typedef struct
 {
-  float4 arm;    // from where the cluster is counted from to its end of the link, as it lies
-  float4 way;    // the link as the cluster would have it
-  float4 strain; // what it is away from that,
-  float4 theirs; // and from where its other end would have it
+  float4 arm;    // R r: the lever arm, from the reference element to i
+  float4 way;    // R h e: the link as the cluster's rotation R puts it
+  float4 strain; // u(j) - u(i) - (R - I) h e
+  float4 theirs; // u(j) - u(i) - (R(j) - I) h e
 } PosedLink;
 
-// The cross product. What PoCL takes in place of the header of built-in functions has none.
+// The cross product. builtins.clh, which PoCL reads in place of the header of built-in functions, has no cross().
 RULE float4 across(float4 a, float4 b)
 {
   return a.yzxw * b.zxyw - a.zxyw * b.yzxw;
@@ -88,7 +99,7 @@ RULE float4 lengths(float4 proportions)
   return (float4)(proportions.x, proportions.y, proportions.z, 0.0f);
 }
 
-// turned() of spin.clh.
+// (R - I) v, as turned() of spin.clh.
 RULE float4 turnedVector(float4 spin, float4 v)
 {
   const float part = 0.0625f * (spin.x * spin.x + spin.y * spin.y + spin.z * spin.z);
@@ -121,7 +132,7 @@ RULE OutgoingLink linkOf(uint other, int d, global const float* body, uint pitch
   return link;
 }
 
-// A pose, and what it adds to the three axes.
+// A pose: the displacement of the reference element, and (R - I) times the unit vectors along the three axes.
 typedef struct
 {
   float4 place;
@@ -139,6 +150,7 @@ RULE Pose loadPose(global const float* pose)
   return loaded;
 }
 
+// (R - I) v.
 RULE float4 addedTo(const Pose* pose, float4 v)
 {
   return v.x * pose->x + v.y * pose->y + v.z * pose->z;
@@ -166,7 +178,7 @@ RULE void symmetric(global const float* values, float4* rows)
   rows[2] = (float4)(values[2], values[4], values[5], 0.0f);
 }
 
-// The rows of the matrix by which a pose, or the sum of two, adds to a vector.
+// The rows of the matrix R - I of a pose, or of the sum or difference of two such matrices.
 RULE void rowsOf(float4 x, float4 y, float4 z, float4* rows)
 {
   rows[0] = (float4)(x.x, y.x, z.x, 0.0f);
@@ -174,7 +186,7 @@ RULE void rowsOf(float4 x, float4 y, float4 z, float4* rows)
   rows[2] = (float4)(x.z, y.z, z.z, 0.0f);
 }
 
-// The product of a matrix with a symmetric one, both given by rows.
+// The product of a matrix and a symmetric one, both by rows.
 RULE void timesSymmetric(const float4* matrix, const float4* second, float4* product)
 {
   for (int a = 0; a < 3; ++a)
@@ -188,7 +200,7 @@ RULE float inner(float4 a, float4 b)
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-// Adds to the sums over the links of a cluster, as gatherChunk() has them, those over its soft links.
+// Adds the soft links of a cluster to the sums of gatherChunk() over its links.
 inline void addSoftLinks(global const float* soft, global const float* poses, float4 proportions, float* sum)
 {
   const Pose pose = loadPose(poses);
@@ -204,7 +216,7 @@ inline void addSoftLinks(global const float* soft, global const float* poses, fl
   for (int a = 0; a < 3; ++a)
   {
     rotated[a] = added[a] + (float4)(a == 0 ? 1.0f : 0.0f, a == 1 ? 1.0f : 0.0f, a == 2 ? 1.0f : 0.0f, 0.0f);
-    apart[a] = three(soft + SOFT_MIXED + 3 * a, 1) - apart[a]; // sum 2 w e r, e the way to the place
+    apart[a] = three(soft + SOFT_MIXED + 3 * a, 1) - apart[a]; // sum 2 w e r^T, e: see riseOfSoftLinks()
   }
   timesSymmetric(rotated, second, rotatedSecond);
   const float4 torque = across(arm, pull) + (float4)(inner(apart[2], rotated[1]) - inner(apart[1], rotated[2]),
@@ -224,9 +236,9 @@ inline void addSoftLinks(global const float* soft, global const float* poses, fl
   }
 }
 
-// How much the energy of the soft links of a cluster differs between two poses. As riseOf() it is made of the
-// difference of both, so that little is lost where they are nearly the same: with A what a pose adds to a vector and p
-// its place, e = t - p - A r, it is sum w (e' - e) (e' + e).
+// By how much the energy of a cluster's soft links rises from the pose in `poses` to that in `ends`. With the residual
+// e = t - p - A r of a link, A = R - I and p the displacement of a pose, that is sum 2 w (e' - e) (e' + e). Like
+// riseOf() it is computed from differences, so little is lost by rounding where both poses are nearly the same.
 inline float riseOfSoftLinks(
   global const float* soft, global const float* poses, global const float* ends, float4 proportions)
 {
@@ -249,7 +261,7 @@ inline float riseOfSoftLinks(
 }
 #endif
 
-// The links that leave clusters, and where these are.
+// The links that leave clusters, the bodies and poses of these, and the state.
 #define CHUNK_ARGUMENTS                                                                                                \
   global const int4 *chunks, global const uint *links, global const uchar *ways, global const float *bodies,           \
     global const float *poses, LAYOUT_ARGUMENTS, global const float *displacement,                                     \
@@ -261,7 +273,7 @@ inline float riseOfSoftLinks(
 #define LINK_OF(n, bodies)                                                                                             \
   linkOf(links[n], ways[n], bodies, pitch, place, strideY, strideZ, displacement, constraint, spin, proportions)
 
-// Has what a chunk reads fetched in good time: other threads have just written it.
+// Prefetches the state that a chunk reads, which other threads have just written.
 inline void askForChunk(uint number, CHUNK_ARGUMENTS)
 {
   const int4 chunk = chunks[number];
@@ -276,7 +288,9 @@ inline void askForChunk(uint number, CHUNK_ARGUMENTS)
   }
 }
 
-// Sums up one chunk: the weights (1), their first and second moments (3, 6), the force (3) and the torque (3).
+// Sums over the links of one chunk and both of the terms of a link in E: the weights W (1), their first and second
+// moments, W x and W x x^T (3, 6), the force (3) and the torque (3). The lever arm x is R r for the term with R(j), and
+// R (r + h e) for the term with R.
 inline void gatherChunk(uint number, CHUNK_ARGUMENTS, global float* sums)
 {
   const int4 chunk = chunks[number];
@@ -318,7 +332,7 @@ kernel void turnGather(global const int* log, int4 turn, CHUNK_ARGUMENTS, global
   }
 }
 
-// Solves a symmetric positive system of six unknowns in place.
+// Solves a symmetric positive definite system of six unknowns in place.
 inline void solve(float matrix[6][6], float* x)
 {
   for (int n = 0; n < 6; ++n)
@@ -344,7 +358,7 @@ inline void solve(float matrix[6][6], float* x)
   }
 }
 
-// The pose after a step: a move [mean spacings] and a rotation (spin.clh).
+// The pose after the given share of a step: a move [mean spacings] and a rotation (Rodrigues vector, spin.clh).
 inline void stepFrom(global const float* pose, const float* step, float share, float4 proportions, float* out)
 {
   const float own[3] = { pose[3], pose[4], pose[5] };
@@ -365,7 +379,7 @@ inline void storePose(const float* pose, global float* out)
   }
 }
 
-// One of the sums over the chunks of a cluster: those of one of LANES lanes.
+// Entry m of the sums over those chunks of a cluster that belong to one of LANES lanes.
 inline float laneOfSystem(int4 cluster, int lane, int m, global const float* sums)
 {
   float sum = 0.0f;
@@ -376,8 +390,14 @@ inline float laneOfSystem(int4 cluster, int lane, int m, global const float* sum
   return sum;
 }
 
-// Finds the step of a cluster by the sums over all of its links, and the pose after all of it. A step: its move and
-// rotation (6), how much the energy falls in it, the move without a rotation (3) and twice the weights.
+// Computes the step of a cluster from the sums over all of its links, and the pose at its end. Entries of a step:
+//
+//   [0] to [5]     move and rotation, times `factor`
+//   [6]            by how much the quadratic model of the energy falls for factor 1
+//   [7]            factor
+//   [8] to [10]    the best move without a rotation, for factor 1
+//   [11]           sum of 2 W
+//   STEP_WHOLE, STEP_RISE: see chooseStep()
 inline void solveCluster(uint id, const float* sum, float omega, float4 proportions, global const float* bodies,
   global const float* poses, global float* steps, global float* ends)
 {
@@ -385,7 +405,7 @@ inline void solveCluster(uint id, const float* sum, float omega, float4 proporti
   const int freedom = (int)body[BODY_FREEDOM];
   const float radius = body[BODY_RADIUS];
   float step[6], right[6], matrix[6][6];
-  // Rotations count in lengths at the radius, so that all unknowns are of one size.
+  // Rotations are multiplied by the radius, so all six unknowns are lengths of the same order.
   const float scale = 1.0f / radius;
   const float second[3][3] = { { sum[4], sum[5], sum[6] }, { sum[5], sum[7], sum[8] }, { sum[6], sum[8], sum[9] } };
   const float trace = sum[4] + sum[7] + sum[9];
@@ -457,7 +477,7 @@ inline void solveCluster(uint id, const float* sum, float omega, float4 proporti
     step[3 + a] *= scale;
     angle = max(angle, fabs(step[3 + a]));
   }
-  // A step is linear in the angle, which it must not leave far behind.
+  // The step is linear in the angle. To keep the error small, no component of the rotation exceeds 0.2 rad.
   const float factor = min(omega, 0.2f / max(angle, 1e-20f));
   for (int m = 0; m < 6; ++m)
   {
@@ -476,7 +496,7 @@ inline void solveCluster(uint id, const float* sum, float omega, float4 proporti
   storePose(end, ends + ROW * id);
 }
 
-// Does that for each cluster, one work-group each.
+// solveCluster() for each cluster, one work-group each.
 kernel void turnSolve(global const int* log, int4 turn, global const int4* clusters, global const float* bodies,
   float omega, float4 proportions, global const float* sums, global const float* poses, global float* steps,
   global float* ends SOFT_CLUSTERS)
@@ -508,21 +528,21 @@ kernel void turnSolve(global const int* log, int4 turn, global const int4* clust
   solveCluster(id, sum, omega, proportions, bodies, poses, steps, ends);
 }
 
-// How much the energy of two poses of a link differs, by axes.
+// By how much the energy of a link rises from one pose to another, by axes.
 RULE float4 riseOf(float weight, const PosedLink* now, const PosedLink* then)
 {
   return weight * ((then->strain - now->strain) * (then->strain + now->strain) +
                     (then->theirs - now->theirs) * (then->theirs + now->theirs));
 }
 
-// What a link is away from what both of its ends would have.
+// u(j) - u(i) - rest offset, with the mean of the rest offsets of both ends.
 RULE float4 meanStrain(const PosedLink* link)
 {
   return 0.5f * (link->strain + link->theirs);
 }
 
-// The share of the step that the links of a chunk allow, by linear estimate (1), how far the cluster may move without
-// turning (3 lower bounds, 3 upper ones), and how much the energy would rise in the whole step (1).
+// Bounds from the links of a chunk: the share of the step that their limits allow, by linear interpolation (1); lower
+// and upper bounds of a move without a rotation (3, 3); by how much the energy would rise in the whole step (1).
 inline void boundChunk(uint number, CHUNK_ARGUMENTS, global const float* ends, global float* bounds)
 {
   const int4 chunk = chunks[number];
@@ -559,13 +579,13 @@ kernel void turnBound(
   }
 }
 
-// Adds a chunk's bounds, one of the numbers that turnBound writes, to those of others.
+// Combines entry m of the bounds of a chunk with that of others: sum of rises, least share, tightest bounds of a move.
 inline float boundOf(int m, float all, float part)
 {
   return m == 7 ? all + part : m == 0 || m >= 4 ? min(all, part) : max(all, part);
 }
 
-// The bounds of one of LANES lanes of the chunks of a cluster.
+// Entry m of the bounds over those chunks of a cluster that belong to one of LANES lanes.
 inline float laneOfBounds(int4 cluster, int lane, int m, global const float* bounds)
 {
   float value = m == 0 ? 1.0f : m == 7 ? 0.0f : m < 4 ? -INFINITY : INFINITY;
@@ -576,12 +596,12 @@ inline float laneOfBounds(int4 cluster, int lane, int m, global const float* bou
   return value;
 }
 
-// Chooses between the part of the step that is allowed and a move without a rotation, by how much the energy falls.
-// What was found out about the whole step is kept: whether it is taken, and how much the energy rises in it.
+// Chooses the allowed part of the step or a move without a rotation, whichever lowers the energy more. STEP_WHOLE
+// stores whether the whole step is chosen, STEP_RISE by how much the energy rises in the whole step.
 inline void chooseStep(uint id, const float* bound, int limited, float omega, float4 proportions,
   global const float* poses, global float* steps, global float* ends)
 {
-  // The estimate is linear: a step that links shorten stops a little before them.
+  // The share is a linear estimate, so a shortened step stops a little before the limits.
   const float share = !limited || bound[0] >= 1.0f ? 1.0f : 0.95f * bound[0];
   float step[6], move[6];
   const float part = share * steps[SYSTEM * id + 7];
@@ -640,8 +660,8 @@ kernel void turnChoose(global const int* log, int4 turn, global const int4* clus
   chooseStep(id, bound, limited, omega, proportions, poses, steps, ends);
 }
 
-// Whether links of a chunk would be beyond their limits, and by how much the energy would rise, in steps that are not
-// whole.
+// For steps that are not whole: by how much links of a chunk would exceed their limits, and by how much the energy
+// would rise. Links whose strain does not grow do not count as beyond their limits.
 inline void checkChunk(
   uint number, CHUNK_ARGUMENTS, global const float* ends, global const float* steps, global float2* checks)
 {
@@ -674,11 +694,11 @@ kernel void turnCheck(global const int* log, int4 turn, CHUNK_ARGUMENTS, global 
   }
 }
 
-// What rounding may put a link beyond its limit by, as a fraction of the mean spacing.
+// By how much rounding may put a link beyond its limit [mean spacings].
 #define ROUNDING 2e-6f
 
-// The check of one of LANES lanes of the chunks of a cluster: by how much a link is beyond its limit, and by how much
-// the energy rises.
+// The checks over those chunks of a cluster that belong to one of LANES lanes: by how much a link is beyond its limit
+// at most, and by how much the energy rises.
 inline float2 laneOfChecks(int4 cluster, int lane, global const float2* checks)
 {
   float2 sum = (float2)(0.0f, 0.0f);
@@ -690,7 +710,7 @@ inline float2 laneOfChecks(int4 cluster, int lane, global const float2* checks)
   return sum;
 }
 
-// Takes the step of a cluster if it passed the check, and notes how far the cluster went, 0 where it stayed.
+// Takes the step of a cluster if it passed the check. Stores how far the cluster moved, 0 where it stayed.
 inline void acceptStep(uint id, float beyond, float rise, int limited, float still, float4 proportions, global int* log,
   int4 turn, global const float* bodies, global const float* steps, global const float* ends, global float* poses,
   global float* moves)
@@ -715,7 +735,7 @@ inline void acceptStep(uint id, float beyond, float rise, int limited, float sti
   atomic_max(&log[SWEEP_LOG * turn.x + SWEEP_LARGEST], as_int(move));
 }
 
-// Notes that the turn of a cluster was called off.
+// Records that the launch was called off for a cluster.
 inline void leaveOut(uint id, global int* log, int4 turn, global float* moves)
 {
   moves[id] = 0.0f;
@@ -759,8 +779,8 @@ kernel void turnAccept(global int* log, int4 turn, global const int4* clusters, 
   acceptStep(id, beyond, rise, limited, still, proportions, log, turn, bodies, steps, ends, poses, moves);
 }
 
-// Puts a member where its cluster's pose has it. member: address, cluster. Elements that are held stay where they are,
-// and turn.
+// Gives a member the displacement and rotation of its cluster's pose. member: address, cluster. Held elements keep
+// their displacement and take the rotation.
 inline void scatterMember(uint2 member, int sweep, global int* activity, global const float* bodies,
   global const float* poses, LAYOUT_ARGUMENTS, global float* displacement,
   global const float* constraint SPIN_ARGUMENTS)
@@ -797,8 +817,8 @@ kernel void turnScatter(global int* activity, int4 turn, global const uint2* mem
   }
 }
 
-// The whole turn of each cluster, one work-item each: for clusters of so few links that launches would take longer than
-// what they launch. The bits are the same.
+// All steps above for each cluster in one launch, one work-item each. It serves clusters with so few links that
+// separate launches would take longer than their work. The results are the same to the bit.
 kernel void turnClusters(global int* activity, global int* log, int4 turn, int limited, float omega, float still,
   global const int4* chunks, global const uint* links, global const uchar* ways, global const int4* clusters,
   global const uint2* members, uint memberCount, global const float* bodies, global float* poses, global float* steps,

@@ -8,8 +8,8 @@ namespace chainmail
 namespace
 {
 
-/// How far [voxels] an element moves the tissue around it: the cells that it is a corner of and, since the border
-/// follows tissue, those next to them.
+/// The distance [voxels] up to which a displaced element moves cells: the cells that it is a corner of and, because
+/// border air follows tissue, those next to them.
 constexpr int margin = 2;
 
 /// Rounds down, also below zero.
@@ -104,8 +104,8 @@ Ranges::Range& Ranges::of(int brick)
 
 BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole, int beyond) const
 {
-  // The air of a cell follows the elements around it, so all that moves the cell lies one voxel further at most. A cell
-  // lies between the places of its corners.
+  // Corners in air follow the elements around them, so the elements that move a cell lie at most one voxel further. A
+  // deformed cell lies in the box of its displaced corners.
   constexpr int around = margin + 1;
   const Index3& grid = this->bricks_->model().grid().size;
   const Index3 size = this->bricks_->size();
@@ -142,7 +142,7 @@ BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole, int beyo
       }
     }
   }
-  // Where nothing is displaced no cell moves. Carved elements leave their own voxels.
+  // Without displacements no cell moves. Carved elements then affect only their own voxels and those up to `beyond`.
   const bool moves = all.low != Range().low || all.high != Range().high;
   for (int a = 0; a < 3; ++a)
   {
@@ -178,7 +178,7 @@ std::vector<BrickReach> findReaches(
   }
   for (const int brick : bricks.links().carvedBricks())
   {
-    // A carved element leaves its voxel, and where cut surfaces are smooth those around it are others in part.
+    // A carved element empties its voxel. With smooth cut surfaces the voxels around it also change in part.
     const int beyond = cuts == CutSurfaces::Smooth ? reachOfCarves : 0;
     const Index3 origin = bricks.origin(brick);
     Vector3 first;

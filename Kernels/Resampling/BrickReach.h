@@ -10,7 +10,7 @@
 namespace chainmail
 {
 
-/// Some bricks of the output, from `first` to `last`, counted as in OutputFrame::bricks.
+/// A box of output bricks, from `first` to `last`, counted as in OutputFrame::bricks.
 struct BrickBox
 {
   Index3 first{ 0, 0, 0 };
@@ -67,7 +67,7 @@ struct BrickBox
   }
 };
 
-/// The output, voxels `low` to `high`, and its division into bricks of the grid's brick size.
+/// The output (voxels `low` to `high`) and its division into bricks of the grid's brick size.
 struct OutputFrame
 {
   Index3 brickSize;
@@ -86,21 +86,21 @@ struct OutputFrame
   BrickBox between(const Vector3& from, const Vector3& to, const Index3& least, const Index3& most) const;
 };
 
-/// Where displaced tissue is in each brick, and how far it is displaced.
+/// For each brick the box of its displaced elements and the bounds of their displacements.
 class Ranges
 {
 public:
-  /// Of tissue at rest.
+  /// For tissue at rest.
   explicit Ranges(const Bricks& bricks);
-  /// Of what a look found.
+  /// For the last look of a survey.
   Ranges(const Bricks& bricks, const Survey& survey);
 
-  /// The output bricks where what is shown depends on the tissue of one brick: where cells may be, or come from, that
-  /// its displaced elements move; in `whole` bricks as if they all were displaced. All `beyond` voxels further.
+  /// The output bricks whose content depends on the tissue of one brick: those that its moved cells may reach or leave.
+  /// With `whole` all its elements count as displaced. The box extends at least `beyond` voxels further.
   BrickBox shown(int brick, const OutputFrame& frame, bool whole, int beyond = 0) const;
-  /// The bricks whose cells the displaced elements of one brick move.
+  /// The bricks with cells that the displaced elements of one brick move.
   BrickBox cells(int brick, const OutputFrame& frame) const;
-  /// Whether links or elements of a brick were missing.
+  /// Whether links or elements of a brick were missing when the ranges were made.
   bool isCut(int brick) const { return this->ranges_[this->numbers_[brick]].cut; }
 
 private:
@@ -116,21 +116,21 @@ private:
   Range& of(int brick);
 
   const Bricks* bricks_;
-  std::vector<int> numbers_; ///< for each brick the number of its range; 0 where it is whole and at rest
+  std::vector<int> numbers_; ///< for each brick the index of its range; index 0 is the range of whole bricks at rest
   std::vector<Range> ranges_;
 };
 
-/// What the tissue of one brick makes necessary.
+/// What the tissue of one brick affects.
 struct BrickReach
 {
-  BrickBox cells;  ///< bricks whose cells it moves
-  BrickBox voxels; ///< bricks of the output where these may arrive or which they may leave
+  BrickBox cells;  ///< bricks with cells that it moves
+  BrickBox voxels; ///< output bricks that these cells may reach or leave
 };
 
-/// How far from a carved element [voxels] what is shown depends on it, where cut surfaces are smooth.
+/// The distance [voxels] up to which a carved element affects the output, where cut surfaces are smooth.
 constexpr int reachOfCarves = 3;
 
-/// What all displaced tissue makes necessary, and all that was carved away.
+/// What all displaced tissue and all carved elements affect, an entry for each displaced and each carved brick.
 std::vector<BrickReach> findReaches(
   const Bricks& bricks, const OutputFrame& frame, const Survey& survey, const Ranges& ranges, CutSurfaces cuts);
 

@@ -67,7 +67,7 @@ CarryAir::CarryAir(const RestModel& model)
         const std::size_t block = fine.at(at[0], at[1], at[2]);
         for (int a = 0; a < 3; ++a)
         {
-          sum[a] += fine.values[3 * block + a]; // 0 where nothing is known
+          sum[a] += fine.values[3 * block + a]; // 0 where the block has no value
         }
         return fine.known[block] != 0;
       }));
@@ -97,7 +97,8 @@ CarryAir::CarryAir(const RestModel& model)
   this->finest_ = std::move(levels.front());
 }
 
-/// Between the centres of blocks: three quarters of the block that it lies in, a quarter of the next one.
+/// Trilinear interpolation between the centres of blocks: along each axis 3/4 of the block around the voxel and 1/4 of
+/// the next one.
 Vector3 CarryAir::interpolate(const Level& coarse, const Index3& fine)
 {
   int block[3][2];

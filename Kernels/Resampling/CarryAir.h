@@ -7,8 +7,9 @@
 namespace chainmail
 {
 
-/// Displacements smoothly on from tissue into the air around it: the mean over blocks of 2 x 2 x 2 voxels that have
-/// tissue, elsewhere over blocks twice as large, and so on, with linear interpolation between blocks.
+/// Extends displacements smoothly from tissue into the air around it (a pull-push pyramid). Blocks of 2 x 2 x 2 voxels
+/// with tissue have the mean over their elements. Other blocks take their value from blocks twice as large, and so on,
+/// by trilinear interpolation between the centres of blocks.
 class CarryAir
 {
 public:
@@ -32,8 +33,8 @@ private:
     }
   };
 
-  /// The means of blocks of twice the size. `get(at, sum)` adds the values of a block, or voxel, that are known and
-  /// returns their number.
+  /// The means over blocks of twice the size. `get(at, sum)` adds the value of a block, or voxel, to `sum` if it has
+  /// one, and returns whether it has.
   template <typename Get> static Level coarser(const Index3& size, const Get& get);
   static Vector3 interpolate(const Level& coarse, const Index3& fine);
 

@@ -10,7 +10,7 @@ namespace chainmail
 namespace
 {
 
-// Those of 3 x 3 x 3 bits of which the voxel is not the last one on its axis.
+// Masks of those of 3 x 3 x 3 voxels that are not the last ones along x, y and z.
 constexpr unsigned notLast[3] = { 0x36DB6DB, 0x0FC7E3F, 0x00003FFFF };
 
 }
@@ -27,7 +27,7 @@ Vector3 RestModel::displacementAt(const Index3& at) const
   return moved ? voxels : Vector3{ 0.0, 0.0, 0.0 };
 }
 
-/// Whether an element is linked to the next one along an axis, given that this is an element, too.
+/// Whether an element is linked to the next voxel along an axis, which must be an element, too.
 bool CarryCells::isLinked(const Index3& from, int axis) const
 {
   const RestModel& m = this->model_;
@@ -143,7 +143,7 @@ Vector3 CarryCells::meanAround(const Index3& voxel, unsigned seeds) const
     {
       const Vector3 u =
         this->model_.displacementAt({ voxel[0] + p % 3 - 1, voxel[1] + p / 3 % 3 - 1, voxel[2] + p / 9 - 1 });
-      if (p == 13) // the voxel itself: joined around the end of a cut
+      if (p == 13) // the voxel itself, connected around the end of a cut
       {
         return u;
       }
@@ -254,7 +254,7 @@ bool CarryCells::invert(const Corners& corners, const Vector3& target, Vector3& 
     for (int a = 0; a < 3; ++a)
     {
       local[a] -= rest[a];
-      if (!(std::fabs(local[a]) < 16.0)) // far away, or no number
+      if (!(std::fabs(local[a]) < 16.0)) // diverged, or NaN
       {
         return false;
       }

@@ -10,8 +10,9 @@ namespace chainmail
 namespace
 {
 
-// How far outside of a cell, and of a component's share of it, a place may lie. Rounding must not open a gap, nor must
-// the narrow ones between cells of which a corner in the air goes different ways.
+// How far outside a cell, and a component's share of it, a position may lie [voxels]: within `strict` the hit is exact,
+// within `loose` it ranks lower. This closes gaps from rounding. It also closes the narrow gaps between cells whose
+// common corner in air has a different displacement in each.
 constexpr double strict = 1e-9;
 constexpr double loose = 1e-4;
 
@@ -55,7 +56,7 @@ const CarryTree& CarryMap::tree() const
   return *this->tree_;
 }
 
-/// The place of the grid's box that is nearest.
+/// The nearest position in the box of voxel centres.
 Vector3 CarryMap::inside(const Vector3& place) const
 {
   Vector3 inside;
@@ -82,7 +83,7 @@ Index3 CarryMap::nearestVoxel(const Vector3& place) const
   return { static_cast<int>(at[0] + 0.5), static_cast<int>(at[1] + 0.5), static_cast<int>(at[2] + 0.5) };
 }
 
-/// Whether a place is not in any voxel of the grid. A flat grid is one of all planes.
+/// Whether a position lies in no voxel of the grid. A flat grid is unbounded across its plane.
 bool CarryMap::isOutside(const Vector3& place) const
 {
   bool is = false;
@@ -123,8 +124,8 @@ Vector3 CarryMap::displacementAt(const Vector3& rest, std::array<double, 9>* der
   return u;
 }
 
-/// In a cell without any element, air that has tissue beside it goes along with that, on the side of a cut that is
-/// nearest to the place.
+/// The corners of a cell without elements. Air with elements around it moves with those on the side of a cut that is
+/// nearest to the position. Other air takes the displacement of CarryAir.
 CarryCells::Corners CarryMap::cornersInAir(const Index3& base, const Vector3& place) const
 {
   const auto squareTo = [&](const Index3& at)
@@ -179,8 +180,8 @@ CarryCells::Corners CarryMap::cornersInAir(const Index3& base, const Vector3& pl
   return corners;
 }
 
-/// Takes a place for a component of a cell that covers it, where that comes before `hit`: tissue comes before its
-/// border, then the lowest cell as in resampling.
+/// Replaces `hit` by a component of a cell, if it covers the position and has priority. Tissue has priority over border
+/// air, then the lowest cell, as in resampling.
 void CarryMap::cover(const CarryCells::Cell& cell, unsigned component, const CarryCells::Corners& corners,
   const Vector3& now, bool carvedIsGone, Hit& hit) const
 {
@@ -239,7 +240,7 @@ void CarryMap::cover(const CarryCells::Cell& cell, unsigned component, const Car
   }
 }
 
-/// Takes a place for all components of a cell.
+/// Tries all components of a cell as in cover().
 void CarryMap::coverCell(const Index3& base, const Vector3& now, bool carvedIsGone, Hit& hit) const
 {
   const CarryCells::Cell cell = this->cells_.cellAt(base);
@@ -252,7 +253,7 @@ void CarryMap::coverCell(const Index3& base, const Vector3& now, bool carvedIsGo
   }
 }
 
-/// Takes a place for the eight cells of a whole leaf, which share their 27 corners.
+/// Tries the eight cells of a whole leaf, which share their 27 corners.
 void CarryMap::coverWholeLeaf(const Index3& first, const Vector3& now, bool carvedIsGone, Hit& hit) const
 {
   std::array<Vector3, 27> displacements;
@@ -275,8 +276,8 @@ void CarryMap::coverWholeLeaf(const Index3& first, const Vector3& now, bool carv
   }
 }
 
-/// The material that covers a place now. Tissue at rest comes after tissue that moved there, and before the border of
-/// such.
+/// The material that covers a position now. The priorities are: moved tissue, tissue at rest, border of moved tissue,
+/// border of tissue at rest.
 CarryMap::Hit CarryMap::find(const Vector3& now, bool carvedIsGone) const
 {
   Hit hit;
@@ -324,7 +325,7 @@ CarryMap::Hit CarryMap::find(const Vector3& now, bool carvedIsGone) const
   return hit;
 }
 
-/// Improves a place at rest of which the material is to be at `now`, by Newton's method. Returns whether it is there.
+/// Solves forward(rest) = now by Newton's method, starting from `rest`. Returns whether it converged.
 bool CarryMap::solve(const Vector3& now, Vector3& rest) const
 {
   Vector3 place = rest;
@@ -369,7 +370,7 @@ Vector3 CarryMap::backward(const Vector3& now) const
   return this->solve(now, rest) ? rest : along;
 }
 
-/// An image of a single slice takes no part in what happens across it.
+/// An image of a single slice ignores displacements across it.
 CarryMap::Shown CarryMap::materialOf(const Vector3& place, Vector3 from) const
 {
   for (int a = 0; a < 3; ++a)
@@ -399,7 +400,7 @@ CarryMap::Shown CarryMap::shownNow(const Vector3& now) const
   {
     return isZero(this->model_.displacementAt(voxel)) ? Shown{} : Shown{ Shown::What::Nothing, {} };
   }
-  // Air beside tissue that moved by less than a voxel carries its surroundings along, so that no seam opens there.
+  // Air beside tissue, displaced by less than a voxel on each axis, takes its scalars along, so no seam opens there.
   const Vector3 u = this->cells_.elementsAround(voxel) != 0 ? this->displacementAt(now, nullptr) : Vector3{};
   if (isZero(u))
   {
@@ -424,7 +425,7 @@ CarryMap::Shown CarryMap::shownAtRest(const Vector3& rest) const
       return isZero(u) ? Shown{} : this->materialOf(rest, plus(rest, u));
     }
   }
-  // Air that tissue came to is air again.
+  // Air that moved tissue covers now is air again at rest.
   return this->find(rest, true).isMovedTissue() ? Shown{ Shown::What::Nothing, {} } : Shown{};
 }
 

@@ -11,22 +11,22 @@
 namespace chainmail
 {
 
-/// Carries places along with tissue, from rest to where it is now and back. Within tissue and the voxels beside it this
-/// is the map by which images are resampled (resample.clh), so it keeps the two sides of a cut apart. Air goes along
-/// with the tissue nearby, and smoothly on from there. Units as in RestModel. May be used by several threads at once.
+/// Maps positions from rest to the deformed state and back. In tissue and the voxels beside it this is the map that
+/// resamples images (resample.clh), so it keeps the two sides of a cut apart. Air moves with the tissue nearby; further
+/// away the displacements continue smoothly (CarryAir). Units as in RestModel. May be used by several threads at once.
 class CarryMap
 {
 public:
   explicit CarryMap(const RestModel& model);
 
-  /// Where the material at a place at rest is now. `derivatives`: [3 b + a] of coordinate b along axis a.
+  /// The current position of the material at a position at rest. `derivatives`: [3 b + a] of coordinate b along axis a.
   Vector3 forward(const Vector3& rest, std::array<double, 9>* derivatives = nullptr) const;
 
-  /// Where the material that is now at a place was at rest. A place that nothing came to, as in a cut that opened, goes
-  /// along with the tissue that is nearest now.
+  /// The position at rest of the material that is now at a position. A position that no material covers, for example in
+  /// an opened cut, moves with the tissue that is nearest to it now.
   Vector3 backward(const Vector3& now) const;
 
-  /// What an image shows at a place.
+  /// What an image shows at a position.
   struct Shown
   {
     enum class What
@@ -39,17 +39,17 @@ public:
     Vector3 from{};
   };
 
-  /// What an image that goes along with the tissue shows at a place now.
+  /// What an image that deforms with the tissue shows at a position now.
   Shown shownNow(const Vector3& now) const;
 
-  /// What an image of the tissue as it is now shows at a place when it goes back to rest.
+  /// What an image of the deformed tissue, warped back to rest, shows at a position.
   Shown shownAtRest(const Vector3& rest) const;
 
 private:
   struct Hit
   {
-    // Which of several that cover a place counts: the lowest sum of these, and of 1 where it lies just outside of the
-    // cell's share.
+    // Of several cells that cover a position the one with the lowest rank wins. The rank is the sum of these values,
+    // and 1 more where the position lies just outside the cell or the component's share of it.
     static constexpr int tissue = 0;
     static constexpr int border = 4;
     static constexpr int atRest = 2;
@@ -81,7 +81,7 @@ private:
 
   RestModel model_;
   CarryCells cells_;
-  // Made when they are first needed.
+  // Made on first use.
   mutable std::once_flag airMade_, treeMade_;
   mutable std::unique_ptr<CarryAir> air_;
   mutable std::unique_ptr<CarryTree> tree_;

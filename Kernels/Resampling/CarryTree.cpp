@@ -12,7 +12,7 @@ namespace chainmail
 namespace
 {
 
-/// What rounding to float may take from a box, and the slack of places in cells [voxels].
+/// Margin of boxes [voxels]: covers their rounding to float and the tolerance of positions in cells.
 constexpr float slack = 2e-3f;
 
 template <typename F> void forBlocks(const Index3& size, const F& f)
@@ -101,9 +101,10 @@ bool CarryTree::isWhole(const Index3& first) const
   return true;
 }
 
-/// The corners of a cell are at most two voxels from its leaf's first voxel. Those in air or behind a cut have the
-/// displacements of elements one voxel further: then a leaf's box is that of its voxels with all displacements of the
-/// leaves around it.
+/// The corners of a leaf's cells are at most two voxels from its first voxel. Corners in air or behind a cut have the
+/// displacements of elements one voxel further. A leaf that may have such corners gets the box of its cells at
+/// rest, extended by bounds of displacements. The bounds cover the 3 x 3 x 3 leaves around it. The box of a whole leaf
+/// is that of its displaced corners.
 void CarryTree::findLeaves()
 {
   const Index3& size = this->model_.grid.size;
@@ -225,7 +226,7 @@ void CarryTree::search(int level, const Index3& at, Nearest& nearest) const
     }
     return;
   }
-  // The nearest child first, so that the others need not be looked at.
+  // Branch and bound: the nearest child first, so most others can be skipped.
   const Index3& size = level == 0 ? this->model_.grid.size : this->levels_[level - 1].grid.size;
   std::array<std::pair<double, int>, 8> children;
   int count = 0;

@@ -7,15 +7,15 @@
 namespace chainmail
 {
 
-/// Finds deformed tissue by its place: an octree of boxes. A leaf is a block of 2 x 2 x 2 voxels, with the cells that
-/// have their lowest corner there.
+/// An octree of bounding boxes that finds deformed tissue by position. A leaf is a block of 2 x 2 x 2 voxels, with the
+/// cells whose lowest corners lie there.
 class CarryTree
 {
 public:
   explicit CarryTree(const RestModel& model);
 
-  /// Calls f(first voxel, isWhole) for each leaf with tissue that is displaced, whose cells may cover a place. It is
-  /// whole where its eight cells have all their corners in tissue that hangs together.
+  /// Calls f(first voxel, isWhole) for each leaf with displaced tissue whose cells may cover a position. A leaf is
+  /// whole if all corners of its eight cells are elements and no link between them is cut.
   template <typename F> void visitMovedAt(const Vector3& place, const F& f) const
   {
     if (!this->levels_.empty())
@@ -24,7 +24,7 @@ public:
     }
   }
 
-  /// Finds the element that is nearest to a place now. Returns whether there is any.
+  /// Finds the element whose current position is nearest to `place`. Returns whether there is any element.
   bool findNearest(const Vector3& place, Index3& element) const;
 
 private:
@@ -48,7 +48,7 @@ private:
     Index3 element;
   };
 
-  static constexpr char whole = 2; ///< in `moved` of leaves
+  static constexpr char whole = 2; ///< value of `moved` for whole leaves
 
   static constexpr Box empty();
   static void include(Box& box, const Box& other);

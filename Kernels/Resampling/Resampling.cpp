@@ -11,22 +11,24 @@ namespace chainmail
 namespace
 {
 
-/// Output voxels that are handled at once. Each takes 17 bytes on the device, but cells at the border of a batch are
-/// gone over for both its sides.
+/// Output voxels of a batch. Each takes 17 bytes on the device, but cells at the border of two batches are processed in
+/// both.
 constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
 
-/// A dispute of cover.cl has five words. Room is made for one of so many voxels at first.
+/// Words of a conflict (DISPUTE in cover.cl). There is room for one conflict per `voxelsPerDispute` voxels at first.
 constexpr std::size_t wordsOfDispute = 5;
 constexpr std::size_t voxelsPerDispute = 64;
 
-/// What a buffer may keep between two runs. What needs more takes long enough for the buffer to be made again.
+/// Bytes that a buffer may keep between two runs. Runs that need more take so long that a new allocation does not
+/// count.
 constexpr std::size_t keptBytes = std::size_t(1) << 22;
 
-/// Claims can tell fewer cells than this apart (resample.clh).
+/// Keys can number fewer cells than this: 8 * cell + component is less than BORDER (resample.clh).
 constexpr std::size_t mostCells = std::size_t(1) << 28;
 
-/// The part of the output brick at `origin` that is made. `offset` is where the brick's own offsets begin, and `step`
-/// how far apart they lie. `coverage` is null, or where that of the brick begins. Empty where a size is not positive.
+/// The requested part of the output brick at `origin`. `offset` points to the first offset of the brick, and `step` is
+/// the distance between neighbouring offsets along each axis. `coverage` is null or points to the brick's coverage. The
+/// box is empty where a size is not positive.
 ResampledBox clipped(const OutputFrame& frame, const OutputDetail& detail, const Index3& origin, const float* offset,
   const Index3& step, const float* coverage)
 {
@@ -57,7 +59,7 @@ cl_int4 int4(const Index3& v)
   return { { v[0], v[1], v[2], 0 } };
 }
 
-/// `listed` holds the bricks of the output.
+/// `listed` holds output bricks; the batch gets those from `begin` to `end` - 1.
 Resampling::Batch makeBatch(const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickReach>& reaches,
   const std::vector<std::size_t>& listed, std::size_t begin, std::size_t end)
 {
@@ -141,7 +143,8 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
   };
   const cl::Buffer& list = this->list_.holding(context, batch.sources);
   const cl::Buffer& places = this->places_.holding(context, batch.places);
-  // There is room for the disputes of nearly all scenes. Where more tissue lies over itself it is gone over once more.
+  // The room suffices for the conflicts of nearly all scenes. Where more tissue overlaps, the batch is computed once
+  // more.
   cl_uint room = static_cast<cl_uint>(voxels / voxelsPerDispute), disputes = 0;
   do
   {
@@ -158,7 +161,8 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
         context.queue().enqueueFillBuffer(scratch->sized(context, bytes), cl_uint(0), 0, bytes);
       }
     }
-    // A processor runs the work-items of a group in turn anyway. Where one does all, it knows what it wrote before.
+    // A processor runs the work-items of a group one after the other anyway. A single work-item recognises its own
+    // earlier candidates, which then count as no conflicts (isOurs() in cover.cl).
     context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(),
       this->bricks_.width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, disputed, found, noted, room,
       distances, samples);
@@ -180,8 +184,8 @@ Resampling::Resampling(Bricks& bricks)
 {
 }
 
-/// Notes which bricks of the output may show something else than at the last run: those where what is shown depended
-/// then, or depends now, on a brick that changed.
+/// Marks the output bricks that may differ from the last run: those whose content depended then, or depends now, on a
+/// brick that changed.
 void Resampling::noteChanges(const OutputFrame& frame)
 {
   const Survey::Look now = this->survey_.look();
@@ -200,7 +204,7 @@ void Resampling::noteChanges(const OutputFrame& frame)
       box.each(frame.bricks, [&](std::size_t n) { this->changedAt_[n] = now; });
     }
   }
-  // Surfaces that cut nothing more may still be nearer than those before.
+  // A new surface may cut no further link and still be nearer to grid points than earlier surfaces.
   for (const int brick : this->bricks_.cutDistances().takeChanged())
   {
     if (this->cuts_ == CutSurfaces::Smooth)
@@ -270,7 +274,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
   {
     visit(resting);
   }
-  // The kernels also have to read the tissue at rest where displaced tissue arrives.
+  // The kernels also read the tissue at rest where displaced tissue arrives, so it is loaded.
   this->bricks_.know(tissue);
   this->covers_ = cuts == CutSurfaces::Smooth && this->bricks_.anyCut() && this->bricks_.cutDistances().any();
   if (this->covers_)
@@ -286,7 +290,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
   return { this->last_, reaches.empty() };
 }
 
-/// Finds the offsets of the voxels of these bricks of the output, batch by batch.
+/// Computes the offsets of the voxels of these output bricks, batch by batch.
 void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickReach>& reaches,
   const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit)
 {

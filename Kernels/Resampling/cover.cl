@@ -1,17 +1,18 @@
-// Resampling (resample.clh): in `cover` the moved cells claim the output voxels that they cover, in `settle` those get
-// voxels for which others had claims, too, and `leave` decides what becomes of voxels that no cell takes.
+// The kernels of resampling; resample.clh explains the terms. In `cover` the moved cells enter candidates for the
+// output voxels that they cover. `settle` resolves write conflicts between them. `leave` fills the voxels that no cell
+// covers.
 //
-// Output voxels come in bricks, too. For each brick of a box that starts at voxel `boxFirst` (a multiple of the brick
-// size away from voxel 0), `places` gives its number in the list of bricks that tissue may reach, or -1. A list is
-// handled in batches.
+// Output voxels come in bricks, too. A box of these bricks starts at voxel `boxFirst`, a multiple of the brick size
+// away from voxel 0. For each of them `places` gives its number in the list of bricks that tissue may reach, or -1. A
+// list is processed in batches.
 //
-// With FINER the output has so many voxels along each axis for one of the grid: voxel FINER * i lies where grid point i
-// does. Its bricks are larger by as much, so that both still have the same numbers. Places, displacements and offsets
-// stay in voxels of the grid.
+// FINER is the number of output voxels along each axis per voxel of the grid: voxel FINER * i lies at grid point i.
+// Output bricks have FINER times as many voxels along each axis, so bricks of the output and the grid have the same
+// numbers. Positions, displacements and offsets stay in voxels of the grid.
 
 #include "part.clh"
 
-// Output voxels along the axes of a brick, and of a whole brick.
+// Output voxels along the axes of a brick, and in a whole brick.
 #define OUT_X (FINER * BX)
 #define OUT_Y (FINER * BY)
 #define OUT_Z (FINER * BZ)
@@ -22,22 +23,22 @@ typedef struct
   int4 boxFirst, boxBricks; // `boxFirst` is a point of the grid
   int4 cellsFirst, cellsSize; // the box in which cells are counted
   global const int* places;
-  volatile global uint* claims; // these three have one value for each voxel of the listed bricks
-  global uchar* disputed;       // 1 where a claim was
+  volatile global uint* claims; // the lowest candidates; these three have one entry for each voxel of the listed bricks
+  global uchar* disputed;       // 1 where a conflict was
   global float* offsets;
-  volatile global uint* disputes; // how many claims were, and `mostDisputes` of them
+  volatile global uint* disputes; // the number of conflicts, then the first `mostDisputes` of them (DISPUTE)
   uint mostDisputes;
   bool alone; // the group is a single work-item
-  int3 brick; // the first of the cells of the group
+  int3 brick; // the first cell of the group
 #ifdef SMOOTH_CUTS
-  volatile global uint* covered; // these two have one value for each voxel of the listed bricks, see SAMPLES
+  volatile global uint* covered; // these two have one word for each voxel of the listed bricks, see SAMPLES
   volatile global uint* behind;
   float3 sampling; // the width of the box of samples [voxels], 0 along a flat axis
 #endif
 } Output;
 
-// A claim that was the lowest so far for a voxel that others had claimed before: five words after the first of
-// `disputes`, which are the voxel's number, the claim, and its offset.
+// Words of a conflict: a candidate that was the lowest so far for a voxel with an earlier candidate. They are the
+// voxel's number, the candidate and its offset. Conflicts follow the first word of `disputes`.
 #define DISPUTE 5
 
 // The number of a voxel, given by brick and offset in it, in the arrays of the output; -1 where it has none.
@@ -59,7 +60,7 @@ RULE int numberAt(const Output* o, int3 at)
     offset.x + OUT_X * (offset.y + OUT_Y * offset.z));
 }
 
-// Whether a claim was made by this work-item, which then comes to write after what it wrote before.
+// Whether this work-item entered a candidate. Then offsets that it stores later overwrite that candidate's.
 RULE bool isOurs(const Output* o, uint claim)
 {
   if (!o->alone)
@@ -71,9 +72,10 @@ RULE bool isOurs(const Output* o, uint claim)
   return all(at >= o->brick) && all(at < o->brick + (int3)(BX, BY, BZ));
 }
 
-// Claims a voxel for a cell, with the offset to where its material came from. Returns whether this is the lowest claim
-// so far, which has the voxel: then the offset is to be written. Where another work-item had claimed the voxel before,
-// that one may come to write only now, so that the claim has to be settled when all are made.
+// Enters a cell's candidate for a voxel, with the offset to its material point. Returns whether it is the lowest so
+// far: then the caller stores the offset. If a different work-item entered the previous candidate, it may store its own
+// offset even later. Such a conflict is logged, and `settle` resolves it when all candidates are entered. Once a voxel
+// has a conflict, all its later winners are logged, too.
 inline bool isTaken(const Output* o, int voxel, uint claim, float3 offset)
 {
   const uint before = atomic_min(o->claims + voxel, claim);
@@ -98,12 +100,13 @@ inline bool isTaken(const Output* o, int voxel, uint claim, float3 offset)
   return true;
 }
 
-// Takes the voxels in which the air at some corners of a cell lies, unless the cell itself covers them. Air that moved
-// by less than a voxel carries its surroundings along, so that no seam opens there; other air leaves. What elements
-// leave behind is for `leave`.
+// Enters border candidates for the voxels of the air at some corners of a cell, unless the cell itself covers them. Air
+// displaced by less than a voxel on each axis takes its scalars along (offset -u), so no seam opens there. Air
+// displaced further leaves its voxel VACATED, and air at rest enters RESTS. Voxels that elements leave are filled by
+// `leave`.
 inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corners, const float3* u, uint key)
 {
-  // The first of the output voxels that are nearer to a grid point than to others.
+  // The number of output voxels before a grid point that are nearest to it.
   const int3 before = select((int3)(FINER / 2), (int3)(0), t->flat.xyz != 0);
   for (int n = 0; n < 8 * FINER * FINER * FINER; ++n)
   {
@@ -129,23 +132,23 @@ inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corner
 
 #ifdef SMOOTH_CUTS
 
-// A voxel is sampled at points of which each has a bit in two words: in `covered`, set where tissue near a cut surface
-// covers the point, and in `behind`, set where the point lies behind the surface of such tissue and the voxel's middle
-// before it. AT_SURFACE is set there where any point lies behind a surface.
+// A voxel is sampled at SAMPLES points, each with a bit in two words. In `covered` it is set where tissue near a cut
+// surface covers the point. In `behind` it is set where the point lies behind the surface of such tissue and the
+// voxel's middle before it. AT_SURFACE is set in `behind` where any point lies behind a surface.
 //
-// The points are those of a Kronecker sequence (M. Roberts' R3: powers of the root of g^4 = g + 1), the same on both
-// sides of the middle. No plane has many of them, so coverage grows in small steps at any angle. They fill a box of 1.25
-// voxels. By a larger one the gradients of what is shown, by which it is lit, are better, and its colours at a cut worse.
+// The points are a Kronecker sequence (M. Roberts' R3: powers of the root of g^4 = g + 1), symmetric about the middle.
+// No plane holds many of them, so coverage grows in small steps at any angle. They fill a box of 1.25 voxels. A larger
+// box improves the gradients by which images are lit, but worsens the colours at a cut.
 #define MIDDLE_SAMPLE 15
 #define AT_SURFACE 0x80000000u
 #define SAMPLED (1.25f / FINER) // [voxels]
 
-// How far from a cell its map tells what lies behind its surface, and how much cells overlap, as each finds its samples by
-// a linear map of its own.
+// In local coordinates of a cell. BEHIND: how far from the cell its map still decides which samples are behind its
+// surface. SAMPLE_SLACK: the overlap of cells, because each cell places its samples with a linear map of its own.
 #define BEHIND 1.3f
 #define SAMPLE_SLACK 0.03f
 
-// The bits that any lane has.
+// The bitwise OR over all lanes.
 RULE uint bitsOfAll(mask bits)
 {
   int lanes[WIDTH], all = 0;
@@ -158,11 +161,11 @@ RULE uint bitsOfAll(mask bits)
   return (uint)all;
 }
 
-// The way from the middle of a voxel to WIDTH of its samples, from `first` on, in local coordinates of a cell. `map` is
-// the cell's in all lanes.
+// The offsets of WIDTH samples, from number `first` on, from the middle of their voxel in local coordinates of a cell:
+// J^-1 step, or `step` itself in cells that are not gentle. `map` holds the same cell in all lanes.
 RULE void wayToSamples(const Output* o, const CellMap* map, int first, real* way)
 {
-  const float powers[3] = { 0.81917251f, 0.67104361f, 0.54970048f }; // of 1 / g
+  const float powers[3] = { 0.81917251f, 0.67104361f, 0.54970048f }; // powers of 1 / g
   const float sampling[3] = { o->sampling.x, o->sampling.y, o->sampling.z };
   real step[3];
   UNROLL
@@ -178,8 +181,8 @@ RULE void wayToSamples(const Output* o, const CellMap* map, int first, real* way
   }
 }
 
-// Samples a voxel: x is its middle, in local coordinates of a cell, and `map` the cell's in all lanes. Returns whether
-// the middle lies behind the cell's surface, and some of the voxel before it.
+// Samples a voxel with its middle at x, in local coordinates of a cell; `map` holds that cell in all lanes. Returns
+// whether the middle lies behind the cell's surface while the cell covers some samples.
 inline bool sampleVoxel(const Output* o, const Cell* cell, int component, const CellMap* map, float3 x, int voxel)
 {
   const float middle[3] = { x.x, x.y, x.z };
@@ -189,7 +192,7 @@ inline bool sampleVoxel(const Output* o, const Cell* cell, int component, const 
   for (int first = 0; first < SAMPLES; first += WIDTH)
   {
     const mask number = laneNumbers() + first, bit = (mask)(1) << number;
-    real at[3], beyond = (real)(-INFINITY); // the cell's faces
+    real at[3], beyond = (real)(-INFINITY); // largest distance beyond the cell's faces
 #if WIDTH > 1
     const real* way = map->way[first / WIDTH];
 #else
@@ -231,7 +234,7 @@ inline bool sampleVoxel(const Output* o, const Cell* cell, int component, const 
 
 #endif
 
-// WIDTH inversions. Each lane is about one voxel and one cell, from whose lowest corner the target is measured.
+// WIDTH inversions. Each lane has one voxel and one cell; the target is relative to the cell's lowest corner.
 typedef struct
 {
   float target[3][WIDTH];
@@ -240,9 +243,11 @@ typedef struct
   int elements[WIDTH]; // of the cell
 } Lanes;
 
-// Takes those voxels that lie in their cells. `cell` is null, or a cell for all lanes of which only the share of one
-// component counts. A cell that `rests` takes no voxels but those of which a part alone lies in it, and those between
-// grid points where a surface divides it: the grid points alone do not tell `leave` on which side these lie.
+// Enters candidates for those voxels that lie in their cells. `cell` is null, or the cell of all lanes of which only
+// the share of one component counts. A cell at rest (`rests`) enters candidates only in two cases. Either the voxel's
+// middle lies behind the cell's surface, and a part of the voxel lies in the cell. Or the voxel lies between grid
+// points (FINER > 1) in a cell that a surface divides: `leave` reads only grid points and cannot tell on which side
+// such a voxel lies.
 RULE void takeInside(
   const Output* o, const CellMap* map, const Lanes* lanes, const Cell* cell, int component, bool rests)
 {
@@ -276,7 +281,7 @@ RULE void takeInside(
     {
       if (sampleVoxel(o, cell, component, map, place, lanes->voxel[lane]))
       {
-        // The voxel's middle lies behind the surface: tissue beside it gives way to any other.
+        // The voxel's middle lies behind the surface, so it is a border candidate: any other tissue has priority.
         hits[lane] = isTaken(o, lanes->voxel[lane], BORDER + lanes->key[lane], way);
         continue;
       }
@@ -303,7 +308,7 @@ RULE void takeInside(
       }
     }
   }
-  // Each claim would wait for what was written before it.
+  // A loop of its own: otherwise the atomic of each candidate would wait for the stores of offsets before it.
   for (int lane = 0; lane < WIDTH; ++lane)
   {
     if (hits[lane])
@@ -313,14 +318,14 @@ RULE void takeInside(
   }
 }
 
-// The claim of the first component of a cell.
+// The key of component 0 of a cell.
 RULE uint keyOf(const Output* o, int3 base)
 {
   const int3 cell = base - o->cellsFirst.xyz;
   return (uint)(cell.x + o->cellsSize.x * (cell.y + o->cellsSize.y * cell.z)) * 8;
 }
 
-// The corners, one bit each, of the cell at a place of a part that have their bit set in `rows`.
+// The bits in `rows` of the eight corners of the cell at `at` in the tile.
 RULE uint cornerBits(const Tissue* t, local const ulong* rows, int3 at)
 {
   uint bits = 0;
@@ -333,7 +338,7 @@ RULE uint cornerBits(const Tissue* t, local const ulong* rows, int3 at)
   return bits;
 }
 
-// Notes the air at the corners of a cell as taken, but for that of which the displacement is another for each cell.
+// Marks the air at the corners of a cell as visited (taken), except ambiguous air, whose displacement differs by cell.
 RULE void noteTaken(local Part* part, int3 at)
 {
   UNROLL
@@ -344,9 +349,9 @@ RULE void noteTaken(local Part* part, int3 at)
   }
 }
 
-// The displacement of corner n of the virtual cell that some corners of a cell span: the mean over those elements
-// around the corner that links join to these. Cells that share a corner and the tissue around it get the same value, so
-// their virtual cells fit together.
+// The displacement of corner n of the virtual cell of the corners `own`: the mean over those elements around the corner
+// that links join to `own`. Cells that share a corner and the tissue around it compute the same value, so their virtual
+// cells fit together.
 inline float3 virtualCorner(const Tissue* t, local const Part* part, int3 at, int n, uint own)
 {
   const int3 corner = cornerAt(t, at, n);
@@ -357,13 +362,13 @@ inline float3 virtualCorner(const Tissue* t, local const Part* part, int3 at, in
     seeds |= (own >> m & 1) << (from.x + 3 * from.y + 9 * from.z);
   }
   const uint joined = joinedTo(seeds, part, corner);
-  // The corner may itself be joined to them, around the end of a cut.
+  // The corner itself may be connected to them around the end of a cut.
   return joined >> 13 & 1 ? displacementIn(part, corner) : meanAround(part, corner, joined);
 }
 
 // --- One cell
 
-// Takes the voxels that a component of a cell covers.
+// Enters candidates for the voxels that a component of a cell covers.
 inline void coverComponent(
   const Tissue* t, const Output* o, local const Part* part, int3 at, const Cell* cell, int component, bool smooth)
 {
@@ -374,7 +379,7 @@ inline void coverComponent(
   {
     own |= isOwn(cell, component, n) ? 1u << n : 0;
   }
-  // Other air than the ambiguous one has its displacement in the part.
+  // Air that is not ambiguous already has its displacement in the tile.
   const uint known = own | ~(cell->elements | cornerBits(t, part->ambiguous, at));
   for (int n = 0; n < 8; ++n)
   {
@@ -471,9 +476,9 @@ APART void coverCell(const Tissue* t, const Output* o, local const Part* part, i
   }
 }
 
-// --- WIDTH cells whose elements belong together
+// --- WIDTH cells with a single component each
 
-// The elements among the corners of WIDTH cells along x, one bit each. The first cell is at a place of the part.
+// The elements among the corners of WIDTH cells along x, one bit each. The first cell is at `at` in the tile.
 RULE mask elementsOfRow(local const Part* part, int3 at)
 {
   const mask number = laneNumbers();
@@ -487,7 +492,7 @@ RULE mask elementsOfRow(local const Part* part, int3 at)
   return elements;
 }
 
-// Whether the links between some corners of cells join them all.
+// Whether some corners of each cell are connected along its edges, if no link is cut.
 RULE mask areOnePiece(mask corners)
 {
   mask joined = corners & -corners, before;
@@ -502,17 +507,17 @@ RULE mask areOnePiece(mask corners)
   return joined == corners;
 }
 
-// Cells that may reach more voxels than this are handled one by one.
+// Cells that may cover more voxels than this are handled one by one.
 #define LONG (4 * WIDTH)
 #define LATTICES (FINER * FINER * FINER)
 
-// The corners of WIDTH cells along x, of which the first is at a place of the part.
+// The displacements at the corners of WIDTH cells along x.
 typedef struct
 {
   float u[3][8][WIDTH];
 } Corners;
 
-// `ambiguous` has a bit for each cell of which a corner is.
+// `at` is the first cell in the tile. `ambiguous` has a bit for each cell with an ambiguous corner.
 inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask elements, Corners* corners)
 {
   UNROLL
@@ -533,7 +538,7 @@ inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask e
     {
       continue;
     }
-    // As virtualCorner() does it.
+    // Computed as in virtualCorner().
     const mask counts = lanesOf(air);
     mask seeds = (mask)(0);
     for (int m = 0; m < 8; ++m)
@@ -552,8 +557,8 @@ inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask e
   }
 }
 
-// Output voxels that all lie at the same offset behind their grid points. The output divides into FINER such lattices
-// along each axis that is not flat, and each has as many voxels as the grid.
+// A lattice: the output voxels at one common offset after their grid points. There are FINER lattices along each axis
+// that is not flat, and each has as many voxels as the grid.
 typedef struct
 {
   int after[3]; // the offset [output voxels]
@@ -575,9 +580,10 @@ RULE bool hasVoxels(const Lattice* lattice, int4 flat)
   return !(flat.x && lattice->after[0]) && !(flat.y && lattice->after[1]) && !(flat.z && lattice->after[2]);
 }
 
-// Takes the voxels of a lattice that WIDTH cells along x cover. Lane n is about the n-th cell after the one at `base`,
-// and looks at the grid points `first` to `last` from that cell's lowest corner, where it `moves`. A cell covers about
-// one voxel, which is another for each: all those that may be inside are collected first, and inverted together.
+// Enters candidates for the voxels of a lattice that WIDTH cells along x cover. Lane n has the n-th of these cells, if
+// `moves` is set there. It tries the grid points `first` to `last`, counted from the cell's lowest corner. A cell
+// covers about one voxel, but a different one in each lane. So the voxels that may lie inside are first collected and
+// then inverted together.
 RULE void takeReached(const Output* o, const CellMap* map, const Lattice* lattice, const real* first, const real* last,
   mask moves, const mask* start, Lanes* lanes)
 {
@@ -652,9 +658,9 @@ RULE void takeReached(const Output* o, const CellMap* map, const Lattice* lattic
   }
 }
 
-// Finds the voxels of a lattice between `low` and `high` and within the box of the output, for WIDTH cells: their grid
-// points, counted from the lowest corner of each cell. `start` is where the cells begin in the box, and `end` its last
-// point.
+// Finds the voxels of a lattice between `low` and `high` in the box of the output, for WIDTH cells. `first` and `last`
+// are their grid points, counted from the lowest corner of each cell. `start` is where the cells begin in the box, and
+// `end` the box's last point.
 RULE void boundsOf(
   const Lattice* lattice, const real* low, const real* high, const mask* start, int3 end, real* first, real* last)
 {
@@ -667,8 +673,8 @@ RULE void boundsOf(
   }
 }
 
-// Handles those of WIDTH cells along x that have their bit set in `wanted`. The first is at a place `at` of the part
-// and has its lowest corner at `base`.
+// Handles those of WIDTH cells along x whose bit is set in `wanted`. The first cell is at `at` in the tile, with its
+// lowest corner at grid point `base`.
 RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, int3 base, mask elements,
   uint wanted, uint ambiguous, uint smooth)
 {
@@ -679,7 +685,7 @@ RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, 
   STORE(elements, lanes.elements);
   STORE((mask)(keyOf(o, base)) + 8 * number + popcount((elements & -elements) - 1), lanes.key);
   cornersOfRow(part, at, ambiguous, elements, &corners);
-  // Voxels are counted from the lowest corner of each cell, and cells from the box of the output.
+  // Voxels are counted from the lowest corner of each cell, and cells from the first point of the output box.
   const int3 from = base - o->boxFirst.xyz, end = o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
   const mask start[3] = { number + from.x, (mask)(from.y), (mask)(from.z) };
   real u[3][8], first[3], last[3], low[3], high[3];
@@ -698,11 +704,11 @@ RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, 
       high[a] = max(high[a], u[a][n] + (float)(n >> a & 1));
     }
     low[a] -= SLACK;
-    // What is handed on is at least this much wide when it is deformed.
+    // The strip left to the next cell (HANDED_ON) is at least half as wide after deformation.
     high[a] += select((real)(SLACK), (real)(-0.5f * HANDED_ON), isSmooth);
   }
   moves &= lanesOf(wanted);
-  // A cell that a wave has just torn long would keep the others waiting.
+  // A cell that a wave has just stretched far would keep the other lanes waiting.
   mask isLong = (mask)(0);
   for (int n = 0; n < LATTICES; ++n)
   {
@@ -756,7 +762,7 @@ RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, 
 
 // --- Kernels
 
-// Handles WIDTH cells along x: those that have tissue and move.
+// Handles those of WIDTH cells along x that have tissue and move.
 APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 at, int3 base)
 {
   const ulong near = part->near[at.y - 1 + PART_Y * (at.z - 1)];
@@ -802,7 +808,7 @@ APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 a
   }
   if (wanted)
   {
-    // Copies of its own are not to be read again after each store.
+    // Local copies: otherwise the members would be read again after each store.
     const Tissue tissue = *t;
     const Output output = *o;
     coverRow(&tissue, &output, part, at, base, elements, wanted, (uint)(ambiguous >> at.x) & wanted,
@@ -854,7 +860,7 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
   }
 }
 
-// Gives disputed voxels the offsets of those claims that have won.
+// Stores, for voxels with conflicts, the offsets of the candidates that have won.
 kernel void settle(global const uint* claims, global const uint* disputes, global float* offsets, uint count)
 {
   const uint n = get_global_id(0);
@@ -865,15 +871,15 @@ kernel void settle(global const uint* claims, global const uint* disputes, globa
   }
 }
 
-// What becomes of a voxel, the place of an element or not, that no tissue has claimed: its offset is NaN where material
-// went away, else 0. Between grid points it is as at the nearest one.
+// Fills a voxel without a candidate of tissue: the offset is NaN where material went away, else 0. A voxel between grid
+// points is filled as the nearest grid point.
 inline void leaveVoxel(const Tissue* t, int3 voxel, uint claim, global float* offset)
 {
   const bool inside = all(voxel >= 0) && all(voxel <= FINER * (t->size.xyz - 1));
   const uint address = inside ? addressOf((voxel + FINER / 2) / FINER, t->table, t->strideY, t->strideZ) : 0;
   const bool element = inside && isElement(t, address);
   const bool rests = element && all(displacementAt(t, address) == 0.0f);
-  // Tissue that rests is not hidden by the border of other tissue.
+  // Border candidates do not hide tissue at rest.
   if (claim >= RESTS || rests)
   {
     const bool left = claim == VACATED || (element && !rests) || (inside && isCarved(t, address));
@@ -883,9 +889,9 @@ inline void leaveVoxel(const Tissue* t, int3 voxel, uint claim, global float* of
 
 #ifdef SMOOTH_CUTS
 
-// The coverage of a voxel. Where its middle lies in tissue near a cut surface, all but the samples that this tissue has
-// behind it and that no other covers. Where its middle lies behind a surface, or in air, the samples that tissue near
-// surfaces covers. Other tissue covers all of a voxel.
+// The coverage of a voxel: 1 - open samples / SAMPLES. The open samples depend on the voxel's middle. In tissue near a
+// cut surface they are those behind this surface that no other tissue covers. Behind a surface or in air (a border
+// candidate, with AT_SURFACE) they are those that no tissue near a surface covers. Otherwise there are none.
 RULE float coverageOf(uint covered, uint behind, uint claim)
 {
   const bool isBeside = claim >= BORDER && claim < RESTS;
@@ -897,8 +903,8 @@ RULE float coverageOf(uint covered, uint behind, uint claim)
 
 #if WIDTH > 1
 
-// Leaves 2 * WIDTH voxels along x together, if tissue has claimed them all, or if they are unclaimed, lie in the grid and
-// are at rest. Returns whether.
+// Fills 2 * WIDTH voxels along x at once, in two cases: all have candidates of tissue; or all lie in the grid, without
+// candidates and at rest. Returns whether it was one of these.
 RULE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, global const uint* claims, global float* offsets)
 {
   const mask low = LOAD((global const int*)claims), high = LOAD((global const int*)claims + WIDTH);
@@ -919,7 +925,7 @@ RULE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, global const uint
     real u[3];
     changed |= readColour(t, addresses[n], elementsAt(t, addresses[n]), u);
 #ifdef CUTS
-    changed |= (LOAD_BYTES(t->cut + addresses[n]) & 64) != 0; // as isCarved() has it
+    changed |= (LOAD_BYTES(t->cut + addresses[n]) & 64) != 0; // the bit of isCarved()
 #endif
   }
   if (SOME(changed))
@@ -938,8 +944,8 @@ RULE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, global const uint
 
 #define LEFT_AT_ONCE (WIDTH > 1 ? 2 * WIDTH : 1)
 
-// Goes over the voxels of the listed output bricks. `firsts` holds the lowest voxel of each brick. `covered` becomes the
-// coverage, as bits of a float.
+// Fills the voxels of the listed output bricks. `firsts` holds the lowest voxel of each brick. `covered` is replaced by
+// the coverage, as the bits of a float.
 kernel void leave(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
   global const uint* claims, global float* offsets
@@ -966,7 +972,7 @@ kernel void leave(global const int* table, int strideY, int strideZ, uint pitch,
   for (int n = get_local_id(0) * LEFT_AT_ONCE; n < OUTPUTS; n += get_local_size(0) * LEFT_AT_ONCE)
   {
 #if WIDTH > 1
-    // Nearly all voxels lie where others like them do.
+    // Nearly all voxels are of the same case as those beside them.
     const int3 voxel = begin + (int3)(n % OUT_X, n / OUT_X % OUT_Y, n / (OUT_X * OUT_Y));
     if (leaveAlike(&tissue, voxel, inGrid, claims + n, offsets + 3 * n))
     {

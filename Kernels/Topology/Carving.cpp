@@ -15,7 +15,8 @@ namespace
 
 constexpr std::int64_t voxel = static_cast<std::int64_t>(unitsPerVoxel);
 
-/// The first and last whole voxel of [low, high] that lie within [least, most]; first > last where there is none.
+/// The first and last whole voxel of [low, high] (in units of Fixed3) that lie within [least, most]; first > last where
+/// there is none.
 std::pair<int, int> wholeVoxels(std::int64_t low, std::int64_t high, int least, int most)
 {
   const auto floorOf = [](std::int64_t n) { return n >= 0 ? n / voxel : -((voxel - 1 - n) / voxel); };
@@ -25,7 +26,7 @@ std::pair<int, int> wholeVoxels(std::int64_t low, std::int64_t high, int least, 
                       : std::make_pair(static_cast<int>(first), static_cast<int>(last));
 }
 
-/// Adds the elements inside, among the voxels `first` to `last` of a brick at rest.
+/// Adds the elements inside the solid, among the voxels `first` to `last` of a brick at rest.
 void atRest(
   const Bricks& bricks, const Rays& solid, const Index3& first, const Index3& last, std::vector<std::size_t>& found)
 {
@@ -55,8 +56,8 @@ void atRest(
   }
 }
 
-/// Adds the elements inside, among the voxels `first` to `last` of a displaced brick; `u` is what Bricks::readSlot()
-/// gave.
+/// Adds the elements inside the solid, among the voxels `first` to `last` of a displaced brick. `u` is the result of
+/// Bricks::readSlot().
 void displaced(const Bricks& bricks, const Rays& solid, const Index3& first, const Index3& last,
   const std::vector<float>& u, std::vector<std::size_t>& found)
 {
@@ -81,7 +82,7 @@ void displaced(const Bricks& bricks, const Rays& solid, const Index3& first, con
   }
 }
 
-/// A box that contains the current places of all elements [voxels].
+/// A box that contains the current positions of all elements [voxels].
 void reach(const Grid& grid, const std::vector<BrickFigures>& figures, Vector3& first, Vector3& last)
 {
   first = {};
@@ -94,7 +95,7 @@ void reach(const Grid& grid, const std::vector<BrickFigures>& figures, Vector3& 
       last[a] = std::max(last[a], grid.size[a] - 1.0 + brick.high[a]);
     }
   }
-  // No surface reaches beyond this, and integers do.
+  // Clamps to a range that no surface exceeds and that integers can hold.
   for (int a = 0; a < 3; ++a)
   {
     first[a] = std::max(first[a], -1e8);
@@ -116,7 +117,7 @@ bool isDisplaced(const std::vector<BrickFigures>& figures, int slot)
   return slot > 0 && figures[slot - 1].displaced > 0.0f;
 }
 
-/// Whether a displaced brick lies apart from the solid, by more than so many voxels.
+/// Whether all elements of a displaced brick are farther from the solid's box than `margin` voxels.
 bool isApart(const Bricks& bricks, const Rays& solid, const BrickFigures& figures, int slot, double margin)
 {
   const Index3 origin = bricks.origin(bricks.brick(slot));
@@ -130,7 +131,7 @@ bool isApart(const Bricks& bricks, const Rays& solid, const BrickFigures& figure
   return apart;
 }
 
-/// The displaced bricks of which points may be near the surface.
+/// The displaced bricks that may have grid points near the surface.
 std::vector<int> nearbyBricks(const Bricks& bricks, const Rays& solid, const std::vector<BrickFigures>& figures)
 {
   std::vector<int> found;
@@ -144,14 +145,14 @@ std::vector<int> nearbyBricks(const Bricks& bricks, const Rays& solid, const std
   return found;
 }
 
-/// Adds the elements of all displaced bricks that are inside.
+/// Adds the elements of all displaced bricks that are inside the solid.
 void allDisplaced(
   Bricks& bricks, const Rays& solid, const std::vector<BrickFigures>& figures, std::vector<std::size_t>& found)
 {
   std::vector<float> values;
   for (int slot = 1; slot < bricks.slots(); ++slot)
   {
-    // One voxel more covers the rounding of the figures.
+    // The margin of one voxel covers the rounding of the figures.
     if (isDisplaced(figures, slot) && !isApart(bricks, solid, figures[slot - 1], slot, 1.0))
     {
       const Index3 origin = bricks.origin(bricks.brick(slot));
@@ -161,7 +162,7 @@ void allDisplaced(
   }
 }
 
-/// Adds the elements of all other bricks that are inside.
+/// Adds the elements of all other bricks that are inside the solid.
 void allAtRest(
   const Bricks& bricks, const Rays& solid, const std::vector<BrickFigures>& figures, std::vector<std::size_t>& found)
 {
@@ -202,7 +203,7 @@ void allAtRest(
 
 std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surface)
 {
-  // Elements are at rest unless the figures of their brick say how far they may be displaced.
+  // Elements are at rest, except in bricks whose figures give bounds of displacements.
   const std::vector<BrickFigures> figures = measureBricks(bricks);
   Vector3 first{};
   Vector3 last{};
@@ -218,7 +219,7 @@ std::vector<std::size_t> carveElements(Bricks& bricks, const ClosedSurface& surf
   std::sort(found.begin(), found.end());
   if (!found.empty())
   {
-    // While the elements that go are still where they are now.
+    // Before the removal, because the distances depend on the current positions of the removed elements.
     addSurfaceDistances(
       bricks, Places::of(bricks, nearbyBricks(bricks, solid, figures)), surface.points, surface.triangles);
   }

@@ -31,7 +31,7 @@ struct Side
   }
 };
 
-/// The first and last point of a range of places, and its content.
+/// An axis-aligned box, and its volume as `content`.
 struct Box
 {
   Fixed3 low;
@@ -56,7 +56,7 @@ struct Box
   }
 };
 
-/// Gives for every point the first point at the same place.
+/// For every point the first point at the same position.
 std::vector<int> merged(const std::vector<Fixed3>& points)
 {
   std::vector<int> order(points.size());
@@ -72,7 +72,7 @@ std::vector<int> merged(const std::vector<Fixed3>& points)
   return first;
 }
 
-/// The triangles with three different corners, by the first point at each place. The others enclose nothing.
+/// The triangles with three different corners, as the first points at each position. The others enclose nothing.
 std::vector<std::array<int, 3>> distinct(const Surface& surface, const std::vector<Fixed3>& points)
 {
   const std::vector<int> first = merged(points);
@@ -183,8 +183,8 @@ int numberParts(const std::vector<Side>& sides, std::size_t triangles, std::vect
   return count;
 }
 
-/// Tells for each part whether some edge is run along more often in one direction than in the other. The surface has no
-/// winding number then. `turned` says which triangles are taken in the other order.
+/// For each part whether some edge is traversed more often in one direction than in the other. Such a part has no
+/// winding number. `turned` marks triangles that count as reversed.
 std::vector<char> disagreeing(
   const std::vector<Side>& sides, const std::vector<int>& part, int parts, const std::vector<char>& turned)
 {
@@ -205,7 +205,8 @@ std::vector<char> disagreeing(
   return result;
 }
 
-/// Chooses which triangles of some parts to turn, so that the two at each edge agree, where that can be.
+/// Chooses which triangles of some parts to reverse (flood fill). Afterwards the two triangles at each edge are
+/// oriented consistently, where that is possible.
 std::vector<char> turnsToAgree(
   const std::vector<Side>& sides, const std::vector<int>& part, const std::vector<char>& ofParts)
 {
@@ -281,7 +282,7 @@ std::vector<long double> volumesOf(const ClosedSurface& surface, std::size_t par
   return volumes;
 }
 
-/// The parts by size, the largest first: what encloses a part comes before it.
+/// The parts by size, the largest first: a part comes after those that enclose it.
 std::vector<int> bySize(const ClosedSurface& surface, const std::vector<long double>& volumes)
 {
   constexpr std::int64_t none = std::int64_t(1) << 62;
@@ -302,8 +303,8 @@ std::vector<int> bySize(const ClosedSurface& surface, const std::vector<long dou
   return order;
 }
 
-/// Tells which parts are hollows, and makes their normals point inwards, those of all others outwards. `trusted` says
-/// that all parts face the way they are meant to.
+/// Finds the hollows, and orients their normals inwards and those of all other parts outwards. `trusted` says that the
+/// orientation of all parts is as intended.
 void orient(ClosedSurface& surface, bool trusted)
 {
   const std::size_t parts = surface.alternating.size();
@@ -313,7 +314,7 @@ void orient(ClosedSurface& surface, bool trusted)
   {
     facing[p] = surface.alternating[p] == 0 && volumes[p] < 0.0L ? -1 : 1;
   }
-  std::vector<int> factor = facing; // what turns each part the way it is to face
+  std::vector<int> factor = facing; // -1 for the parts to reverse
   if (parts > 1 &&
       (!trusted || std::count(facing.begin(), facing.end(), facing[0]) < static_cast<std::ptrdiff_t>(parts)))
   {
@@ -325,7 +326,7 @@ void orient(ClosedSurface& surface, bool trusted)
         corners[surface.part[t]].end(), surface.triangles[t].begin(), surface.triangles[t].end());
     }
     const Rays rays(surface);
-    std::vector<int> weights(parts, 0); // of the parts before in this order, to which each one is compared
+    std::vector<int> weights(parts, 0); // 0 for later parts: each is tested against the parts before it
     const auto holds = [&](int winding, int part) { return trusted ? winding * facing[part] < 0 : winding != 0; };
     for (const int part : order)
     {
@@ -335,7 +336,7 @@ void orient(ClosedSurface& surface, bool trusted)
       const bool isHollow = std::all_of(own.begin(), own.end(),
         [&](int id)
         {
-          // A corner that lies on a larger part is not outside that one.
+          // A corner on the surface of a larger part counts as inside it.
           const Fixed3& at = surface.points[id];
           bool held = holds(rays.winding(at, weights), part);
           for (int n = 0; n < 8 && !held; ++n)

@@ -13,14 +13,14 @@ namespace chainmail
 namespace
 {
 
-/// A triangle with bounds in double, which decide most links; only the others need the exact decision.
+/// A triangle with a filter in double precision, which decides most links. Only the others need the exact predicate.
 struct Triangle : ExactTriangle
 {
   Vector3 low; ///< bounding box [voxels]
   Vector3 high;
   Vector3 gradient; ///< of roughSide(), per voxel
   double offset;
-  double margin; ///< of roughSide(): more than rounding can change it by
+  double margin; ///< of roughSide(): bound on its error by rounding
 
   explicit Triangle(const std::array<Fixed3, 3>& corners)
     : ExactTriangle(corners)
@@ -42,18 +42,19 @@ struct Triangle : ExactTriangle
       this->offset -= this->gradient[a] * origin;
       magnitude += std::fabs(origin);
     }
-    // Rounding moves a place by at most 1/8192 voxel along each axis; the rest allows for the arithmetic in double.
+    // Rounding moves a position by at most 1/8192 voxel along each axis; the rest allows for the arithmetic in double.
     this->margin = 1e-3 + 1e-12 * magnitude;
   }
 
-  /// Roughly the distance of a place from the plane, signed. Beyond the margin the sign is certain.
+  /// About the signed distance of a position from the plane, times |gradient| (1 to sqrt(3)). Beyond the margin the
+  /// sign is certain.
   double roughSide(const Vector3& voxel) const
   {
     return this->gradient[0] * voxel[0] + this->gradient[1] * voxel[1] + this->gradient[2] * voxel[2] + this->offset;
   }
 };
 
-/// The elements whose links to the next ones may cross a triangle, given bounds on their displacement.
+/// The elements whose links to the next ones may cross a triangle, from bounds on their displacement.
 struct Range
 {
   Index3 first;

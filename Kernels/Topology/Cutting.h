@@ -6,7 +6,7 @@
 namespace chainmail
 {
 
-/// Removes the links that the surface crosses at the current places of their elements. Returns how many.
+/// Removes the links that the surface crosses at the current positions of their elements. Returns how many.
 ///
 /// The decision is exact (ExactGeometry.h): a surface without holes leaves no link across it. Throws as fixedPoints()
 /// does.

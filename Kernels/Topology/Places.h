@@ -9,7 +9,8 @@
 namespace chainmail
 {
 
-/// The current places of elements. Bricks that a deformation touched are read from the device once.
+/// The current positions of elements. Bricks that a deformation may have displaced (dirty, touchedSlots()) are read
+/// from the device once.
 class Places
 {
 public:
@@ -24,7 +25,7 @@ public:
   {
   }
 
-  /// Those of some slots, ascending; elsewhere all counts as at rest.
+  /// The positions in some slots, ascending; elements of all others count as at rest.
   static Places of(Bricks& bricks, const std::vector<int>& slots) { return { bricks, slots }; }
 
   bool anyMoved() const { return !this->moved_.empty(); }
@@ -42,7 +43,7 @@ public:
     return { double(i), double(j), double(k) };
   }
 
-  /// Bounds on the displacement of all ends of a brick's links, in the brick itself and in the next one along each
+  /// Bounds on the displacement of both ends of a brick's links: in the brick itself and in the next one along each
   /// axis.
   Bounds bounds(int brick) const
   {

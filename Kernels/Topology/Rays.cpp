@@ -12,9 +12,10 @@ namespace
 {
 
 constexpr std::int64_t voxel = static_cast<std::int64_t>(unitsPerVoxel);
-constexpr std::int64_t anywhere = std::int64_t(1) << 61; // beyond all places
+constexpr std::int64_t anywhere = std::int64_t(1) << 61; // beyond all positions
 
-/// Whether all corners are on one side of a place along an axis: a quick test that excludes most triangles of a column.
+/// Whether all corners are on the same side of a position along an axis: a quick test that excludes most triangles of a
+/// column.
 bool beside(const ExactTriangle& triangle, const Fixed3& place, int axis)
 {
   const std::int64_t at = place[axis];
@@ -77,7 +78,7 @@ Rays::Rays(const ClosedSurface& surface, const Fixed3& low, const Fixed3& high)
   }
   std::partial_sum(this->ends_.begin(), this->ends_.end(), this->ends_.begin());
   this->inColumn_.resize(this->ends_.back());
-  // Filling from behind turns the ends into begins.
+  // Filling each column backwards turns its end in ends_ into its begin.
   for (std::size_t n = 0; n < this->triangles_.size(); ++n)
   {
     this->forColumns(this->triangles_[n],
@@ -93,7 +94,7 @@ std::int64_t Rays::columnOf(double at, int axis) const
 
 template <typename F> void Rays::forColumns(const ExactTriangle& triangle, F&& f) const
 {
-  // Double is rounded, so each range is one unit wider than the exact one on every side.
+  // Doubles are rounded, so each range is one unit wider than the exact one on every side.
   const auto range = std::minmax({ triangle.corner[0][2], triangle.corner[1][2], triangle.corner[2][2] });
   const std::int64_t firstZ = std::max<std::int64_t>(this->columnOf(static_cast<double>(range.first) - 1.0, 2), 0);
   const std::int64_t lastZ = std::min(this->columnOf(static_cast<double>(range.second) + 1.0, 2), this->counts_[2] - 1);
@@ -133,7 +134,7 @@ bool Rays::contains(const Vector3& place) const
 {
   for (int a = 0; a < 3; ++a)
   {
-    // This also stops places that are too far away to be rounded to an integer.
+    // This also rejects positions that are too far away to be rounded to an integer.
     const double rounded = std::round(place[a] * unitsPerVoxel);
     if (!(rounded >= static_cast<double>(this->low_[a]) && rounded <= static_cast<double>(this->high_[a])))
     {
@@ -187,8 +188,8 @@ std::vector<Rays::Crossing> Rays::crossings(const Fixed3& first, int count) cons
     {
       continue;
     }
-    // A place has the triangle ahead of it if it is not on the same side as the far end of the row. Such places come
-    // first.
+    // The triangle is ahead of the positions that are not on the same side as the far end of the row. They come first
+    // in the row, so a binary search counts them.
     const int beyond = triangle.normal[0] > 0 ? 1 : -1;
     int before = 0;
     for (int after = count; before < after;)
@@ -205,7 +206,8 @@ std::vector<Rays::Crossing> Rays::crossings(const Fixed3& first, int count) cons
   }
   if (this->alternates_)
   {
-    // Seen from far away, every second crossing of an alternating part leads out of it again.
+    // Even-odd rule: from the far end of the row, the crossings of an alternating part lead into it and out of it in
+    // turn.
     std::sort(found.begin(), found.end(),
       [](const Crossing& a, const Crossing& b) { return a.part != b.part ? a.part < b.part : a.before > b.before; });
     for (std::size_t n = 0; n < found.size(); ++n)

@@ -20,7 +20,7 @@ double dot(const Vector3& a, const Vector3& b)
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// The vector product, of length 1.
+/// The normalised cross product.
 Vector3 normalOf(const Vector3& a, const Vector3& b)
 {
   const Vector3 n{ a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
@@ -49,10 +49,10 @@ struct Triangle
     }
   }
 
-  /// From its plane.
+  /// The signed distance from the triangle's plane.
   double signedDistance(const Vector3& place) const { return dot(this->normal, minus(place, this->corner[0])); }
 
-  /// From the triangle itself.
+  /// The squared distance from the triangle itself.
   double squaredDistance(const Vector3& place) const
   {
     const double height = this->signedDistance(place);
@@ -98,7 +98,8 @@ Index3 whole(const Vector3& v)
   return { static_cast<int>(v[0]), static_cast<int>(v[1]), static_cast<int>(v[2]) };
 }
 
-/// Where a grid point is now: air moves as the elements beside it do, on average.
+/// The current position of a grid point. Air has the mean displacement of the elements among its face neighbours, or
+/// none without such elements.
 Vector3 placeOf(const Bricks& bricks, const Places& places, const Index3& at)
 {
   if (!places.anyMoved() || bricks.isElement(at))
@@ -135,7 +136,7 @@ void addSurfaceDistances(Bricks& bricks, const Places& places, const std::vector
   const std::vector<std::array<int, 3>>& triangles)
 {
   constexpr double farthest = CutDistances::farthest;
-  constexpr double certain = 1e-3; // beyond the rounding of places, so that the sign is that of the exact decision
+  constexpr double certain = 1e-3; // exceeds the rounding of positions, so beyond it the sign equals the exact one
   const Grid& grid = bricks.model().grid();
   const Index3 size = bricks.size();
   const Places::Bounds widest = places.widest();
