@@ -229,7 +229,7 @@ int vtkChainMailFieldProbes::RequestData(
     }
     output->GetPointData()->SetActiveVectors("Displacement");
     vtkChainMail::SetGrip(output, this->Radius, this->Tolerance);
-    this->Report = std::to_string(chosen.size()) + " probes, which go up to " + chainmail::written(most, 4) +
+    this->Report = std::to_string(chosen.size()) + " probes, which go up to " + chainmail::toString(most, 4) +
                    " mm. Left out: " + std::to_string(outside) + " places outside the mask, " +
                    std::to_string(nowhere) + " without a field.\n";
   }

@@ -398,8 +398,8 @@ int vtkChainMailLandmarks::RequestData(
       output->GetPointData()->AddArray(labels);
     }
     this->Report = std::to_string(pairs.Places.size()) + " pairs. They go " +
-                   chainmail::written(sum / static_cast<double>(pairs.Places.size()), 3) + " mm on average, the " +
-                   pairs.ToString(farthest) + " the farthest: " + chainmail::written(most, 3) + " mm.\n" + warning +
+                   chainmail::toString(sum / static_cast<double>(pairs.Places.size()), 3) + " mm on average, the " +
+                   pairs.ToString(farthest) + " the farthest: " + chainmail::toString(most, 3) + " mm.\n" + warning +
                    (warning.empty() ? "" : "\n");
   }
   catch (const std::exception& error)

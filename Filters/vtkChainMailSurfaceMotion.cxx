@@ -188,7 +188,7 @@ int vtkChainMailSurfaceMotion::RequestData(
           return !this->GetAbortExecute();
         });
       ways = closest.GetDisplacements();
-      how = "matched by closest points, which they miss by " + chainmail::written(closest.GetDistance(), 3) +
+      how = "matched by closest points, which they miss by " + chainmail::toString(closest.GetDistance(), 3) +
             " mm on average. Sliding along the surface is not seen";
     }
 
@@ -220,8 +220,8 @@ int vtkChainMailSurfaceMotion::RequestData(
     output->GetPointData()->SetActiveVectors("Displacement");
     vtkChainMail::SetGrip(output, this->Radius, this->Tolerance);
     const double count = static_cast<double>(std::max<std::size_t>(chosen.size(), 1));
-    this->Report = std::to_string(chosen.size()) + " probes, which go " + chainmail::written(sum / count, 3) +
-                   " mm on average and up to " + chainmail::written(most, 3) + " mm. Surfaces " + how + ".\n";
+    this->Report = std::to_string(chosen.size()) + " probes, which go " + chainmail::toString(sum / count, 3) +
+                   " mm on average and up to " + chainmail::toString(most, 3) + " mm. Surfaces " + how + ".\n";
   }
   catch (const std::exception& error)
   {

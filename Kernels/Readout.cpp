@@ -1,8 +1,8 @@
 #include "Readout.h"
 
 #include "ElementRule.h"
-#include "Swelling.h"
 #include "Threads.h"
+#include "VolumetricStrain.h"
 
 #include <algorithm>
 #include <array>
@@ -60,7 +60,7 @@ public:
             this->limits_.push_back(limit);
             this->directions_.push_back(direction);
             this->places_.push_back(at);
-            if (this->swells())
+            if (this->hasPressure())
             {
               this->addShares(at, next);
             }
@@ -79,8 +79,8 @@ public:
     const Spins* spins = this->bricks_.spins();
     const std::vector<float> si = spins ? this->bricks_.spinsAt(this->inner_) : std::vector<float>();
     const std::vector<float> sj = spins ? this->bricks_.spinsAt(this->outer_) : std::vector<float>();
-    const std::vector<float> ti = this->swells() ? this->bricks_.tensionsAt(this->inner_) : std::vector<float>();
-    const std::vector<float> tj = this->swells() ? this->bricks_.tensionsAt(this->outer_) : std::vector<float>();
+    const std::vector<float> ti = this->hasPressure() ? this->bricks_.pressuresAt(this->inner_) : std::vector<float>();
+    const std::vector<float> tj = this->hasPressure() ? this->bricks_.pressuresAt(this->outer_) : std::vector<float>();
     for (std::size_t m = 0; m < this->limits_.size(); ++m)
     {
       const Vector3 before = results[this->handles_[m]].force;
@@ -94,7 +94,7 @@ public:
           {
             const int direction = this->directions_[m];
             pull = static_cast<double>(uj[3 * m + a]) - ui[3 * m + a] -
-                   spins->wantedApart(&si[3 * m], &sj[3 * m], direction, a);
+                   spins->restOffset(&si[3 * m], &sj[3 * m], direction, a);
             pull *= spins->weight(direction / 2) * spins->proportions.s[a];
           }
           else
@@ -103,15 +103,15 @@ public:
           }
           results[this->handles_[m]].force[a] -=
             2.0 * this->linksPerLink_ * Elasticity::weight(this->limits_[m]) * pull;
-          if (this->swells())
+          if (this->hasPressure())
           {
-            // The pressure of each end acts along the link as rotated by that end (swelling.clh).
+            // The pressure of each end acts along the link as rotated by that end (volumetricstrain.clh).
             const int direction = this->directions_[m];
             const double way = (direction % 2 == 0 ? -1.0 : 1.0) / spins->proportions.s[direction / 2];
             results[this->handles_[m]].force[a] -=
               this->linksPerLink_ * way *
-              (static_cast<double>(this->shares_[m][0]) * ti[m] * armOf(&si[3 * m], direction / 2, a) +
-                static_cast<double>(this->shares_[m][1]) * tj[m] * armOf(&sj[3 * m], direction / 2, a));
+              (static_cast<double>(this->shares_[m][0]) * ti[m] * leverArmOf(&si[3 * m], direction / 2, a) +
+                static_cast<double>(this->shares_[m][1]) * tj[m] * leverArmOf(&sj[3 * m], direction / 2, a));
           }
         }
       }
@@ -154,7 +154,7 @@ private:
     this->soft_.clear();
   }
 
-  bool swells() const { return this->bricks_.spins() && this->bricks_.spins()->swell(); }
+  bool hasPressure() const { return this->bricks_.spins() && this->bricks_.spins()->hasPressure(); }
 
   /// Adds the moment of a link about the centre of its handle: lever arm x force, and the derivative of the link's
   /// energy by the rotation of the element with the handle. `before`: the force of the handle without this link.
@@ -175,7 +175,7 @@ private:
                (handle.probe.centre[a] + handle.pose.shift[a]);
       force[a] = result.force[a] - before[a];
       const double rest = (direction % 2 == 0 ? -1.0 : 1.0) * (a == direction / 2 ? 1.0 : 0.0);
-      const double wanted = spins.wantedApart(si, si, direction, a);
+      const double wanted = spins.restOffset(si, si, direction, a);
       way[a] = (rest + wanted) * grid.spacing[a];
       strain[a] = -this->linksPerLink_ * Elasticity::weight(this->limits_[link]) * spins.weight(direction / 2) *
                   spins.proportions.s[a] * (static_cast<double>(uj[a]) - ui[a] - wanted);
@@ -197,7 +197,7 @@ private:
     this->shares_.push_back({ counts ? own / (own + other) : 0.0f, counts ? other / (own + other) : 0.0f });
   }
 
-  /// One constraint for an element, like meanConstraint() of swelling.clh.
+  /// One constraint for an element, like meanConstraint() of volumetricstrain.clh.
   float meanOf(const Index3& at) const
   {
     const int axes = this->bricks_.model().axes();
@@ -216,7 +216,7 @@ private:
   }
 
   /// One component of R e, with e the unit vector along an axis and R the rotation `spin`.
-  static double armOf(const float* spin, int along, int axis)
+  static double leverArmOf(const float* spin, int along, int axis)
   {
     float turned[3];
     rule::single::turnedAxis(spin, along, turned);
@@ -450,7 +450,7 @@ void Readout::addForces(std::vector<ProbeResult>& results, Handles& handles, con
       }
     }
   }
-  updateTensionAround(this->bricks_, this->bricks_.touchedSlots());
+  updatePressureAround(this->bricks_, this->bricks_.touchedSlots());
   const int axes = this->bricks_.model().axes();
   for (int component = 0; component < axes; ++component)
   {

@@ -3,10 +3,10 @@
 #include "Carving.h"
 #include "Cutting.h"
 #include "Error.h"
-#include "Grasp.h"
 #include "Measurement.h"
 #include "MultiscaleRelaxation.h"
 #include "PaperRelaxation.h"
+#include "ProbeSelection.h"
 #include "Process.h"
 #include "Reach.h"
 #include "Readout.h"
@@ -63,7 +63,7 @@ public:
   void setPropagation(PropagationMethod method, ConflictPolicy policy);
   void setRelaxation(RelaxationMethod method, double elasticRecovery);
   void reset();
-  void mend();
+  void restoreTopology();
   std::size_t cut(const Surface& surface);
   std::size_t carve(const Surface& surface, SurfaceParts* parts);
   void hold(const std::vector<Probe>& probes);
@@ -310,16 +310,16 @@ void Simulation::Impl::reset()
   this->beyondLimits_ = false;
 }
 
-void Simulation::Impl::mend()
+void Simulation::Impl::restoreTopology()
 {
   this->reset();
   if (this->reduction_)
   {
-    this->reduction_->mend();
+    this->reduction_->restoreTopology();
   }
   else
   {
-    this->bricks_.mend();
+    this->bricks_.restoreTopology();
   }
   this->tissueChanged();
 }
@@ -549,7 +549,7 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
       }
       else if (this->beyondLimits_ && !waves)
       {
-        this->waves_.makeFeasible([&] { this->checkpoint(0.0); });
+        this->waves_.projectToFeasible([&] { this->checkpoint(0.0); });
         this->beyondLimits_ = false;
       }
       return relaxer.run({ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_, waves,
@@ -685,9 +685,9 @@ void Simulation::reset()
   this->impl_->called([&] { this->impl_->reset(); });
 }
 
-void Simulation::mend()
+void Simulation::restoreTopology()
 {
-  this->impl_->called([&] { this->impl_->mend(); });
+  this->impl_->called([&] { this->impl_->restoreTopology(); });
 }
 
 std::size_t Simulation::cut(const Surface& surface)

@@ -106,7 +106,7 @@ public:
   void reset();
 
   /// Does what reset() does, and restores all links and all carved tissue.
-  void mend();
+  void restoreTopology();
 
   /// Finishes the waves that are under way, then removes the links whose segment, between the current places of their
   /// two elements, crosses the surface. The decision is exact: neighbouring triangles leave no gap. Returns the number

@@ -92,7 +92,7 @@ Inputs Exchange::Gather(const Inputs& mine) const
   // Each process first sends a list of what it has, so nothing is sent that the root already has.
   vtkMultiProcessStream about;
   about << mine.Problem << static_cast<int>(mine.Leaves.size());
-  for (const Leaf& leaf : mine.Leaves)
+  for (const InputDataset& leaf : mine.Leaves)
   {
     about << leaf.Port << leaf.Input << leaf.Block << leaf.BlockName << leaf.GetFingerprint();
   }
@@ -136,7 +136,7 @@ std::vector<Exchange::Wanted> Exchange::Choose(
     problem = problem.empty() ? problemThere : problem;
     for (int n = 0; n < count; ++n)
     {
-      Leaf leaf;
+      InputDataset leaf;
       Fingerprint fingerprint;
       abouts[p] >> leaf.Port >> leaf.Input >> leaf.Block >> leaf.BlockName >> fingerprint;
       leaf.Process = p;
@@ -176,7 +176,7 @@ void Exchange::Receive(const Inputs& mine, const std::vector<Wanted>& wanted, In
   {
     for (std::size_t n = 0; n < wanted[p].Numbers.size(); ++n)
     {
-      Leaf leaf = wanted[p].Leaves[n];
+      InputDataset leaf = wanted[p].Leaves[n];
       if (p == root)
       {
         leaf.Data = mine.Leaves[wanted[p].Numbers[n]].Data;
@@ -194,7 +194,7 @@ void Exchange::Receive(const Inputs& mine, const std::vector<Wanted>& wanted, In
     }
   }
   std::stable_sort(all.Leaves.begin(), all.Leaves.end(),
-    [](const Leaf& a, const Leaf& b)
+    [](const InputDataset& a, const InputDataset& b)
     { return std::tie(a.Port, a.Input, a.Block) < std::tie(b.Port, b.Input, b.Block); });
 
   all.Image = mine.Image;

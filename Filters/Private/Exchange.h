@@ -59,9 +59,9 @@ private:
   /// What one process has to send to the root.
   struct Wanted
   {
-    std::vector<int> Numbers; ///< numbers of its leaves
-    std::vector<Leaf> Leaves; ///< these leaves without their data; set on the root only
-    bool Image = false;       ///< whether to send its part of the image
+    std::vector<int> Numbers;         ///< numbers of its leaves
+    std::vector<InputDataset> Leaves; ///< these leaves without their data; set on the root only
+    bool Image = false;               ///< whether to send its part of the image
 
     void Write(vtkMultiProcessStream& stream) const;
     void Read(vtkMultiProcessStream& stream);

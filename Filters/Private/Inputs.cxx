@@ -84,7 +84,7 @@ std::string NameOfBlock(vtkCompositeDataIterator* leaf, vtkCompositeDataSet* com
 
 }
 
-std::string Leaf::ToString() const
+std::string InputDataset::ToString() const
 {
   return portNames[this->Port] + std::string(" input ") + std::to_string(this->Input) +
          (this->Block >= 0 ? ", block " + std::to_string(this->Block) : "") +
@@ -92,7 +92,7 @@ std::string Leaf::ToString() const
          (this->Process > 0 ? " of process " + std::to_string(this->Process) : "");
 }
 
-Fingerprint Leaf::GetFingerprint() const
+Fingerprint InputDataset::GetFingerprint() const
 {
   vtkPoints* points = this->Data->GetPoints();
   Fingerprint h = FingerprintOf(points ? points->GetData() : nullptr);
@@ -149,7 +149,7 @@ Fingerprint Inputs::GetImageFingerprint() const
 Fingerprint Inputs::GetLeavesFingerprint() const
 {
   Fingerprint h = 0;
-  for (const Leaf& leaf : this->Leaves)
+  for (const InputDataset& leaf : this->Leaves)
   {
     const int place[] = { leaf.Port, leaf.Input, leaf.Block };
     const Fingerprint values = leaf.GetFingerprint();
@@ -197,7 +197,7 @@ Inputs CollectInputs(vtkInformationVector** inputs)
     {
       const auto take = [&](vtkDataObject* data, int block, const std::string& name)
       {
-        Leaf leaf;
+        InputDataset leaf;
         leaf.Port = port;
         leaf.Input = input;
         leaf.Block = block;

@@ -33,7 +33,7 @@ enum Ports
 };
 
 /// One dataset of Probes, Cuts, Carves or Regions: a connected dataset, or a leaf of a connected composite dataset.
-struct Leaf
+struct InputDataset
 {
   int Port = 0;
   int Input = 0;         ///< number of the connection
@@ -58,7 +58,7 @@ struct Inputs
   vtkSmartPointer<vtkImageData> Image;
   std::array<int, 6> WholeExtent{ { 0, -1, 0, -1, 0, -1 } };
   /// In the order of port, input, block and process.
-  std::vector<Leaf> Leaves;
+  std::vector<InputDataset> Leaves;
 
   /// The fingerprints of everything in the image, and in the leaves, that can change an output.
   Fingerprint GetImageFingerprint() const;

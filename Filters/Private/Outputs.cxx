@@ -50,8 +50,7 @@ void Outputs::RemoveFigures(vtkFieldData* fields)
 {
   for (const char* name : { "ProbeReached", "ProbeForce", "ProbeTurned", "ProbeTorque", "Energy", "MaxLinkExcess",
          "PropagationIterationsUsed", "RelaxationIterationsUsed", "CoarseToFineStep", "DisplacedElements",
-         "Milliseconds", "PeakDeviceMemory", "DeviceName", "BodyVoxels", "BodyHeldBy", "BodyLabel",
-         "Error" })
+         "Milliseconds", "PeakDeviceMemory", "DeviceName", "BodyVoxels", "BodyHeldBy", "BodyLabel", "Error" })
   {
     fields->RemoveArray(name);
   }
@@ -285,7 +284,7 @@ void Outputs::ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* mod
 
 void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageData* output)
 {
-  const Findings& found = this->Source.GetFindings();
+  const Results& found = this->Source.GetResults();
   vtkFieldData* fields = output->GetFieldData();
   fields->ShallowCopy(scene.Image->GetFieldData());
   RemoveFigures(fields);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ProbeWarnings.h"
 
+#include "Format.h"
 #include "HowFar.h"
-#include "Words.h"
 
 #include <algorithm>
 #include <iterator>
@@ -134,7 +134,7 @@ std::string ProbeWarnings::OfShortProbes(const Scene& scene, const std::vector<s
   const std::vector<std::size_t> added = this->Short.Renew(scene.Probes, shortened);
   const auto describe = [&](std::size_t p)
   {
-    return HowFar(scene.Probes[p], results[p]).ToString([](double number) { return chainmail::written(number, 3); }) +
+    return HowFar(scene.Probes[p], results[p]).ToString([](double number) { return chainmail::toString(number, 3); }) +
            WhatHolds(scene, held, p, simulation);
   };
   if (added.size() == 1)

@@ -2,7 +2,7 @@
 #include "Report.h"
 
 #include "Arrays.h"
-#include "Words.h"
+#include "Format.h"
 
 #include "vtkDataArray.h"
 #include "vtkFieldData.h"
@@ -31,13 +31,13 @@ std::string Grouped(std::size_t number)
 
 std::string Short(double number)
 {
-  return chainmail::written(number, number < 10.0 ? 2 : 3);
+  return chainmail::toString(number, number < 10.0 ? 2 : 3);
 }
 
 /// The summary of the update.
 std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* fields)
 {
-  const Findings& found = session.GetFindings();
+  const Results& found = session.GetResults();
   const int reduction = scene.Tissue.ModelReduction;
   std::string text = found.Statistics.displaced == 0 ? "Nothing" : Grouped(found.Statistics.displaced);
   if (found.Statistics.displaced > 0)
@@ -80,7 +80,7 @@ std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* 
 
 void Report::Set(const Scene& scene, const Session& session, vtkFieldData* fields)
 {
-  const Findings& found = session.GetFindings();
+  const Results& found = session.GetResults();
   this->Space = scene.Space;
   this->Held = found.Held;
   this->Arrived = found.Propagation.finished;
@@ -209,7 +209,7 @@ std::string Report::AboutJoints(const chainmail::HeldBy& holder, const Session& 
       return "label " + std::to_string(label);
     }
     const chainmail::Vector3 place = this->Space->VoxelToWorld(session.GetModel().grid().indexOf(voxel));
-    return "the bone at " + chainmail::written(place);
+    return "the bone at " + chainmail::toString(place);
   };
   std::string text;
   for (const auto& [one, other] : holder.joints)

@@ -117,20 +117,20 @@ void CheckRigid(const BodyMotion& motion)
         product += rotation[k][i] * rotation[k][j];
       }
       off = std::max(off, std::fabs(product - (i == j ? 1.0 : 0.0)));
-      lengths += i == j ? (i ? ", " : "") + chainmail::written(std::sqrt(product), 5) : "";
+      lengths += i == j ? (i ? ", " : "") + chainmail::toString(std::sqrt(product), 5) : "";
     }
   }
   const double determinant = vtkMath::Determinant3x3(rotation);
   if (off > rigidTolerance || determinant < 0.0)
   {
     throw InputError(name + " is no rotation and shift, as a bone moves: " +
-                     (determinant < 0.0 ? "it mirrors (its determinant is " + chainmail::written(determinant, 5) + ")"
+                     (determinant < 0.0 ? "it mirrors (its determinant is " + chainmail::toString(determinant, 5) + ")"
                        : off > rigidTolerance ? "it scales or shears"
                                               : "") +
                      ". The axes become " + lengths +
                      " times as long, and what should be the identity (its transpose "
                      "times itself) is off by " +
-                     chainmail::written(off, 3) + "; up to " + chainmail::written(rigidTolerance) + " is put right.");
+                     chainmail::toString(off, 3) + "; up to " + chainmail::toString(rigidTolerance) + " is put right.");
   }
 }
 
@@ -204,7 +204,7 @@ std::string SummaryOf(vtkPolyData* probes)
   {
     double range[2];
     probes->GetPointData()->GetArray(name)->GetRange(range, -1);
-    return chainmail::written(range[1], 4);
+    return chainmail::toString(range[1], 4);
   };
   return "Turns of up to " + largest("Rotation") + " degrees, shifts of the centres of up to " +
          largest("Displacement") + " mm.";

@@ -159,7 +159,7 @@ vtkDataArray* ReadNamed(vtkPointData* arrays, const std::string& property, const
 
 /// A point array of a leaf; null where there is none of that name. Throws InputError where its number of components or
 /// tuples is wrong.
-vtkDataArray* FindNumbers(const Leaf& leaf, const char* name, int components)
+vtkDataArray* FindNumbers(const InputDataset& leaf, const char* name, int components)
 {
   vtkAbstractArray* array = leaf.Data->GetPointData()->GetAbstractArray(name);
   if (!array)
@@ -218,7 +218,7 @@ Scene::Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const Chosen
 std::string Scene::NameOf(std::size_t probe) const
 {
   const ProbeOrigin& origin = this->ProbeOrigins[probe];
-  return this->Given.Leaves[origin.Leaf].ToString() + ", point " + std::to_string(origin.Point) + " at " +
+  return this->Given.Leaves[origin.InputDataset].ToString() + ", point " + std::to_string(origin.Point) + " at " +
          ToString(origin.Position.data());
 }
 
@@ -368,7 +368,7 @@ void Scene::ReadMaterial(vtkChainMailDeformation* filter)
 
 void Scene::ReadRegions()
 {
-  for (const Leaf& leaf : this->Given.Leaves)
+  for (const InputDataset& leaf : this->Given.Leaves)
   {
     if (leaf.Port != REGIONS)
     {
@@ -409,7 +409,7 @@ void Scene::ReadProbes()
 {
   for (std::size_t l = 0; l < this->Given.Leaves.size(); ++l)
   {
-    const Leaf& leaf = this->Given.Leaves[l];
+    const InputDataset& leaf = this->Given.Leaves[l];
     if (leaf.Port != PROBES)
     {
       continue;
@@ -479,7 +479,7 @@ void Scene::ReadPoses(vtkChainMailDeformation* filter, LabelVoxels& labels)
   {
     chainmail::Probe& probe = this->Probes[n];
     const ProbeOrigin& origin = this->ProbeOrigins[n];
-    const Leaf& leaf = this->Given.Leaves[origin.Leaf];
+    const InputDataset& leaf = this->Given.Leaves[origin.InputDataset];
     const auto read = [&](const char* name, int components, double* values)
     {
       vtkDataArray* numbers = FindNumbers(leaf, name, components);

@@ -97,7 +97,7 @@ struct Method
 /// The source of a probe, for messages.
 struct ProbeOrigin
 {
-  std::size_t Leaf; // number among the scene's leaves
+  std::size_t InputDataset; // number among the scene's leaves
   vtkIdType Point;
   Vector3 Position; // in world axes
 };

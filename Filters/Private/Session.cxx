@@ -4,7 +4,7 @@
 #include "Convert.h"
 
 #include "Error.h"
-#include "Words.h"
+#include "Format.h"
 
 #include <algorithm>
 #include <cmath>
@@ -273,7 +273,7 @@ void Session::WarnAboutRegions(const Scene& scene, const chainmail::Model& model
     const std::string& name = scene.RegionNames[n];
     if (this->EmptyRegions.count(name) == 0)
     {
-      this->Reports.Warn(name + ": no tissue is within the region's radius of " + chainmail::written(r[3]) +
+      this->Reports.Warn(name + ": no tissue is within the region's radius of " + chainmail::toString(r[3]) +
                          " mm, so it changes nothing. Move it into tissue, enlarge it, or disconnect it.");
     }
     empty.insert(name);
@@ -384,7 +384,7 @@ void Session::Interact(const Scene& scene)
 
 void Session::Mend()
 {
-  this->Simulation->mend();
+  this->Simulation->restoreTopology();
   this->Cuts.clear();
   this->Carves.clear();
   this->CutHistory.Rest();

@@ -21,7 +21,7 @@ namespace vtkChainMail
 {
 
 /// The results of an update. Those of probes are in the order of the scene's probes.
-struct Findings
+struct Results
 {
   std::vector<chainmail::ProbeResult> Probes;
   std::vector<std::size_t> Held; ///< the numbers of the probes that the simulation holds, in its order
@@ -65,7 +65,7 @@ public:
   vtkDataArray* GetEngineScalars() const { return this->EngineScalars; }
   const chainmail::Model& GetModel() const { return *this->Model; }
   chainmail::Simulation& GetSimulation() const { return *this->Simulation; }
-  const Findings& GetFindings() const { return this->Found; }
+  const Results& GetResults() const { return this->Found; }
   const SurfaceHistory& GetCutHistory() const { return this->CutHistory; }
   const SurfaceHistory& GetCarveHistory() const { return this->CarveHistory; }
   /// How often the model and the simulation were made.
@@ -129,7 +129,7 @@ private:
   SurfaceHistory CarveHistory;
   std::set<std::string> EmptyRegions; // names of the present regions without tissue
 
-  Findings Found;
+  Results Found;
   int Builds = 0;
   int TissueChanges = 0;
   int LinkChanges = 0;

@@ -117,7 +117,7 @@ bool CrossesItself(vtkPolyData* surface, vtkIdList* polygon)
   return false;
 }
 
-InputSurface ReadSurface(const Leaf& leaf, const Frame& space)
+InputSurface ReadSurface(const InputDataset& leaf, const Frame& space)
 {
   vtkPolyData* surface = leaf.Data;
   const std::string where = leaf.ToString();
@@ -208,7 +208,7 @@ bool Same(const InputSurface& a, const InputSurface& b)
 std::vector<InputSurface> ReadCuts(const Inputs& inputs, const Frame& space)
 {
   std::vector<InputSurface> surfaces;
-  for (const Leaf& leaf : inputs.Leaves)
+  for (const InputDataset& leaf : inputs.Leaves)
   {
     if (leaf.Port == CUTS)
     {
@@ -222,14 +222,15 @@ std::vector<InputSurface> ReadCarves(const Inputs& inputs, const Frame& space)
 {
   std::vector<InputSurface> surfaces;
   std::map<int, InputSurface> open; // all open datasets of an input, joined
-  for (const Leaf& leaf : inputs.Leaves)
+  for (const InputDataset& leaf : inputs.Leaves)
   {
     if (leaf.Port != CARVES)
     {
       continue;
     }
     InputSurface surface = ReadSurface(leaf, space);
-    const auto ofSameInput = [&](const Leaf& other) { return other.Port == CARVES && other.Input == leaf.Input; };
+    const auto ofSameInput = [&](const InputDataset& other)
+    { return other.Port == CARVES && other.Input == leaf.Input; };
     const auto& leaves = inputs.Leaves;
     if (std::count_if(leaves.begin(), leaves.end(), ofSameInput) == 1 || IsClosed(leaf.Data))
     {

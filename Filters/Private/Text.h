@@ -4,7 +4,7 @@
 #ifndef Text_h
 #define Text_h
 
-#include "Words.h"
+#include "Format.h"
 
 #include "vtkFieldData.h"
 
@@ -16,13 +16,13 @@ namespace vtkChainMail
 
 inline std::string ToString(double number)
 {
-  return chainmail::written(number);
+  return chainmail::toString(number);
 }
 
 /// Writes a place as "(1, 2, 3)".
 inline std::string ToString(const double p[3])
 {
-  return chainmail::written(chainmail::Vector3{ p[0], p[1], p[2] });
+  return chainmail::toString(chainmail::Vector3{ p[0], p[1], p[2] });
 }
 
 inline bool IsFinite(const double p[3])

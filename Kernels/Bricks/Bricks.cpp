@@ -62,7 +62,7 @@ Bricks::Bricks(
     this->spins_->proportions = proportionsOf(this->model_->grid());
     this->spins_->proportions.s[3] =
       static_cast<float>(2.0 * turning.poissonRatio / (1.0 - 2.0 * turning.poissonRatio));
-    this->spins_->spin.runs = this->spins_->swell() ? 10 : 3;
+    this->spins_->spin.runs = this->spins_->hasPressure() ? 10 : 3;
     this->keep(this->spins_->spin);
   }
   this->separateJoints();
@@ -289,12 +289,12 @@ void Bricks::readTissue(const std::vector<int>& bricks)
   flush();
 }
 
-void Bricks::know(const std::vector<int>& bricks)
+void Bricks::loadTissue(const std::vector<int>& bricks)
 {
   std::vector<int> wanted;
   for (const int brick : bricks)
   {
-    if (this->ready(brick))
+    if (this->isUpdatable(brick))
     {
       continue;
     }
@@ -329,10 +329,10 @@ void Bricks::uploadTables()
   this->context_->write(this->placeBuffer_, 0, this->place_);
 }
 
-void Bricks::require(const std::vector<int>& bricks)
+void Bricks::makeUpdatable(const std::vector<int>& bricks)
 {
-  this->know(bricks);
-  this->giveStates(bricks);
+  this->loadTissue(bricks);
+  this->allocateStates(bricks);
   for (const int brick : bricks)
   {
     this->status_[brick] = this->status_[brick] == Status::Known ? Status::Ready : this->status_[brick];
@@ -340,7 +340,7 @@ void Bricks::require(const std::vector<int>& bricks)
 }
 
 /// The bricks get the slots behind those with a state, in exchange with bricks without one.
-void Bricks::giveStates(const std::vector<int>& bricks)
+void Bricks::allocateStates(const std::vector<int>& bricks)
 {
   std::vector<char> wanted(this->slots(), 0);
   int count = 0;
@@ -574,7 +574,7 @@ bool Bricks::isElement(const Index3& at) const
   return !std::isinf(c[0]);
 }
 
-void Bricks::mend()
+void Bricks::restoreTopology()
 {
   this->cut = cl::Buffer();
   this->shownCut_ = cl::Buffer();

@@ -43,19 +43,19 @@ struct Turning
 };
 
 /// The rotations of elements and bones (`spin`, see spin.clh) and, where Poisson's ratio is not 0, the pressure of
-/// elements (swelling.clh). They exist only where elements rotate.
+/// elements (volumetricstrain.clh). They exist only where elements rotate.
 struct Spins
 {
   Field spin{ 3, sizeof(float), "the rotations of the tissue reached" };
   bool any = false;      ///< whether an element may have rotated since all were at rest
   cl_float4 proportions; ///< the spacing of each axis, divided by the geometric mean of all three; then 2 kappa
 
-  bool swell() const { return this->proportions.s[3] > 0.0f; }
+  bool hasPressure() const { return this->proportions.s[3] > 0.0f; }
 
   /// The rest offset of a link on an axis, as a fraction of the spacing: u(j) - u(i) of the unstrained link from
   /// element i to its neighbour j in this direction. It is the mean over the rotations of both ends (spinI and spinJ, 3
   /// values each).
-  float wantedApart(const float* spinI, const float* spinJ, int direction, int axis) const;
+  float restOffset(const float* spinI, const float* spinJ, int direction, int axis) const;
   /// The factor 1 / h^2 in the weight of links along an axis, h their length in mean spacings.
   double weight(int along) const
   {
@@ -101,13 +101,16 @@ public:
   // --- Memory
 
   /// Loads the tissue of these bricks and of the 26 around each of them, so kernels may read it.
-  void know(const std::vector<int>& bricks);
+  void loadTissue(const std::vector<int>& bricks);
   /// Allocates a state for those of these bricks whose tissue is loaded and that have none. The addresses of their
   /// elements change, for the last time. Other bricks without a state may change places with them.
-  void giveStates(const std::vector<int>& bricks);
-  /// Calls know() and giveStates(). Afterwards kernels may update these bricks.
-  void require(const std::vector<int>& bricks);
-  bool ready(int brick) const { return this->status_[brick] == Status::Ready || this->status_[brick] == Status::Air; }
+  void allocateStates(const std::vector<int>& bricks);
+  /// Calls know() and allocateStates(). Afterwards kernels may update these bricks.
+  void makeUpdatable(const std::vector<int>& bricks);
+  bool isUpdatable(int brick) const
+  {
+    return this->status_[brick] == Status::Ready || this->status_[brick] == Status::Air;
+  }
 
   /// The slots with a state are 1 .. states() - 1.
   int states() const { return this->states_; }
@@ -161,13 +164,16 @@ public:
     }
   }
   const Turning& turning() const { return this->turning_; }
-  /// The -D options of kernels that include swelling.clh.
-  std::string ofSwelling() const { return this->spins_ && this->spins_->swell() ? " -DSWELLING" : ""; }
+  /// The -D options of kernels that include volumetricstrain.clh.
+  std::string ofVolumetricStrain() const
+  {
+    return this->spins_ && this->spins_->hasPressure() ? " -DVOLUMETRIC_STRAIN" : "";
+  }
   /// Writes or reads the rotations of single elements, 3 interleaved values each. Elements must rotate (spins()).
   void setSpins(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
   std::vector<float> spinsAt(const std::vector<std::uint32_t>& addresses);
   /// The pressure of single elements; only where Poisson's ratio is not 0.
-  std::vector<float> tensionsAt(const std::vector<std::uint32_t>& addresses);
+  std::vector<float> pressuresAt(const std::vector<std::uint32_t>& addresses);
 
   /// Replaces all soft links by these: in ascending order of voxels, at most one per voxel, in bricks with a state.
   /// These bricks count as touched, because the tissue that the links pull has to settle again.
@@ -274,7 +280,7 @@ public:
     }
   }
   /// Restores all links and elements. No element may be held at that time.
-  void mend();
+  void restoreTopology();
   /// Copies the removed links to the device.
   void uploadCuts();
 

@@ -20,7 +20,7 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
   const std::size_t items = bricks.workItems(true);
   context.launch(
     context.kernel("measure.cl",
-      bricks.definesOfRows() + elasticity.ofLinks() + bricks.ofSwelling() + bricks.ofSoftLinks(), "measure"),
+      bricks.definesOfRows() + elasticity.ofLinks() + bricks.ofVolumetricStrain() + bricks.ofSoftLinks(), "measure"),
     list.size(), items, listBuffer, elasticity.slack, bricks.layout(), bricks.state(), bricks.spins(),
     bricks.softLinks(), cl::Local(sizeof(BrickFigures) * items), result);
   std::vector<BrickFigures> measured(list.size());

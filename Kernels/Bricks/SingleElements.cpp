@@ -60,15 +60,15 @@ std::vector<float> Bricks::spinsAt(const std::vector<std::uint32_t>& addresses)
   return this->get(this->spins_->spin.buffer, this->pitch(), 3, addresses);
 }
 
-std::vector<float> Bricks::tensionsAt(const std::vector<std::uint32_t>& addresses)
+std::vector<float> Bricks::pressuresAt(const std::vector<std::uint32_t>& addresses)
 {
   const std::vector<float> spins = this->get(this->spins_->spin.buffer, this->pitch(), 4, addresses);
-  std::vector<float> tensions(addresses.size());
-  for (std::size_t n = 0; n < tensions.size(); ++n)
+  std::vector<float> pressures(addresses.size());
+  for (std::size_t n = 0; n < pressures.size(); ++n)
   {
-    tensions[n] = spins[4 * n + 3];
+    pressures[n] = spins[4 * n + 3];
   }
-  return tensions;
+  return pressures;
 }
 
 std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& addresses)
@@ -76,7 +76,7 @@ std::vector<float> Bricks::constraints(const std::vector<std::uint32_t>& address
   return this->get(this->constraint, this->tissuePitch(), this->model_->axes(), addresses);
 }
 
-float Spins::wantedApart(const float* spinI, const float* spinJ, int direction, int axis) const
+float Spins::restOffset(const float* spinI, const float* spinJ, int direction, int axis) const
 {
   const int along = direction / 2;
   float byI[3];

@@ -16,13 +16,14 @@
 
 #include "halo.clh"
 #include "softlinks.clh"
-#include "swelling.clh"
+#include "volumetricstrain.clh"
 
 #define FIGURES 15
 
 // Adds the energy of all links of a lane group, and updates the largest violation.
-RULE void addLinks(const int odd, const Site* s, const Site* state, float slack, uint pitch, uint tissuePitch,
-  global const float* displacement, global const float* constraint, global const uchar* cut, real* energy,
+CHAINMAIL_INLINE void addLinks(const int odd, const Stencil* s, const Stencil* state, float slack, uint pitch,
+  uint tissuePitch, global const float* displacement, global const float* constraint, global const uchar* cut,
+  real* energy,
   real* excess SPIN_ARGUMENTS)
 {
 #ifdef TURNING
@@ -38,12 +39,12 @@ RULE void addLinks(const int odd, const Site* s, const Site* state, float slack,
     {
       other[axis] = neighbour(spin + axis * pitch, state, d, odd);
     }
-    wantedApart(own, d, proportions, mine[d]);
-    wantedApart(other, d, proportions, theirs[d]);
+    restOffset(own, d, proportions, mine[d]);
+    restOffset(other, d, proportions, theirs[d]);
   }
 #endif
   real limit[6], weight[6];
-  ROLLED
+  NO_UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
     if (axis < AXES)
@@ -95,8 +96,8 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
   {
     for (int work = lid; work < VECTORS; work += get_local_size(0))
     {
-      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
-      const Site state = stateSite(&s);
+      const Stencil s = stencilOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+      const Stencil state = stateStencil(&s);
 #if WIDTH > 1
       if (colour == 0) // this prefetches both colours
       {
@@ -128,12 +129,12 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
         }
       }
 #endif
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
       // The volumetric energy belongs to no axis. It is added to that of x, in units of the spacing of x.
       real bulk, middle[3];
-      const real swelling = swellingAt(
+      const real volumetricStrain = volumetricStrainAt(
         s.odd, &s, &state, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk, middle);
-      energy[0] += 0.5f * bulk * swelling * swelling * (1.0f / proportions.x);
+      energy[0] += 0.5f * bulk * volumetricStrain * volumetricStrain * (1.0f / proportions.x);
 #endif
       if (SOME(displaced))
       {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#define RULE inline
+#define CHAINMAIL_INLINE inline
 #define AS_MASK(v) (std::signbit(v) ? -1 : 0)
 #define PLASTIC // with a slack of 0 this makes no difference
 
@@ -95,4 +95,4 @@ inline float asHeld(float c, bool held)
 #undef WEIGHT_EPSILON
 #undef PLASTIC
 #undef AS_MASK
-#undef RULE
+#undef CHAINMAIL_INLINE

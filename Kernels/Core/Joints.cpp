@@ -3,7 +3,7 @@
 #include "Components.h"
 #include "Dispatch.h"
 #include "Error.h"
-#include "Words.h"
+#include "Format.h"
 
 #include <algorithm>
 #include <array>
@@ -106,7 +106,7 @@ template <typename T> std::int64_t labelOf(T value, std::size_t voxel)
     if (std::nearbyint(value) != value || std::fabs(value) > 9e18)
     {
       throw InputError("The label of the body at voxel " + std::to_string(voxel) + " is " +
-                       written(static_cast<double>(value)) + "; labels have to be whole numbers up to 9e+18.");
+                       toString(static_cast<double>(value)) + "; labels have to be whole numbers up to 9e+18.");
     }
   }
   else if constexpr (std::is_same<T, std::uint64_t>::value)

@@ -3,8 +3,8 @@
 #include "Dispatch.h"
 #include "ElementRule.h"
 #include "Error.h"
+#include "Format.h"
 #include "Joints.h"
-#include "Words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace
 
 constexpr float air = -std::numeric_limits<float>::infinity();
 
-std::string toString(const Index3& size)
+std::string sizeToString(const Index3& size)
 {
   return std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]);
 }
@@ -34,7 +34,7 @@ template <typename Where> float checkedConstraint(double value, Where&& where)
   if (!(value >= 0.0) || !(static_cast<float>(value) < 1.0f))
   {
     throw InputError(
-      "The constraint " + where() + " is " + written(value) +
+      "The constraint " + where() + " is " + toString(value) +
       ". A constraint is a fraction of the spacing from 0 (rigid) to less than 1: correct the material.");
   }
   return static_cast<float>(value) + 0.0f; // -0 would mark the element as held
@@ -81,7 +81,7 @@ private:
     {
       return air;
     }
-    return checkedConstraint(this->material_.constraint(value), [&] { return "for a scalar of " + written(value); });
+    return checkedConstraint(this->material_.constraint(value), [&] { return "for a scalar of " + toString(value); });
   }
 
   Material material_;
@@ -226,7 +226,7 @@ void Grid::check() const
   }
   if (!this->fits())
   {
-    throw InputError("The image has " + toString(this->size) + " voxels; at most " + std::to_string(maxVoxels) +
+    throw InputError("The image has " + sizeToString(this->size) + " voxels; at most " + std::to_string(maxVoxels) +
                      " can be handled. Crop it or resample it to fewer.");
   }
 }
@@ -266,7 +266,7 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
   if (this->elements_ == 0)
   {
     throw InputError("The image is all air: no voxel has a finite scalar of at least the tissue threshold, " +
-                     written(material.tissueThreshold) + ". Lower the threshold.");
+                     toString(material.tissueThreshold) + ". Lower the threshold.");
   }
 }
 

@@ -260,7 +260,7 @@ void Context::enqueue(const Kernel& kernel, std::size_t groups, std::size_t item
 }
 
 /// What lives as long as a buffer: its share of the bytes in use, and its memory if that comes from Pages.
-struct Context::Lease
+struct Context::PooledAllocation
 {
   std::shared_ptr<BytesInUse> inUse;
   std::size_t bytes;
@@ -269,14 +269,14 @@ struct Context::Lease
 
 /// Ends a lease together with its buffer. Some drivers, such as Wine's, do not notify of the end of a buffer. Then the
 /// lease stays with the caller, and the buffer's bytes are not counted.
-void Context::endWith(cl::Buffer& buffer, std::unique_ptr<Lease>& lease)
+void Context::endWith(cl::Buffer& buffer, std::unique_ptr<PooledAllocation>& lease)
 {
   try
   {
     buffer.setDestructorCallback(
       [](cl_mem, void* data)
       {
-        const std::unique_ptr<Lease> ended(static_cast<Lease*>(data));
+        const std::unique_ptr<PooledAllocation> ended(static_cast<PooledAllocation*>(data));
         ended->inUse->now -= ended->bytes;
       },
       lease.get());
@@ -300,7 +300,8 @@ cl::Buffer Context::inPages(std::size_t bytes, std::size_t zeros)
     return {};
   }
   const bool isWhole = zeros == bytes;
-  auto lease = std::make_unique<Lease>(Lease{ this->inUse_, bytes, Pages::take(this->pages_, bytes, isWhole) });
+  auto lease = std::make_unique<PooledAllocation>(
+    PooledAllocation{ this->inUse_, bytes, Pages::take(this->pages_, bytes, isWhole) });
   char* const memory = lease->memory.get();
   if (!memory)
   {
@@ -349,7 +350,7 @@ cl::Buffer Context::allocate(std::size_t bytes, const char* purpose, std::size_t
       return buffer;
     }
     cl::Buffer buffer(this->context_, CL_MEM_READ_WRITE, bytes);
-    auto lease = std::make_unique<Lease>(Lease{ this->inUse_, bytes, nullptr });
+    auto lease = std::make_unique<PooledAllocation>(PooledAllocation{ this->inUse_, bytes, nullptr });
     this->endWith(buffer, lease);
     // Many devices notice only at the first write that they have no room.
     this->queue_.enqueueFillBuffer(buffer, cl_uchar(0), 0, zeros);

@@ -161,8 +161,8 @@ private:
   void letCopiesGo(const std::function<void()>& wait);
   void unmap(const cl::Buffer& buffer, void* values) noexcept;
   void enqueue(const Kernel& kernel, std::size_t groups, std::size_t items);
-  struct Lease;
-  void endWith(cl::Buffer& buffer, std::unique_ptr<Lease>& lease);
+  struct PooledAllocation;
+  void endWith(cl::Buffer& buffer, std::unique_ptr<PooledAllocation>& lease);
   cl::Buffer inPages(std::size_t bytes, std::size_t zeros);
 
   cl::Device device_;

@@ -54,12 +54,12 @@ constexpr const char* variable = "POCL_CACHE_DIR";
 struct Entry
 {
   std::uintmax_t bytes = 0;
-  std::int64_t written = 0; ///< time of the last write
+  std::int64_t toString = 0; ///< time of the last write
   std::uint64_t hash = 0;
 
   bool operator==(const Entry& other) const
   {
-    return this->bytes == other.bytes && this->written == other.written && this->hash == other.hash;
+    return this->bytes == other.bytes && this->toString == other.toString && this->hash == other.hash;
   }
 };
 
@@ -76,7 +76,7 @@ List readList(const fs::path& folder)
   List list;
   std::ifstream file(listOf(folder));
   Entry entry;
-  for (std::string path; file >> entry.bytes >> entry.written >> entry.hash >> std::ws && std::getline(file, path);)
+  for (std::string path; file >> entry.bytes >> entry.toString >> entry.hash >> std::ws && std::getline(file, path);)
   {
     list[path] = entry;
   }
@@ -90,7 +90,7 @@ void writeList(const fs::path& folder, const List& list)
   std::ofstream file(unfinished);
   for (const auto& [path, entry] : list)
   {
-    file << entry.bytes << ' ' << entry.written << ' ' << entry.hash << ' ' << path << '\n';
+    file << entry.bytes << ' ' << entry.toString << ' ' << entry.hash << ' ' << path << '\n';
   }
   file.close();
   std::error_code failed;
@@ -176,10 +176,10 @@ void checkPoclCache(const fs::path& folder)
       std::error_code gone; // set if another process has removed the file
       Entry entry;
       entry.bytes = file.file_size(gone);
-      entry.written = file.last_write_time(gone).time_since_epoch().count();
+      entry.toString = file.last_write_time(gone).time_since_epoch().count();
       const auto known = before.find(path);
       const bool isKnown = known != before.end();
-      if (isKnown && known->second.bytes == entry.bytes && known->second.written == entry.written)
+      if (isKnown && known->second.bytes == entry.bytes && known->second.toString == entry.toString)
       {
         now.insert(*known);
         return;

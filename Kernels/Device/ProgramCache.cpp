@@ -169,7 +169,7 @@ void ProgramCache::prune() const
   {
     fs::path path;
     std::uintmax_t bytes;
-    fs::file_time_type written;
+    fs::file_time_type toString;
   };
   std::vector<File> files;
   std::uintmax_t bytes = 0;
@@ -183,7 +183,7 @@ void ProgramCache::prune() const
       bytes += file.bytes;
     }
   }
-  std::sort(files.begin(), files.end(), [](const File& a, const File& b) { return a.written < b.written; });
+  std::sort(files.begin(), files.end(), [](const File& a, const File& b) { return a.toString < b.toString; });
   for (auto file = files.begin(); bytes > this->limit_ && file != files.end(); ++file)
   {
     std::error_code ignored;

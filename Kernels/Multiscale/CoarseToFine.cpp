@@ -138,7 +138,7 @@ public:
       needed.insert(this->bricks_.brickAt(origin[0] / 2, origin[1] / 2, origin[2] / 2));
     }
     const std::vector<int> bricks(needed.begin(), needed.end());
-    this->bricks_.require(bricks);
+    this->bricks_.makeUpdatable(bricks);
     std::vector<int> slots;
     for (const int brick : bricks)
     {
@@ -163,7 +163,7 @@ public:
     {
       transfer(this->finer_.spins()->spin.buffer, 1.0f, true, this->bricks_.spins()->spin.buffer);
       this->bricks_.setTurned(this->finer_.turned() != nullptr);
-      this->clusters_->straighten();
+      this->clusters_->projectToRigid();
       keepSpins(this->bricks_, this->spinsBefore_);
     }
   }
@@ -172,13 +172,13 @@ public:
   /// replace them first. On this grid handles and bones are thicker, and the tissue between them is thinner. So it may
   /// not stretch as far as a handle is displaced. Then the handle is set back to a feasible place. Otherwise it would
   /// drag anchored bone and everything around it along.
-  void makeFeasible(const Checkpoint& checkpoint)
+  void projectToFeasible(const Checkpoint& checkpoint)
   {
     if (!this->feasibility_.run(this->propagation_, checkpoint) && this->propagation_.conflict().largest() == 0.0)
     {
       turnBack(this->bricks_, this->spinsBefore_);
       this->clusters_->begin(this->held_);
-      this->clusters_->straighten(false);
+      this->clusters_->projectToRigid(false);
       this->feasibility_.run(this->propagation_, checkpoint);
     }
     if (this->propagation_.conflict().largest() > tooFar)
@@ -217,7 +217,7 @@ public:
       }
     }
     const std::vector<int> bricks(needed.begin(), needed.end());
-    this->finer_.require(bricks);
+    this->finer_.makeUpdatable(bricks);
     std::vector<int> slots;
     for (const int brick : bricks)
     {
@@ -246,10 +246,10 @@ public:
   }
 
   /// Projects the bones of this grid to rigid motions, after interpolation from the coarser grid.
-  void straighten()
+  void projectToRigid()
   {
     this->clusters_->begin(this->held_);
-    this->clusters_->straighten();
+    this->clusters_->projectToRigid();
   }
 
 private:
@@ -270,7 +270,7 @@ private:
       const Index3 at = grid.indexOf(voxel);
       bricks.push_back(this->bricks_.brickAt(at[0], at[1], at[2]));
     }
-    this->bricks_.require(bricks);
+    this->bricks_.makeUpdatable(bricks);
     std::vector<std::uint32_t> addresses;
     std::vector<float> values(voxels.size() * axes);
     for (std::size_t n = 0; n < voxels.size(); ++n)
@@ -355,7 +355,7 @@ void CoarseToFine::cycle(
     finer = &grid;
     level->coarsen(held);
   }
-  this->levels_.back()->makeFeasible(checkpoint); // the others are projected after interpolation to them
+  this->levels_.back()->projectToFeasible(checkpoint); // the others are projected after interpolation to them
   for (std::size_t n = this->levels_.size(); n-- > 0;)
   {
     Level& level = *this->levels_[n];
@@ -365,9 +365,9 @@ void CoarseToFine::cycle(
     {
       if (this->bricks_.spins())
       {
-        this->levels_[n - 1]->straighten();
+        this->levels_[n - 1]->projectToRigid();
       }
-      this->levels_[n - 1]->makeFeasible(checkpoint);
+      this->levels_[n - 1]->projectToFeasible(checkpoint);
     }
     else
     {
@@ -377,7 +377,7 @@ void CoarseToFine::cycle(
       clusters.begin(this->handles_.voxels(), this->handles_.turningVoxels());
       if (this->bricks_.spins())
       {
-        clusters.straighten();
+        clusters.projectToRigid();
       }
       this->relaxation_.run(
         clusters, unlimited, nullptr, Reach::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
@@ -388,7 +388,7 @@ void CoarseToFine::cycle(
         // sweeps that follow.
         turnBack(this->bricks_, this->spinsBefore_);
         this->bricks_.setTurned(this->turnedBefore_);
-        clusters.straighten(false);
+        clusters.projectToRigid(false);
         this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
       }
     }

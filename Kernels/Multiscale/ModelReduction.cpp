@@ -57,12 +57,12 @@ void ModelReduction::separate()
   this->bricks_.uploadCuts();
 }
 
-void ModelReduction::mend()
+void ModelReduction::restoreTopology()
 {
-  this->whole_.mend();
+  this->whole_.restoreTopology();
   this->whole_.drop(this->owner_);
   this->owners_.clear();
-  this->bricks_.mend();
+  this->bricks_.restoreTopology();
   this->separate();
   this->moved();
 }
@@ -455,7 +455,7 @@ void ModelReduction::expand()
     needed.insert(this->whole_.brickAt(at[0], at[1], at[2]));
   }
   const std::vector<int> bricks(needed.begin(), needed.end());
-  this->whole_.require(bricks);
+  this->whole_.makeUpdatable(bricks);
   std::vector<int> slots;
   for (const int brick : bricks)
   {

@@ -61,7 +61,7 @@ public:
   std::vector<std::size_t> follow();
 
   /// Restores all links and elements of both grids. No element may be held at that time.
-  void mend();
+  void restoreTopology();
 
   /// The elements that a probe holds if it grabs these voxels, ascending: those of whose voxels it grabs at least half.
   /// If there are none, it holds the one of which it grabs most.

@@ -151,7 +151,7 @@ inline void loadLayer(local float* layer, int3 corner, uint pitch, uint tissuePi
 
 // One field of the 3 x 3 x 3 coarser elements around (x, y) of the middle layer, at index x + 3 y + 9 z. The element
 // itself is at 13.
-RULE void loadAround(local const float* layers, int middle, int field, int x, int y, real* around)
+CHAINMAIL_INLINE void loadAround(local const float* layers, int middle, int field, int x, int y, real* around)
 {
   UNROLL
   for (int m = 0; m < 27; ++m)
@@ -170,7 +170,7 @@ typedef struct
 
 // Interpolates the values of the eight children, at index x + 2 y + 4 z. Mirrored values give mirrored results, to the
 // bit.
-RULE void interpolate(const real* around, const Towards* towards, real* child)
+CHAINMAIL_INLINE void interpolate(const real* around, const Towards* towards, real* child)
 {
   real alongX[2][9], alongY[4][3];
   UNROLL
@@ -202,7 +202,7 @@ RULE void interpolate(const real* around, const Towards* towards, real* child)
 //
 // So children in soft tissue partly follow hard tissue beside them, and hard ones do not bend. `c`: constraints, in the
 // order of loadAround(). A neighbour behind a cut has no weight.
-RULE void shareOut(const real* c, const mask cut, Towards* towards)
+CHAINMAIL_INLINE void shareOut(const real* c, const mask cut, Towards* towards)
 {
   UNROLL
   for (int d = 0; d < 6; ++d)
@@ -217,7 +217,7 @@ RULE void shareOut(const real* c, const mask cut, Towards* towards)
 #ifdef TURNING
 // The factors of nearestSpinTo() (spin.clh) for the 27 elements. They select, of the two spins of each rotation, the
 // one nearest to the spin of the central element.
-RULE void nearestAround(local const float* layers, int middle, int x, int y, real* nearest)
+CHAINMAIL_INLINE void nearestAround(local const float* layers, int middle, int x, int y, real* nearest)
 {
   real around[3][27];
   UNROLL
@@ -235,7 +235,7 @@ RULE void nearestAround(local const float* layers, int middle, int x, int y, rea
 }
 
 // Replaces spins by the shortest ones of the same rotations (spin.clh).
-RULE void shorten(uint at, uint pitch, global float* spin)
+CHAINMAIL_INLINE void shorten(uint at, uint pitch, global float* spin)
 {
   real next[3];
   UNROLL
@@ -255,7 +255,7 @@ RULE void shorten(uint at, uint pitch, global float* spin)
 // Moves the children, except held ones, of WIDTH consecutive elements in a row, the first at (x, y) of the middle
 // layer. `finer`: addresses of the children of the first element, at index x + 2 y + 4 z. Children of the same index,
 // of consecutive elements, have consecutive addresses.
-APART void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
+NOINLINE void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
   uint finerTissuePitch, global const float* finerConstraint, float scale, int spins, global float* finerDisplacement)
 {
 #ifdef TURNING
@@ -272,7 +272,7 @@ APART void refineAt(local const float* layers, int middle, int x, int y, const u
 #endif
   Towards towards;
   real c[27], u[27], part[27], weight[8], rigidWeight[8], sum[8], rigidSum[8];
-  ROLLED
+  NO_UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
     if (axis < AXES)

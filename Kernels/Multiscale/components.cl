@@ -13,7 +13,7 @@
 #include "pieces.clh"
 
 // Elements with a strained link in the state before the coarser grids.
-RULE mask strainedOf(const int odd, const Site* s, uint pitch, global const float* displacement,
+CHAINMAIL_INLINE mask strainedOf(const int odd, const Stencil* s, uint pitch, global const float* displacement,
   global const float* constraint, global const uchar* cut)
 {
   mask strained = (mask)(0);
@@ -22,7 +22,7 @@ RULE mask strainedOf(const int odd, const Site* s, uint pitch, global const floa
   for (int d = 0; d < 6; ++d)
   {
     const mask linked = linkLimit(c, neighbourConstraint(constraint, cut, s, d, odd)) < INFINITY;
-    ROLLED
+    NO_UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
       global const float* u = displacement + axis * pitch;
@@ -33,13 +33,13 @@ RULE mask strainedOf(const int odd, const Site* s, uint pitch, global const floa
 }
 
 // Whether a work-item's share of a brick has a strained link.
-APART bool anyStrained(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
+NOINLINE bool anyStrained(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut)
 {
   bool any = false;
   for (int work = lid; !any && work < 2 * VECTORS; work += items)
   {
-    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     mask displaced = (mask)(0);
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
@@ -106,12 +106,12 @@ kernel void markAll(global const int* list, global int* marks)
 }
 
 // Sets the initial marks of each element, from itself and its own links in the state before the coarser grids.
-APART void markShare(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
+NOINLINE void markShare(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut, global int* marks)
 {
   for (int work = lid; work < 2 * VECTORS; work += items)
   {
-    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     mask held = (mask)(0);
     UNROLL
     for (int axis = 0; axis < AXES; ++axis)
@@ -131,8 +131,8 @@ kernel void mark(global const int* list, LAYOUT_ARGUMENTS, global const float* d
     strideZ, displacement, constraint, cut, marks);
 }
 
-RULE int joinAt(
-  const int odd, const Site* s, global const float* constraint, global const uchar* cut, global int* marks)
+CHAINMAIL_INLINE int joinAt(
+  const int odd, const Stencil* s, global const float* constraint, global const uchar* cut, global int* marks)
 {
   const real c = LOAD(constraint + s->self);
   const mask mark = LOAD(marks + s->self);
@@ -155,7 +155,7 @@ RULE int joinAt(
   return changedAround(s, changed);
 }
 
-APART void joinIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint,
+NOINLINE void joinIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint,
   global const uchar* cut, global int* marks)
 {
   FIXED_POINT(joinAt(s.odd, &s, constraint, cut, marks))

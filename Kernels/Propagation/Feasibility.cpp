@@ -53,12 +53,12 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   {
     touched.push_back(this->bricks_.brick(slot));
   }
-  this->bricks_.require(touched);
+  this->bricks_.makeUpdatable(touched);
   const bool turning = this->bricks_.turned() != nullptr;
   const std::vector<int> slots = this->bricks_.touchedSlots();
   const std::vector<int> violated =
     this->bricksThatAre("violated", "feasibility.cl", true, turning ? slots : this->bricks_.slotsAround(slots));
-  this->bricks_.require(violated);
+  this->bricks_.makeUpdatable(violated);
   std::vector<int> violatedSlots;
   for (const int brick : violated)
   {

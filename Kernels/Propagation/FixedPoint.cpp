@@ -43,14 +43,14 @@ void FixedPoint::fit()
   this->bricks_.follow(this->visits_, this->followed_);
   for (int slot = 1; slot < this->visits_.rows(); ++slot)
   {
-    this->visits_[slot][VISIT_STATE] |= this->bricks_.ready(this->bricks_.brick(slot)) ? VISIT_READY : 0;
+    this->visits_[slot][VISIT_STATE] |= this->bricks_.isUpdatable(this->bricks_.brick(slot)) ? VISIT_READY : 0;
   }
   this->visits_.toDevice(this->bricks_.context());
 }
 
 void FixedPoint::start(const std::vector<int>& bricks)
 {
-  this->bricks_.require(bricks);
+  this->bricks_.makeUpdatable(bricks);
   this->visits_.clear(this->bricks_.slots());
   this->bricks_.follow(this->visits_, this->followed_);
   for (const int brick : bricks)
@@ -166,7 +166,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
             bricks.push_back(brick);
           }
         }
-        this->bricks_.require(bricks);
+        this->bricks_.makeUpdatable(bricks);
         this->fit();
         break;
       }

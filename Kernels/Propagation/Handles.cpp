@@ -2,7 +2,7 @@
 
 #include "ElementRule.h"
 #include "Error.h"
-#include "Grasp.h"
+#include "ProbeSelection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -171,7 +171,7 @@ void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::s
   }
   std::sort(needed.begin(), needed.end());
   needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
-  this->bricks_.require(needed);
+  this->bricks_.makeUpdatable(needed);
 
   std::vector<std::uint32_t> addresses;
   for (std::size_t n = 0; n < handles.size(); ++n)

@@ -77,8 +77,8 @@ public:
     return here;
   }
 
-  /// The rest offset that the rotations of two neighbours give their link (Spins::wantedApart).
-  double wantedApart(const Index3& at, const Index3& next, int direction)
+  /// The rest offset that the rotations of two neighbours give their link (Spins::restOffset).
+  double restOffset(const Index3& at, const Index3& next, int direction)
   {
     if (!this->bricks_.spins())
     {
@@ -86,7 +86,7 @@ public:
     }
     const float* spinI = this->at(this->bricks_.brickAt(at[0], at[1], at[2])).spins.data();
     const float* spinJ = this->at(this->bricks_.brickAt(next[0], next[1], next[2])).spins.data();
-    return this->bricks_.spins()->wantedApart(spinI + 3 * this->bricks_.local(at[0], at[1], at[2]),
+    return this->bricks_.spins()->restOffset(spinI + 3 * this->bricks_.local(at[0], at[1], at[2]),
       spinJ + 3 * this->bricks_.local(next[0], next[1], next[2]), direction, this->axis_);
   }
 
@@ -170,7 +170,7 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
         if (!std::isinf(beside.constraint[there]))
         {
           const double limit = rule::linkLimit(own, beside.constraint[there]);
-          const double stretch = beside.displacement[there] - place - tissue.wantedApart(at, next, direction);
+          const double stretch = beside.displacement[there] - place - tissue.restOffset(at, next, direction);
           offer(next, entry.voxel, entry.key + std::max(0.0, limit + sign * stretch), entry.soft || limit > 0.0);
         }
       });

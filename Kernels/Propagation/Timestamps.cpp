@@ -86,7 +86,7 @@ void Timestamps::advance()
   ++this->iteration_;
   const std::vector<int> wanted(this->active_.begin(), this->active_.end());
   this->active_.clear();
-  this->bricks_.require(wanted);
+  this->bricks_.makeUpdatable(wanted);
   std::vector<int> list;
   for (const int brick : wanted)
   {

@@ -621,19 +621,19 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
   if (this->disturbed_ && !this->underWay())
   {
     // The latest probe may have dragged others so far that they are no longer compatible with each other.
-    this->makeFeasible([this](const Handle& handle)
+    this->projectToFeasible([this](const Handle& handle)
       { return handle.probe.anchor || this->policy_ != ConflictPolicy::Latest || &handle == this->latest_.get(); },
       checkpoint);
   }
   return done;
 }
 
-void Waves::makeFeasible(const Checkpoint& checkpoint)
+void Waves::projectToFeasible(const Checkpoint& checkpoint)
 {
-  this->makeFeasible([](const Handle&) { return true; }, checkpoint);
+  this->projectToFeasible([](const Handle&) { return true; }, checkpoint);
 }
 
-template <typename F> void Waves::makeFeasible(const F& isHeld, const Checkpoint& checkpoint)
+template <typename F> void Waves::projectToFeasible(const F& isHeld, const Checkpoint& checkpoint)
 {
   this->handles_.setHeld(isHeld);
   this->feasibility_.run(this->propagation_, checkpoint);

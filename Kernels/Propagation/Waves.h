@@ -39,7 +39,7 @@ public:
   void relaxed() { this->disturbed_ = true; }
 
   /// Projects a state to a feasible one after a relaxation that ignores limits. No wave may be under way.
-  void makeFeasible(const Checkpoint& checkpoint);
+  void projectToFeasible(const Checkpoint& checkpoint);
 
   /// Ends all waves and clears all propagation times.
   void clear();
@@ -91,7 +91,7 @@ private:
   void takeBack();
   bool share(const Checkpoint& checkpoint);
   void countShared();
-  template <typename F> void makeFeasible(const F& isHeld, const Checkpoint& checkpoint);
+  template <typename F> void projectToFeasible(const F& isHeld, const Checkpoint& checkpoint);
   void startTimestamps(const Handles::Pointer& handle, const Checkpoint& checkpoint);
   void markHeld();
   void wait(Group handles, bool first);

@@ -13,8 +13,9 @@
 #include "element.clh"
 #include "fixedpoint.clh"
 
-RULE int arriveAt(const Site* s, int mayHaveMoved, uint pitch, uint tissuePitch, global const float* displacement,
-  global const float* before, global const float* constraint, global const uchar* cut, global float* arrival)
+CHAINMAIL_INLINE int arriveAt(const Stencil* s, int mayHaveMoved, uint pitch, uint tissuePitch,
+  global const float* displacement, global const float* before, global const float* constraint,
+  global const uchar* cut, global float* arrival)
 {
   int touched = 0;
   UNROLL
@@ -47,7 +48,7 @@ RULE int arriveAt(const Site* s, int mayHaveMoved, uint pitch, uint tissuePitch,
   return touched;
 }
 
-APART void arriveIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
+NOINLINE void arriveIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* before, int states, global const float* constraint, global const uchar* cut,
   global float* arrival)
 {

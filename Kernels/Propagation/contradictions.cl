@@ -10,7 +10,7 @@
 
 // For a link between two neighbours along axis a: adds its limit, and `way` (1 or -1) times its strain from the first
 // to the second.
-RULE void addLink(uint first, uint second, int a, float way, uint pitch, uint tissuePitch,
+CHAINMAIL_INLINE void addLink(uint first, uint second, int a, float way, uint pitch, uint tissuePitch,
   global const float* displacement, global const float* constraint, float* strain, float* limits SPIN_ARGUMENTS)
 {
   const uint at[2] = { min(first, pitch - SKEW), min(second, pitch - SKEW) };
@@ -19,7 +19,7 @@ RULE void addLink(uint first, uint second, int a, float way, uint pitch, uint ti
   for (int end = 0; end < 2; ++end)
   {
     const float own[3] = { spin[at[end]], spin[pitch + at[end]], spin[2 * pitch + at[end]] };
-    wantedApart(own, 2 * a + 1, proportions, wanted[end]);
+    restOffset(own, 2 * a + 1, proportions, wanted[end]);
   }
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
@@ -34,8 +34,9 @@ RULE void addLink(uint first, uint second, int a, float way, uint pitch, uint ti
 
 // Whether the four links of a square along axes a and b contradict each other; false where one is missing. `x`: the
 // lowest corner.
-RULE bool isContradicted(int3 x, int a, int b, uint pitch, uint tissuePitch, global const int* table, int strideY,
-  int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
+CHAINMAIL_INLINE bool isContradicted(int3 x, int a, int b, uint pitch, uint tissuePitch, global const int* table,
+  int strideY, int strideZ, global const float* displacement, global const float* constraint,
+  global const uchar* cut SPIN_ARGUMENTS)
 {
   const int3 alongA = (int3)(a == 0, a == 1, a == 2), alongB = (int3)(b == 0, b == 1, b == 2);
   const uint at[4] = { addressOf(x, table, strideY, strideZ), addressOf(x + alongA, table, strideY, strideZ),
@@ -69,8 +70,9 @@ RULE bool isContradicted(int3 x, int a, int b, uint pitch, uint tissuePitch, glo
 
 // Whether an element's link along axis a exceeds its limit and belongs to a contradicted square. A square whose links
 // are all within their limits cannot be contradicted.
-RULE bool isInContradiction(int3 x, int a, uint pitch, uint tissuePitch, global const int* table, int strideY,
-  int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
+CHAINMAIL_INLINE bool isInContradiction(int3 x, int a, uint pitch, uint tissuePitch, global const int* table,
+  int strideY, int strideZ, global const float* displacement, global const float* constraint,
+  global const uchar* cut SPIN_ARGUMENTS)
 {
   const int3 along = (int3)(a == 0, a == 1, a == 2);
   const uint first = addressOf(x, table, strideY, strideZ), second = addressOf(x + along, table, strideY, strideZ);

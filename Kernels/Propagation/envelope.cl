@@ -46,7 +46,7 @@
 // Whether neighbours at `other` need an update after elements went from u to `next`; u0 is their state before the wave.
 // An element that moved further away from u0 affects a neighbour only if their link now exceeds its limit. So the wave
 // does not return to where it came from. Neither the elements nor their neighbours are held.
-RULE mask isFollowed(real next, real u, real u0, real other, real limit)
+CHAINMAIL_INLINE mask isFollowed(real next, real u, real u0, real other, real limit)
 {
   const mask raised = (next > u) & (u >= u0);
   const mask lowered = (next < u) & (u <= u0);
@@ -55,8 +55,9 @@ RULE mask isFollowed(real next, real u, real u0, real other, real limit)
 
 // Updates one lane group. `odd`: see BY_PARITY. `beside`, a constant: whether an element of it or a neighbour may be
 // held.
-RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, uint pitch, uint tissuePitch,
-  global float* displacement, global const float* before, global const float* constraint, global const uchar* cut,
+CHAINMAIL_INLINE int wave(const int odd, const int beside, const Stencil* s, int savedBeside, uint pitch,
+  uint tissuePitch, global float* displacement, global const float* before, global const float* constraint,
+  global const uchar* cut,
   float* conflict SPIN_ARGUMENTS SHIFT_ARGUMENTS)
 {
   const int saved = savedBeside | within(s);
@@ -68,7 +69,7 @@ RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, u
   mask held[6];
   mask moved = (mask)(0);
   mask followed[6] = { moved, moved, moved, moved, moved, moved };
-  ROLLED
+  NO_UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
     if (axis < AXES)
@@ -146,7 +147,7 @@ RULE int wave(const int odd, const int beside, const Site* s, int savedBeside, u
 }
 
 // Whether an element of a lane group, or a neighbour of one, is held on any axis.
-RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint)
+CHAINMAIL_INLINE int anyHeld(const Stencil* s, uint tissuePitch, global const float* constraint)
 {
   mask held = (mask)(0);
   UNROLL
@@ -166,7 +167,7 @@ RULE int anyHeld(const Site* s, uint tissuePitch, global const float* constraint
 
 // Prefetches what a lane group reads beyond the ends of its row and beyond the faces of its brick. These addresses are
 // too far apart for the prefetchers of CPUs to predict.
-inline void askAround(const Site* s, int saved, uint pitch, global const float* displacement,
+inline void askAround(const Stencil* s, int saved, uint pitch, global const float* displacement,
   global const float* before, global const float* constraint)
 {
   const int inside = within(s);
@@ -203,13 +204,13 @@ inline int heldNear(uint slot, int saved, global int* visits, LAYOUT_ARGUMENTS, 
   }
   for (int work = 0; work < 2 * VECTORS; ++work)
   {
-    const Site s = siteOf(slot, work & 1, work / 2, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(slot, work & 1, work / 2, pitch, table, place, strideY, strideZ);
     askAround(&s, saved, pitch, displacement, before, constraint);
   }
   int held = 0;
   for (int work = 0; work < 2 * VECTORS; ++work)
   {
-    const Site s = siteOf(slot, work & 1, work / 2, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(slot, work & 1, work / 2, pitch, table, place, strideY, strideZ);
     held |= anyHeld(&s, tissuePitch, constraint);
   }
   const int found = held ? VISIT_HELD : VISIT_FREE;
@@ -224,7 +225,7 @@ inline int heldNear(uint slot, int saved, global int* visits, LAYOUT_ARGUMENTS, 
 #define MAY_BE_HELD true
 #endif
 
-APART void propagateIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, int items,
+NOINLINE void propagateIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, int items,
   global float* displacement, global float* before, global const float* constraint,
   global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
 {

@@ -17,8 +17,8 @@
 #include "bounds.clh"
 
 // Whether a link of any element of a lane group exceeds its limit, in which case `bound` would change its bounds.
-RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, global const float* constraint,
-  global const uchar* cut, global const float* displacement SPIN_ARGUMENTS)
+CHAINMAIL_INLINE int isViolated(const int odd, const Stencil* s, uint pitch, uint tissuePitch,
+  global const float* constraint, global const uchar* cut, global const float* displacement SPIN_ARGUMENTS)
 {
   mask beyond = (mask)(0);
 #ifdef TURNING
@@ -26,7 +26,7 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
   loadApart(odd, s, pitch, spin, proportions, wanted);
 #endif
   real limits[6];
-  ROLLED
+  NO_UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
     if (axis < AXES)
@@ -60,13 +60,13 @@ RULE int isViolated(const int odd, const Site* s, uint pitch, uint tissuePitch, 
 #else
 #define COLOURS_SEEN 1
 #endif
-APART int anyViolated(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
+NOINLINE int anyViolated(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
   global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
 {
   int any = 0;
   for (int work = lid; !any && work < COLOURS_SEEN * VECTORS; work += items)
   {
-    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     any = isViolated(s.odd, &s, pitch, tissuePitch, constraint, cut, displacement SPIN_PASSED_ON);
   }
   return any;

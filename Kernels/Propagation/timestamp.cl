@@ -27,7 +27,7 @@ kernel void arriveNext(global const int* list, int iteration, LAYOUT_ARGUMENTS, 
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
-      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+      const Stencil s = stencilOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       const uint neighbours[6] = { s.odd ? s.sameRow : s.edge, s.odd ? s.edge : s.sameRow, s.side[0], s.side[1],
         s.side[2], s.side[3] };
       for (int group = 0; group < AXES; ++group)
@@ -97,7 +97,7 @@ kernel void shift(global const int* list, int iteration, LAYOUT_ARGUMENTS, globa
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
-      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+      const Stencil s = stencilOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       for (int group = 0; group < AXES; ++group)
       {
         const uint at = group * pitch + s.self;

@@ -25,11 +25,11 @@ struct Patch
   /// Where elements rotate: the rest offsets of u(next) - u, on each axis (turning.clh).
   std::vector<std::array<float, 3>> wanted[3];
   Vector3 weights{ 1.0, 1.0, 1.0 }; ///< factors for the weights of links along each axis
-  /// Where elements resist volumetric strain d, with the energy 1/2 bulk d^2 (swelling.clh). `tension`: their pressure.
-  /// `swelling`: on each axis, the derivatives of d by u(next) - u and by u - u(previous).
-  std::vector<float> tension;
+  /// Where elements resist volumetric strain d, with the energy 1/2 bulk d^2 (volumetricstrain.clh). `pressure`: their
+  /// pressure. `volumetricStrain`: on each axis, the derivatives of d by u(next) - u and by u - u(previous).
+  std::vector<float> pressure;
   std::vector<float> bulk;
-  std::vector<std::array<std::array<float, 2>, 3>> swelling[3];
+  std::vector<std::array<std::array<float, 2>, 3>> volumetricStrain[3];
   Vector3 scale{ 1.0, 1.0, 1.0 };      ///< the spacing, in mean spacings
   std::vector<const SoftLink*> soft;   ///< of each element, null without one; empty if there are none at all
   Vector3 softFactor{ 1.0, 1.0, 1.0 }; ///< for the weights of soft links on each axis
@@ -53,8 +53,8 @@ struct PatchAxis
   const std::vector<float>& c;
   const std::vector<std::array<float, 3>>& wanted;
   std::vector<float>& u;
-  int number;                 ///< of the axis
-  std::vector<float> tension; ///< pressure after the moves of groups along this axis
+  int number;                  ///< of the axis
+  std::vector<float> pressure; ///< pressure after the moves of groups along this axis
 };
 
 /// The weight and the force of an element's soft link on an axis.
@@ -80,9 +80,9 @@ struct Link
   std::size_t m;
   float limit;
   double weight;
-  float wanted;   ///< rest offset of u(m) - u(n)
-  double swellsN; ///< derivative of n's volumetric strain by u(m) - u(n)
-  double swellsM; ///< the same of m
+  float wanted;     ///< rest offset of u(m) - u(n)
+  double strainOfN; ///< derivative of n's volumetric strain by u(m) - u(n)
+  double strainOfM; ///< the same of m
 };
 
 /// Calls f(link) for every link, in the order of voxels.
@@ -98,10 +98,10 @@ template <typename F> void forLinks(const PatchAxis& axis, F&& f)
         const float limit = rule::linkLimit(axis.c[n], axis.c[m]);
         Link link{ n, m, limit, axis.patch.weights[along] * Elasticity::weight(limit),
           axis.wanted.empty() ? 0.0f : axis.wanted[n][along], 0.0, 0.0 };
-        if (!axis.tension.empty())
+        if (!axis.pressure.empty())
         {
-          link.swellsN = axis.patch.swelling[axis.number][n][along][0];
-          link.swellsM = axis.patch.swelling[axis.number][m][along][1];
+          link.strainOfN = axis.patch.volumetricStrain[axis.number][n][along][0];
+          link.strainOfM = axis.patch.volumetricStrain[axis.number][m][along][1];
         }
         f(link);
       }
@@ -184,7 +184,7 @@ void readSpins(Bricks& bricks, Patch& patch)
         if (m != Patch::none)
         {
           patch.wanted[axis][n][along] =
-            all.wantedApart(&spins[3 * n], &spins[3 * static_cast<std::size_t>(m)], 2 * along + 1, axis);
+            all.restOffset(&spins[3 * n], &spins[3 * static_cast<std::size_t>(m)], 2 * along + 1, axis);
         }
       }
     }
@@ -193,11 +193,11 @@ void readSpins(Bricks& bricks, Patch& patch)
 
 /// Reads the pressure of elements that resist volumetric strain; relaxation keeps it up to date. Computes `bulk` and
 /// the derivatives of the strain.
-void readSwelling(Bricks& bricks, Patch& patch)
+void readVolumetricStrain(Bricks& bricks, Patch& patch)
 {
   const Spins& all = *bricks.spins();
   const std::size_t axes = static_cast<std::size_t>(bricks.model().axes());
-  patch.tension = bricks.tensionsAt(patch.addresses);
+  patch.pressure = bricks.pressuresAt(patch.addresses);
   std::vector<float> soft(patch.size());
   for (std::size_t n = 0; n < patch.size(); ++n)
   {
@@ -216,7 +216,7 @@ void readSwelling(Bricks& bricks, Patch& patch)
   for (int axis = 0; axis < 3; ++axis)
   {
     patch.scale[axis] = all.proportions.s[axis];
-    patch.swelling[axis].resize(patch.size());
+    patch.volumetricStrain[axis].resize(patch.size());
   }
   for (std::size_t n = 0; n < patch.size(); ++n)
   {
@@ -235,8 +235,8 @@ void readSwelling(Bricks& bricks, Patch& patch)
       {
         const float own = axis == along ? 1.0f : 0.0f;
         const float ratio = all.proportions.s[axis] / all.proportions.s[along] / (soft[n] + soft[m]);
-        patch.swelling[axis][n][along][0] = soft[n] * ratio * (ofN[axis] + own);
-        patch.swelling[axis][m][along][1] = soft[m] * ratio * (ofM[axis] + own);
+        patch.volumetricStrain[axis][n][along][0] = soft[n] * ratio * (ofN[axis] + own);
+        patch.volumetricStrain[axis][m][along][1] = soft[m] * ratio * (ofM[axis] + own);
       }
     }
   }
@@ -318,9 +318,9 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
   if (bricks.spins())
   {
     readSpins(bricks, patch);
-    if (bricks.spins()->swell())
+    if (bricks.spins()->hasPressure())
     {
-      readSwelling(bricks, patch);
+      readVolumetricStrain(bricks, patch);
     }
   }
   return patch;
@@ -363,10 +363,11 @@ std::vector<Pull> pullsAt(const PatchAxis& axis, const Elasticity& elasticity, D
       const std::size_t n = units.root(link.n);
       const std::size_t m = units.root(link.m);
       double force = link.weight * elasticity.pull(axis.u[link.n], axis.u[link.m] - link.wanted, link.limit);
-      if (!axis.tension.empty())
+      if (!axis.pressure.empty())
       {
         const double scale = axis.patch.scale[axis.number];
-        force += 0.5 / (scale * scale) * (axis.tension[link.n] * link.swellsN + axis.tension[link.m] * link.swellsM);
+        force +=
+          0.5 / (scale * scale) * (axis.pressure[link.n] * link.strainOfN + axis.pressure[link.m] * link.strainOfM);
       }
       if (n != m)
       {
@@ -418,34 +419,35 @@ struct Group
     double weight;
     float wanted; ///< rest offset of u(outer) - u(inner)
   };
-  struct Swelling
+  struct VolumetricStrain
   {
     std::uint32_t element;
     double byMove; ///< derivative of its volumetric strain by the group's move
   };
   std::vector<std::uint32_t> members;
   std::vector<Outgoing> outgoing; ///< links that lead out of the group
-  std::vector<Swelling> swelling; ///< elements at the ends of these, where there is pressure; see sumUp()
+  std::vector<VolumetricStrain>
+    volumetricStrain; ///< elements at the ends of these, where there is pressure; see sumUp()
 };
 
 /// Adds the change of volumetric strain at both ends of a link. `stretch`: the change of u(m) - u(n) per move of the
 /// group.
-void addSwelling(Group& group, const Link& link, double stretch)
+void addVolumetricStrain(Group& group, const Link& link, double stretch)
 {
-  if (link.swellsN != 0.0 || link.swellsM != 0.0)
+  if (link.strainOfN != 0.0 || link.strainOfM != 0.0)
   {
-    group.swelling.push_back({ static_cast<std::uint32_t>(link.n), stretch * link.swellsN });
-    group.swelling.push_back({ static_cast<std::uint32_t>(link.m), stretch * link.swellsM });
+    group.volumetricStrain.push_back({ static_cast<std::uint32_t>(link.n), stretch * link.strainOfN });
+    group.volumetricStrain.push_back({ static_cast<std::uint32_t>(link.m), stretch * link.strainOfM });
   }
 }
 
 /// Leaves one entry for each element, the sum of its entries, in the order of elements.
-void sumUp(std::vector<Group::Swelling>& all)
+void sumUp(std::vector<Group::VolumetricStrain>& all)
 {
-  std::stable_sort(
-    all.begin(), all.end(), [](const Group::Swelling& a, const Group::Swelling& b) { return a.element < b.element; });
-  std::vector<Group::Swelling> sums;
-  for (const Group::Swelling& one : all)
+  std::stable_sort(all.begin(), all.end(),
+    [](const Group::VolumetricStrain& a, const Group::VolumetricStrain& b) { return a.element < b.element; });
+  std::vector<Group::VolumetricStrain> sums;
+  for (const Group::VolumetricStrain& one : all)
   {
     if (sums.empty() || sums.back().element != one.element)
     {
@@ -493,17 +495,17 @@ std::vector<Group> groupsOf(const PatchAxis& axis, DisjointSets& units, Disjoint
       if (a != b && idOf[a] >= 0)
       {
         found[idOf[a]].outgoing.push_back({ n, m, link.limit, link.weight, link.wanted });
-        addSwelling(found[idOf[a]], link, -1.0);
+        addVolumetricStrain(found[idOf[a]], link, -1.0);
       }
       if (a != b && idOf[b] >= 0)
       {
         found[idOf[b]].outgoing.push_back({ m, n, link.limit, link.weight, -link.wanted });
-        addSwelling(found[idOf[b]], link, 1.0);
+        addVolumetricStrain(found[idOf[b]], link, 1.0);
       }
     });
   for (Group& group : found)
   {
-    sumUp(group.swelling);
+    sumUp(group.volumetricStrain);
   }
   return found;
 }
@@ -531,10 +533,11 @@ float moveGroup(const Group& group, PatchAxis& axis, const Elasticity& elasticit
     force += soft.force;
   }
   const double scale = 0.5 / (axis.patch.scale[axis.number] * axis.patch.scale[axis.number]);
-  for (const Group::Swelling& swelling : group.swelling)
+  for (const Group::VolumetricStrain& volumetricStrain : group.volumetricStrain)
   {
-    force -= scale * axis.tension[swelling.element] * swelling.byMove;
-    weight += scale * axesAtOnce * axis.patch.bulk[swelling.element] * swelling.byMove * swelling.byMove;
+    force -= scale * axis.pressure[volumetricStrain.element] * volumetricStrain.byMove;
+    weight += scale * axesAtOnce * axis.patch.bulk[volumetricStrain.element] * volumetricStrain.byMove *
+              volumetricStrain.byMove;
   }
   const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
   const float way = std::min(std::max(wanted, lower), upper);
@@ -547,10 +550,10 @@ float moveGroup(const Group& group, PatchAxis& axis, const Elasticity& elasticit
   {
     u[n] += way;
   }
-  for (const Group::Swelling& swelling : group.swelling)
+  for (const Group::VolumetricStrain& volumetricStrain : group.volumetricStrain)
   {
-    axis.tension[swelling.element] +=
-      static_cast<float>(axesAtOnce * axis.patch.bulk[swelling.element] * swelling.byMove * way);
+    axis.pressure[volumetricStrain.element] +=
+      static_cast<float>(axesAtOnce * axis.patch.bulk[volumetricStrain.element] * volumetricStrain.byMove * way);
   }
   return std::fabs(way);
 }
@@ -587,7 +590,7 @@ float moveBlockedGroups(
     {
       const std::vector<float>& c = patch.c[std::min<std::size_t>(a, bricks.model().axes() - 1)];
       moves[a] =
-        moveAxis({ patch, c, patch.wanted[a], patch.u[a], static_cast<int>(a), patch.tension }, elasticity, still);
+        moveAxis({ patch, c, patch.wanted[a], patch.u[a], static_cast<int>(a), patch.pressure }, elasticity, still);
     });
 
   std::vector<std::uint32_t> addresses;

@@ -184,8 +184,8 @@ void Relaxation::relaxColour(
   if (this->bricks_.spins())
   {
     const cl_int turning = turns ? mostSweepsPerRotation : 0;
-    const std::string defines =
-      this->bricks_.definesOfRows() + elasticity.defines() + this->bricks_.ofSwelling() + this->bricks_.ofSoftLinks();
+    const std::string defines = this->bricks_.definesOfRows() + elasticity.defines() +
+                                this->bricks_.ofVolumetricStrain() + this->bricks_.ofSoftLinks();
     context.launch(context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
       this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), turning, omega, still,
       this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins(), this->bricks_.softLinks());

@@ -260,7 +260,7 @@ TurningClusters::Body RigidClusters::bodyOf(const Cluster& cluster) const
     this->bricks_, this->voxels_.data() + cluster.first, cluster.count, cluster.heldVoxels, cluster.anchored);
 }
 
-void RigidClusters::straighten(bool turn)
+void RigidClusters::projectToRigid(bool turn)
 {
   std::set<int> touched;
   for (const int slot : this->bricks_.touchedSlots())
@@ -276,7 +276,7 @@ void RigidClusters::straighten(bool turn)
   {
     bricks.insert(bricks.end(), this->clusters_[id].bricks.begin(), this->clusters_[id].bricks.end());
   }
-  this->bricks_.require(bricks);
+  this->bricks_.makeUpdatable(bricks);
   if (!this->turns())
   {
     for (const int id : touched)
@@ -297,7 +297,7 @@ void RigidClusters::straighten(bool turn)
   for (const int id : touched)
   {
     const Cluster& cluster = this->clusters_[id];
-    TurningClusters::straighten(this->bricks_, this->voxels_.data() + cluster.first, cluster.count,
+    TurningClusters::projectToRigid(this->bricks_, this->voxels_.data() + cluster.first, cluster.count,
       this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels, turn, &places[first], &spins[first]);
     first += 3 * cluster.count;
   }
@@ -380,7 +380,7 @@ void RigidClusters::activate(const std::vector<int>& bricks)
       this->bodyList_.push_back(this->bodyOf(this->clusters_[id]));
     }
   }
-  this->bricks_.require(needed);
+  this->bricks_.makeUpdatable(needed);
   this->active_.insert(this->active_.end(), added.begin(), added.end());
   this->list();
   if (this->turns())
@@ -413,7 +413,7 @@ void RigidClusters::list()
   }
   const std::vector<int> added(
     this->active_.begin() + static_cast<std::ptrdiff_t>(this->listed_.size()), this->active_.end());
-  this->bricks_.giveStates(this->bricksLinkedTo(added));
+  this->bricks_.allocateStates(this->bricksLinkedTo(added));
   const Grid& grid = this->bricks_.model().grid();
   std::vector<float> c(this->bricks_.model().axes());
   for (const int id : added)

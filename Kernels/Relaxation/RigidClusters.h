@@ -56,7 +56,7 @@ public:
   /// Where elements rotate: projects every displaced cluster to a rigid motion, after its elements were moved one by
   /// one. This is the pose nearest to the current places or, without `turn`, the nearest one with the current rotation.
   /// Elements held by probes keep their places; clusters with an anchor are at rest.
-  void straighten(bool turn = true);
+  void projectToRigid(bool turn = true);
 
   /// Activates the clusters of these bricks and makes all bricks of these clusters updatable.
   void activate(const std::vector<int>& bricks);

@@ -1,6 +1,6 @@
 #include "SweepSchedule.h"
 
-#include "Swelling.h"
+#include "VolumetricStrain.h"
 #include "sweepaccount.clh"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ void SweepSchedule::fit()
   this->bricks_.follow(this->activity_, this->followed_);
   for (slot = 1; slot < this->activity_.rows(); ++slot)
   {
-    this->activity_[slot][SWEEP_READY] = this->bricks_.ready(this->bricks_.brick(slot)) ? 1 : 0;
+    this->activity_[slot][SWEEP_READY] = this->bricks_.isUpdatable(this->bricks_.brick(slot)) ? 1 : 0;
   }
   if (this->bodies_.asleep)
   {
@@ -67,7 +67,7 @@ void SweepSchedule::begin(Bodies bodies)
     this->activity_[slot][SWEEP_NOTED] = -1;
   }
   this->makeReady(this->bricks_.slotsAround(touched));
-  updateTensionAround(this->bricks_, touched, &this->activity(), -1);
+  updatePressureAround(this->bricks_, touched, &this->activity(), -1);
 }
 
 void SweepSchedule::beginBatch(int sweeps)
@@ -189,7 +189,7 @@ void SweepSchedule::makeReady(const std::vector<int>& slots)
   }
   if (!bricks.empty())
   {
-    this->bricks_.require(bricks);
+    this->bricks_.makeUpdatable(bricks);
     if (this->bodies_.awaken)
     {
       this->bodies_.awaken(around);
@@ -212,7 +212,7 @@ void SweepSchedule::note(const std::vector<int>& bricks)
     this->bricks_.touch(this->bricks_.slot(brick));
     this->activity_[this->bricks_.slot(brick)][SWEEP_NOTED] = this->sweep_ - 1;
   }
-  if (this->bricks_.ofSwelling().empty())
+  if (this->bricks_.ofVolumetricStrain().empty())
   {
     this->activity_.toDevice(this->bricks_.context());
     return;
@@ -221,7 +221,7 @@ void SweepSchedule::note(const std::vector<int>& bricks)
   // bricks were reset, results would depend on the size of bricks.
   const std::vector<int> touched = this->bricks_.touchedSlots();
   this->makeReady(this->bricks_.slotsAround(touched));
-  updateTensionAround(this->bricks_, touched, &this->activity(), this->sweep_ - 1);
+  updatePressureAround(this->bricks_, touched, &this->activity(), this->sweep_ - 1);
 }
 
 void SweepSchedule::touch()

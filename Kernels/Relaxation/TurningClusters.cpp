@@ -142,7 +142,7 @@ TurningClusters::Body TurningClusters::bodyOf(const Bricks& bricks, const std::u
   return body;
 }
 
-void TurningClusters::straighten(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
+void TurningClusters::projectToRigid(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
   const Body& body, bool anchored, const std::vector<std::size_t>& held, bool turns, float* places, float* spins)
 {
   if (anchored)

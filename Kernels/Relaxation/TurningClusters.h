@@ -45,7 +45,7 @@ public:
   /// Projects the elements of a cluster to the nearest rigid motion (least squares). Without `turns`, or with a freedom
   /// other than All or Ball, it keeps the current rotation of Body::member. Held elements keep their places, and an
   /// anchored cluster is at rest. `places` and `spins`: displacements and rotations, 3 values per member.
-  static void straighten(const Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
+  static void projectToRigid(const Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
     bool anchored, const std::vector<std::size_t>& held, bool turns, float* places, float* spins);
 
   /// Uploads these clusters, in the order of the lists of RigidClusters. `chunks`: the number of chunks.

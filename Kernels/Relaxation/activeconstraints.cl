@@ -17,13 +17,13 @@ kernel void activeConstraints(global const int* list, LAYOUT_ARGUMENTS, global c
   const uint slot = list[get_group_id(0)];
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
-    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     mask found = (mask)(0);
 #ifdef TURNING
     real wanted[6][3];
     loadApart(s.odd, &s, pitch, spin, proportions, wanted);
 #endif
-    ROLLED
+    NO_UNROLL
     for (int d = 1; d < 6; d += 2)
     {
       real limit;

@@ -27,7 +27,7 @@ kernel void relaxAll(SWEEP_ARGUMENTS, int kind, float still, float slack, LAYOUT
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
-      const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+      const Stencil s = stencilOf(slot, colour, work, pitch, table, place, strideY, strideZ);
       real limit[6], weight[6], us[6];
 #ifdef SOFT
       real softWeight, softPlaces[3];

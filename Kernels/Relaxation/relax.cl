@@ -21,8 +21,9 @@
 #include "halo.clh"
 
 // Relaxes one lane group and updates the largest moves and the faces.
-RULE void relaxPiece(const Site* s, const Beside* beside, float omega, float still, float slack, int limited,
-  uint pitch, uint tissuePitch, global const int* place, global float* displacement, global const float* constraint,
+CHAINMAIL_INLINE void relaxPiece(const Stencil* s, const Beside* beside, float omega, float still, float slack,
+  int limited, uint pitch, uint tissuePitch, global const int* place, global float* displacement,
+  global const float* constraint,
   global const uchar* cut, real* most, int* faces WAVES_ARGUMENTS SOFT_ARGUMENTS)
 {
   real c[AXES], u[3];
@@ -87,7 +88,7 @@ RULE void relaxPiece(const Site* s, const Beside* beside, float omega, float sti
 }
 
 // Relaxes the share of one of `items` work-items in a brick and returns the largest move. `last` is the last slot.
-APART float relaxShare(int lid, int items, uint slot, uint last, int colour, float omega, float still, float slack,
+NOINLINE float relaxShare(int lid, int items, uint slot, uint last, int colour, float omega, float still, float slack,
   int limited, LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint, global const uchar* cut,
   int* faces WAVES_ARGUMENTS SOFT_ARGUMENTS)
 {
@@ -95,7 +96,7 @@ APART float relaxShare(int lid, int items, uint slot, uint last, int colour, flo
   real most = (real)(0.0f);
   for (int work = lid; work < VECTORS; work += items)
   {
-    const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(slot, colour, work, pitch, table, place, strideY, strideZ);
     const Beside beside = besideOf(
       halo, &s, slot, last, colour, pitch, tissuePitch, table, place, strideY, strideZ, displacement, constraint);
     relaxPiece(&s, &beside, omega, still, slack, limited, pitch, tissuePitch, place, displacement, constraint, cut,
@@ -135,7 +136,8 @@ inline void relaxClusters(int4 chunkClusterMemberCounts, int4 turn, float omega,
   }
   for (int n = 0; n < 3 * chunkClusterMemberCounts.x; ++n)
   {
-    gatherChunk(n / 3, n % 3, chunks, links, ways, places, slack, pitch, tissuePitch, displacement, constraint, partial);
+    gatherChunk(n / 3, n % 3, chunks, links, ways, places, slack, pitch, tissuePitch, displacement, constraint,
+      partial);
   }
   for (int id = 0; id < chunkClusterMemberCounts.y; ++id)
   {

@@ -13,7 +13,8 @@
 // element. Rotating tissue as a whole costs nothing. Where nothing rotates and elements are cubes, E is the energy of
 // relax.cl. In the code lengths are in mean spacings, so V = 1, and displacements are fractions of the spacing.
 //
-// With SWELLING, E also contains a volumetric energy (swelling.clh). d(i) is the volumetric strain, k a link of i:
+// With VOLUMETRIC_STRAIN, E also contains a volumetric energy (volumetricstrain.clh). d(i) is the volumetric strain, k
+// a link of i:
 //
 //   sum over i of 1/2 bulk(i) d(i)^2,   d(i) = sum over k of y(k),   y(k) = share(k) (strain of k along R(i) e(k)).
 //
@@ -43,7 +44,7 @@
 // Variables of the code, with s the rotation step (rotationOf):
 //   bulk           2 kappa / D(i), Lame's first parameter for the shear modulus 1 / D(i)
 //   share          D(i) / (D(i) + D(j)), the part of a link's strain that is in the element's half of the link
-//   tension        p, stored in component 3 of `spin`
+//   pressure       p, stored in component 3 of `spin`
 //   carried        carried(a), stored in component 4 + a of `spin`
 //   late, on       lag(a), and (1 - omega) times it
 //   middleOf()     m(a) up to a term of R(i) alone; component 7 + a of `spin` stores q(a) up to that term
@@ -74,7 +75,7 @@
 #include "turning.clh"
 
 #include "halo.clh"
-#include "swelling.clh"
+#include "volumetricstrain.clh"
 
 typedef struct
 {
@@ -82,7 +83,7 @@ typedef struct
   real weight[6][AXES]; // W of the links, without soft links and volumetric energy
   real gap[6][3];       // u(j) - u(i), minus half the rest offset (R(j) - I) h e of the neighbour
   real pull[3][3];      // for each axis, weight * (u(j) - u(i)) of its upper link minus that of its lower one
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
   real bulk;         // 2 kappa / D(i)
   real share[6];     // D(i) / (D(i) + D(j))
   real reach[3][3];  // as pull, of share * (u(j) - u(i))
@@ -92,11 +93,11 @@ typedef struct
 #endif
 } TurningLinks;
 
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
 // Adds the volumetric terms of the neighbour j in direction d. apart: u(j) - u(i). theirs: (R(j) - I) a, with a the
 // unit vector along the axis of the link.
-RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const real* apart, const real* theirs,
-  uint pitch, uint tissuePitch, global const float* constraint, global const uchar* cut,
+CHAINMAIL_INLINE void loadVolumetricStrain(const int odd, const Stencil* s, real soft, int d, const real* apart,
+  const real* theirs, uint pitch, uint tissuePitch, global const float* constraint, global const uchar* cut,
   TurningLinks* links SPIN_ARGUMENTS)
 {
   const int a = d / 2;
@@ -104,9 +105,9 @@ RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const rea
   const real each = shareByConstraint(soft, other);
   const float way = (d & 1 ? 1.0f : -1.0f) * (1.0f / proportion(proportions, a));
   const real carried = neighbour(spin + (4 + a) * pitch, s, d, odd);
-  const real tension = neighbour(spin + 3 * pitch, s, d, odd) + (d & 1 ? carried : -carried);
+  const real pressure = neighbour(spin + 3 * pitch, s, d, odd) + (d & 1 ? carried : -carried);
   const real theirShare = select((real)(0.0f), other * each, isSoft(other));
-  const real pull = 0.5f * way * theirShare * tension;
+  const real pull = 0.5f * way * theirShare * pressure;
   const real load = 3.0f * proportions.w * way * way * theirShare * each; // 3 bulk(j) share(j)^2 / h^2
   real arm[3], size[3];
   UNROLL
@@ -130,7 +131,7 @@ RULE void loadSwelling(const int odd, const Site* s, real soft, int d, const rea
 
 // The strain of an element's halves of its links along each axis a, along each of its rotated axes b: out[b][a], with
 // the trace d. mine[a]: (R(i) - I) times the unit vector along axis a.
-RULE void stretchOf(const TurningLinks* links, real mine[3][3], float4 proportions, real out[3][3])
+CHAINMAIL_INLINE void stretchOf(const TurningLinks* links, real mine[3][3], float4 proportions, real out[3][3])
 {
   UNROLL
   for (int a = 0; a < 3; ++a)
@@ -151,7 +152,7 @@ RULE void stretchOf(const TurningLinks* links, real mine[3][3], float4 proportio
 }
 
 // The pressure of an element, bulk d.
-RULE real tensionOf(const TurningLinks* links, real mine[3][3], float4 proportions)
+CHAINMAIL_INLINE real pressureOf(const TurningLinks* links, real mine[3][3], float4 proportions)
 {
   real stretch[3][3];
   stretchOf(links, mine, proportions, stretch);
@@ -160,7 +161,7 @@ RULE real tensionOf(const TurningLinks* links, real mine[3][3], float4 proportio
 
 // The asymmetry -dd/du(i) along each axis of the grid [1 / mean spacing]: how fast d falls where the element itself
 // moves. It is 0 where the links of both sides have the same share.
-RULE void lopsided(const TurningLinks* links, real mine[3][3], float4 proportions, real* out)
+CHAINMAIL_INLINE void lopsided(const TurningLinks* links, real mine[3][3], float4 proportions, real* out)
 {
   UNROLL
   for (int b = 0; b < 3; ++b)
@@ -175,24 +176,24 @@ RULE void lopsided(const TurningLinks* links, real mine[3][3], float4 proportion
   }
 }
 
-// Adds the term `tension x` of the volumetric energy (rotationOf) to the torque and stiffness of the links. Returns the
-// rotation gradient in `twist` and a bound for the row sums of |Q| in `arms`.
-RULE void torqueOfSwelling(const TurningLinks* links, real mine[3][3], float4 proportions, real* stiffness,
+// Adds the term `pressure x` of the volumetric energy (rotationOf) to the torque and stiffness of the links. Returns
+// the rotation gradient in `twist` and a bound for the row sums of |Q| in `arms`.
+CHAINMAIL_INLINE void torqueOfPressure(const TurningLinks* links, real mine[3][3], float4 proportions, real* stiffness,
   real torque[3][3], real* twist, real* arms)
 {
   real stretch[3][3];
   stretchOf(links, mine, proportions, stretch);
-  const real tension = links->bulk * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
+  const real pressure = links->bulk * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
   *arms = (real)(0.0f);
   UNROLL
   for (int a = 0; a < 3; ++a)
   {
     const real both = links->share[2 * a] + links->share[2 * a + 1];
-    stiffness[a] -= tension * both;
+    stiffness[a] -= pressure * both;
     UNROLL
     for (int b = 0; b < 3; ++b)
     {
-      torque[b][a] -= tension * stretch[b][a];
+      torque[b][a] -= pressure * stretch[b][a];
       *arms += a == b ? both + fabs(stretch[b][a]) : fabs(stretch[b][a]);
     }
   }
@@ -205,10 +206,10 @@ RULE void torqueOfSwelling(const TurningLinks* links, real mine[3][3], float4 pr
 }
 #endif
 
-RULE void loadTurningLinks(const Site* s, const Beside* beside, const real* c, const real* u, uint pitch,
+CHAINMAIL_INLINE void loadTurningLinks(const Stencil* s, const Beside* beside, const real* c, const real* u, uint pitch,
   uint tissuePitch, global const float* constraint, global const uchar* cut, TurningLinks* links SPIN_ARGUMENTS)
 {
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
   const real soft = meanConstraint(c);
   links->bulk = bulkOf(soft, proportions);
 #endif
@@ -230,7 +231,7 @@ RULE void loadTurningLinks(const Site* s, const Beside* beside, const real* c, c
       other[axis] = spinBeside(beside, axis, d);
     }
     turnedAxis(other, a, theirs);
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
     real aparts[3];
 #endif
     UNROLL
@@ -241,12 +242,12 @@ RULE void loadTurningLinks(const Site* s, const Beside* beside, const real* c, c
       const real weight = links->weight[d][min(b, AXES - 1)];
       links->gap[d][b] = apart - (d & 1 ? 0.5f : -0.5f) * ratio * theirs[b];
       links->pull[a][b] = d & 1 ? weight * apart + links->pull[a][b] : -weight * apart;
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
       aparts[b] = apart;
 #endif
     }
-#ifdef SWELLING
-    loadSwelling(s->odd, s, soft, d, aparts, theirs, pitch, tissuePitch, constraint, cut, links SPIN_PASSED_ON);
+#ifdef VOLUMETRIC_STRAIN
+    loadVolumetricStrain(s->odd, s, soft, d, aparts, theirs, pitch, tissuePitch, constraint, cut, links SPIN_PASSED_ON);
 #endif
   }
 }
@@ -257,10 +258,10 @@ RULE void loadTurningLinks(const Site* s, const Beside* beside, const real* c, c
 // Where they differ by axis, H is an upper bound. Adding the magnitudes of the rest of its row to each diagonal entry
 // of H makes sure that the energy falls.
 //
-// With SWELLING, s changes d by x = (twist s - s Q s / 2) / (1 + s^2 / 4), and the energy by tension x + bulk x^2 / 2.
-// The first term has the same form as that of the links. The second is at most bulk ((twist s)^2 + (s Q s)^2 / 4).
-// There the row sums of |Q| are at most `reachOfAxes`, and s is no longer than the step found without this term.
-RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proportions, real* rotation)
+// With VOLUMETRIC_STRAIN, s changes d by x = (twist s - s Q s / 2) / (1 + s^2 / 4), and the energy by pressure x + bulk
+// x^2 / 2. The first term has the same form as that of the links. The second is at most bulk ((twist s)^2 + (s Q s)^2 /
+// 4). There the row sums of |Q| are at most `reachOfAxes`, and s is no longer than the step found without this term.
+CHAINMAIL_INLINE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proportions, real* rotation)
 {
   real stiffness[3], arms[3][3];
   real torque[3][3]; // [b][a]: of the links along a, along the turned axis b
@@ -289,9 +290,9 @@ RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proporti
       torque[b][a] = arms[b][0] * pull[0] + arms[b][1] * pull[1] + arms[b][2] * pull[2];
     }
   }
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
   real twist[3], reachOfAxes, moments[3], inertias[3];
-  torqueOfSwelling(links, mine, proportions, stiffness, torque, twist, &reachOfAxes);
+  torqueOfPressure(links, mine, proportions, stiffness, torque, twist, &reachOfAxes);
 #endif
   UNROLL
   for (int c = 0; c < 3; ++c)
@@ -302,12 +303,12 @@ RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proporti
     const real inertia = stiffness[a] + stiffness[b] + torque[a][a] + torque[b][b] + 0.5f * coupling;
     const real size = max(inertia, fabs(moment)); // |rotation[c]| <= 1, about a radian
     rotation[c] = select((real)(0.0f), moment / size, size > 0.0f);
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
     moments[c] = moment;
     inertias[c] = inertia;
 #endif
   }
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
   const real square = rotation[0] * rotation[0] + rotation[1] * rotation[1] + rotation[2] * rotation[2];
   const real twists = fabs(twist[0]) + fabs(twist[1]) + fabs(twist[2]);
   UNROLL
@@ -322,7 +323,7 @@ RULE void rotationOf(const TurningLinks* links, real mine[3][3], float4 proporti
 
 // The strain u(j) - u(i) - rest offset of a link on an axis, for the rotation of the element that `mine` describes. It
 // is also the move of the element that makes the strain 0.
-RULE real strainOf(const TurningLinks* links, real mine[3][3], int d, int axis, float4 proportions)
+CHAINMAIL_INLINE real strainOf(const TurningLinks* links, real mine[3][3], int d, int axis, float4 proportions)
 {
   const float ratio = 0.5f * (proportion(proportions, d / 2) / proportion(proportions, axis));
   return links->gap[d][axis] - (d & 1 ? ratio : -ratio) * mine[d / 2][axis];
@@ -331,14 +332,14 @@ RULE real strainOf(const TurningLinks* links, real mine[3][3], int d, int axis, 
 typedef struct
 {
   real weight[AXES]; // sum of W
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
   real load[3]; // the volumetric energy's addition to the sum of W
 #endif
   real pull[3]; // sum of W * strain
   real room;    // least limit - |strain|: no smaller move breaks a limit; negative where a link is beyond its limit
 } TurningNeighbours;
 
-RULE TurningNeighbours askNeighbours(const TurningLinks* links, real mine[3][3], float4 proportions)
+CHAINMAIL_INLINE TurningNeighbours askNeighbours(const TurningLinks* links, real mine[3][3], float4 proportions)
 {
   TurningNeighbours all;
   all.room = (real)(INFINITY);
@@ -362,15 +363,15 @@ RULE TurningNeighbours askNeighbours(const TurningLinks* links, real mine[3][3],
       all.room = min(all.room, links->limit[d][axis] - most[axis]);
     }
   }
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
   real own[3];
   lopsided(links, mine, proportions, own);
-  const real tension = tensionOf(links, mine, proportions);
+  const real pressure = pressureOf(links, mine, proportions);
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
     const real size = fabs(own[0]) + fabs(own[1]) + fabs(own[2]);
-    all.pull[axis] += (links->tug[axis] + 0.5f * tension * own[axis]) * (1.0f / proportion(proportions, axis));
+    all.pull[axis] += (links->tug[axis] + 0.5f * pressure * own[axis]) * (1.0f / proportion(proportions, axis));
     all.load[axis] = links->load[axis] + 0.5f * links->bulk * fabs(own[axis]) * size;
   }
 #endif
@@ -380,7 +381,7 @@ RULE TurningNeighbours askNeighbours(const TurningLinks* links, real mine[3][3],
 #ifndef UNLIMITED
 // The largest fraction of the step from one rotation to the next at which no link exceeds its limit. The strain is
 // interpolated linearly. The factor 0.95 allows for the error of the interpolation.
-RULE real shareWithin(const TurningLinks* links, real mine[3][3], real next[3][3], float4 proportions)
+CHAINMAIL_INLINE real shareWithin(const TurningLinks* links, real mine[3][3], real next[3][3], float4 proportions)
 {
   real share = (real)(1.0f);
   UNROLL
@@ -399,8 +400,8 @@ RULE real shareWithin(const TurningLinks* links, real mine[3][3], real next[3][3
 // Shortens rotation steps that would take a link beyond its limit, or further beyond it than before. Where the
 // shortened step still does, the element keeps its rotation. Other elements are unchanged. `beyond`: elements whose
 // whole step leaves a negative room.
-RULE void turnWithin(const TurningLinks* links, const real* own, real mine[3][3], float4 proportions, mask beyond,
-  real* next, real turnedTo[3][3], TurningNeighbours* all)
+CHAINMAIL_INLINE void turnWithin(const TurningLinks* links, const real* own, real mine[3][3], float4 proportions,
+  mask beyond, real* next, real turnedTo[3][3], TurningNeighbours* all)
 {
   const real least = min(askNeighbours(links, mine, proportions).room, (real)(0.0f));
   beyond &= all->room < least;
@@ -426,7 +427,7 @@ RULE void turnWithin(const TurningLinks* links, const real* own, real mine[3][3]
 
 // Clamps the move of an element to the intersection of the boxes of its links. Where rounding leaves that empty, the
 // element stays.
-RULE void moveWithin(const TurningLinks* links, real mine[3][3], float4 proportions, real* move)
+CHAINMAIL_INLINE void moveWithin(const TurningLinks* links, real mine[3][3], float4 proportions, real* move)
 {
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
@@ -446,10 +447,10 @@ RULE void moveWithin(const TurningLinks* links, real mine[3][3], float4 proporti
 }
 #endif
 
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
 // m(a) without its constant term: the sum of share * (u(j) - u(i)) of the links along axis a, along the rotated axis
 // and divided by h.
-RULE real middleOf(const TurningLinks* links, real mine[3][3], int a, float4 proportions)
+CHAINMAIL_INLINE real middleOf(const TurningLinks* links, real mine[3][3], int a, float4 proportions)
 {
   real sum = (real)(0.0f);
   UNROLL
@@ -462,7 +463,8 @@ RULE real middleOf(const TurningLinks* links, real mine[3][3], int a, float4 pro
 }
 
 // lag(a) = q_old(a) - m(a) of each axis.
-RULE void lateBy(const Site* s, const TurningLinks* links, real mine[3][3], uint pitch, real* out SPIN_ARGUMENTS)
+CHAINMAIL_INLINE void lateBy(const Stencil* s, const TurningLinks* links, real mine[3][3], uint pitch,
+  real* out SPIN_ARGUMENTS)
 {
   UNROLL
   for (int a = 0; a < 3; ++a)
@@ -473,8 +475,8 @@ RULE void lateBy(const Site* s, const TurningLinks* links, real mine[3][3], uint
 
 // Stores the pressure, carried(a) and q(a) of elements after a move. Where the pressure changes or carried(a) is or was
 // not 0, neighbours have to be visited: returns the faces of the brick that such elements touch.
-RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const real* move, const real* late,
-  float omega, float still, uint pitch SPIN_ARGUMENTS)
+CHAINMAIL_INLINE int storePressure(const Stencil* s, TurningLinks* links, real mine[3][3], const real* move,
+  const real* late, float omega, float still, uint pitch SPIN_ARGUMENTS)
 {
   UNROLL
   for (int m = 0; m < 9; ++m)
@@ -483,7 +485,7 @@ RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const
     links->reach[a][m % 3] -= (links->share[2 * a + 1] - links->share[2 * a]) * move[m % 3];
     links->middle[a][m % 3] -= (links->share[2 * a + 1] + links->share[2 * a]) * move[m % 3];
   }
-  const real next = tensionOf(links, mine, proportions);
+  const real next = pressureOf(links, mine, proportions);
   global float* own = spin + 3 * pitch + s->self;
   mask changed = next != LOAD(own);
   UNROLL
@@ -507,7 +509,8 @@ RULE int storeTension(const Site* s, TurningLinks* links, real mine[3][3], const
 
 #ifdef SOFT
 // Adds the soft links of a lane group (softlinks.clh).
-RULE void askSoftLinks(const Site* s, const real* u, global const int* place SOFT_ARGUMENTS, TurningNeighbours* all)
+CHAINMAIL_INLINE void askSoftLinks(const Stencil* s, const real* u, global const int* place SOFT_ARGUMENTS,
+  TurningNeighbours* all)
 {
   real weight, places[3];
   if (loadSoftLinks(s, place SOFT_PASSED_ON, &weight, places))
@@ -528,8 +531,8 @@ RULE void askSoftLinks(const Site* s, const real* u, global const int* place SOF
 
 // Relaxes one lane group, with rotations if `mayTurn`, and updates the largest moves and the faces. `mayTurn` is a
 // compile-time constant, so it takes no register.
-RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float omega, float still, uint pitch,
-  uint tissuePitch, global const int* place, global float* displacement, global const float* constraint,
+CHAINMAIL_INLINE void turnPiece(const Stencil* s, const Beside* beside, bool mayTurn, float omega, float still,
+  uint pitch, uint tissuePitch, global const int* place, global float* displacement, global const float* constraint,
   global const uchar* cut, real* most, int* faces SPIN_ARGUMENTS SOFT_ARGUMENTS)
 {
   real c[AXES], u[3], own[3], mine[3][3];
@@ -556,7 +559,7 @@ RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float ome
   }
   loadTurningLinks(s, beside, c, u, pitch, tissuePitch, constraint, cut, &links SPIN_PASSED_ON);
   turnedAxes(own, mine);
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
   real late[3];
   lateBy(s, &links, mine, pitch, late SPIN_PASSED_ON);
 #endif
@@ -604,7 +607,7 @@ RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float ome
   for (int axis = 0; axis < 3; ++axis)
   {
     const int which = min(axis, AXES - 1);
-#ifdef SWELLING
+#ifdef VOLUMETRIC_STRAIN
     const real residual = all.pull[axis] * (1.0f / (all.weight[which] + all.load[axis]));
 #else
     const real residual = all.pull[axis] * (1.0f / all.weight[which]);
@@ -628,8 +631,8 @@ RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float ome
     moved = max(moved, fabs(nextPlace[axis] - u[axis]));
     moved = mayTurn ? max(moved, fabs(next[axis] - own[axis])) : moved;
   }
-#ifdef SWELLING
-  *faces |= storeTension(s, &links, turnedTo, move, late, omega, still, pitch SPIN_PASSED_ON);
+#ifdef VOLUMETRIC_STRAIN
+  *faces |= storePressure(s, &links, turnedTo, move, late, omega, still, pitch SPIN_PASSED_ON);
 #endif
   if (SOME(moved > 0.0f))
   {
@@ -652,7 +655,7 @@ RULE void turnPiece(const Site* s, const Beside* beside, bool mayTurn, float ome
 }
 
 // Relaxes the share of one of `items` work-items in a brick and returns the largest move. `last` is the last slot.
-APART float turnShare(int lid, int items, uint slot, uint last, int colour, bool mayTurn, float omega, float still,
+NOINLINE float turnShare(int lid, int items, uint slot, uint last, int colour, bool mayTurn, float omega, float still,
   LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint, global const uchar* cut,
   int* faces SPIN_ARGUMENTS SOFT_ARGUMENTS)
 {
@@ -660,7 +663,7 @@ APART float turnShare(int lid, int items, uint slot, uint last, int colour, bool
   real most = (real)(0.0f);
   for (int work = lid; work < VECTORS; work += items)
   {
-    const Site s = siteOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(slot, colour, work, pitch, table, place, strideY, strideZ);
     const Beside beside = besideOf(halo, &s, slot, last, colour, pitch, tissuePitch, table, place, strideY, strideZ,
       displacement, constraint SPIN_PASSED_ON);
     if (mayTurn)

@@ -84,23 +84,23 @@ typedef struct
 } PosedLink;
 
 // The cross product. builtins.clh, which PoCL reads in place of the header of built-in functions, has no cross().
-RULE float4 across(float4 a, float4 b)
+CHAINMAIL_INLINE float4 across(float4 a, float4 b)
 {
   return a.yzxw * b.zxyw - a.zxyw * b.yzxw;
 }
 
-RULE float4 three(global const float* values, uint pitch)
+CHAINMAIL_INLINE float4 three(global const float* values, uint pitch)
 {
   return (float4)(values[0], values[pitch], values[2 * pitch], 0.0f);
 }
 
-RULE float4 lengths(float4 proportions)
+CHAINMAIL_INLINE float4 lengths(float4 proportions)
 {
   return (float4)(proportions.x, proportions.y, proportions.z, 0.0f);
 }
 
 // (R - I) v, as turned() of spin.clh.
-RULE float4 turnedVector(float4 spin, float4 v)
+CHAINMAIL_INLINE float4 turnedVector(float4 spin, float4 v)
 {
   const float part = 0.0625f * (spin.x * spin.x + spin.y * spin.y + spin.z * spin.z);
   const float scale = 1.0f / (1.0f + part);
@@ -111,8 +111,8 @@ RULE float4 turnedVector(float4 spin, float4 v)
   return scalar * across(q, v) + (along * q - square * v);
 }
 
-RULE OutgoingLink linkOf(uint other, int d, global const float* body, uint pitch, global const int* place, int strideY,
-  int strideZ, global const float* displacement, global const float* constraint, global const float* spin,
+CHAINMAIL_INLINE OutgoingLink linkOf(uint other, int d, global const float* body, uint pitch, global const int* place,
+  int strideY, int strideZ, global const float* displacement, global const float* constraint, global const float* spin,
   float4 proportions)
 {
   OutgoingLink link;
@@ -139,7 +139,7 @@ typedef struct
   float4 x, y, z;
 } Pose;
 
-RULE Pose loadPose(global const float* pose)
+CHAINMAIL_INLINE Pose loadPose(global const float* pose)
 {
   const float4 spin = three(pose + 3, 1);
   Pose loaded;
@@ -151,12 +151,12 @@ RULE Pose loadPose(global const float* pose)
 }
 
 // (R - I) v.
-RULE float4 addedTo(const Pose* pose, float4 v)
+CHAINMAIL_INLINE float4 addedTo(const Pose* pose, float4 v)
 {
   return v.x * pose->x + v.y * pose->y + v.z * pose->z;
 }
 
-RULE PosedLink posed(const OutgoingLink* link, const Pose* pose, float4 proportions)
+CHAINMAIL_INLINE PosedLink posed(const OutgoingLink* link, const Pose* pose, float4 proportions)
 {
   PosedLink as;
   const float4 more = addedTo(pose, link->rest);
@@ -171,7 +171,7 @@ RULE PosedLink posed(const OutgoingLink* link, const Pose* pose, float4 proporti
 
 #ifdef SOFT
 // The rows of a symmetric matrix of 6 values.
-RULE void symmetric(global const float* values, float4* rows)
+CHAINMAIL_INLINE void symmetric(global const float* values, float4* rows)
 {
   rows[0] = (float4)(values[0], values[1], values[2], 0.0f);
   rows[1] = (float4)(values[1], values[3], values[4], 0.0f);
@@ -179,7 +179,7 @@ RULE void symmetric(global const float* values, float4* rows)
 }
 
 // The rows of the matrix R - I of a pose, or of the sum or difference of two such matrices.
-RULE void rowsOf(float4 x, float4 y, float4 z, float4* rows)
+CHAINMAIL_INLINE void rowsOf(float4 x, float4 y, float4 z, float4* rows)
 {
   rows[0] = (float4)(x.x, y.x, z.x, 0.0f);
   rows[1] = (float4)(x.y, y.y, z.y, 0.0f);
@@ -187,7 +187,7 @@ RULE void rowsOf(float4 x, float4 y, float4 z, float4* rows)
 }
 
 // The product of a matrix and a symmetric one, both by rows.
-RULE void timesSymmetric(const float4* matrix, const float4* second, float4* product)
+CHAINMAIL_INLINE void timesSymmetric(const float4* matrix, const float4* second, float4* product)
 {
   for (int a = 0; a < 3; ++a)
   {
@@ -195,7 +195,7 @@ RULE void timesSymmetric(const float4* matrix, const float4* second, float4* pro
   }
 }
 
-RULE float inner(float4 a, float4 b)
+CHAINMAIL_INLINE float inner(float4 a, float4 b)
 {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
@@ -228,7 +228,8 @@ inline void addSoftLinks(global const float* soft, global const float* poses, fl
     weight * arm.x * arm.z + inner(rotatedSecond[0], rotated[2]),
     weight * arm.y * arm.y + inner(rotatedSecond[1], rotated[1]),
     weight * arm.y * arm.z + inner(rotatedSecond[1], rotated[2]),
-    weight * arm.z * arm.z + inner(rotatedSecond[2], rotated[2]), pull.x, pull.y, pull.z, torque.x, torque.y, torque.z };
+    weight * arm.z * arm.z + inner(rotatedSecond[2], rotated[2]), pull.x, pull.y, pull.z, torque.x, torque.y,
+    torque.z };
   sum[0] += weight;
   for (int m = 0; m < 15; ++m)
   {
@@ -529,14 +530,14 @@ kernel void turnSolve(global const int* log, int4 turn, global const int4* clust
 }
 
 // By how much the energy of a link rises from one pose to another, by axes.
-RULE float4 riseOf(float weight, const PosedLink* now, const PosedLink* then)
+CHAINMAIL_INLINE float4 riseOf(float weight, const PosedLink* now, const PosedLink* then)
 {
   return weight * ((then->strain - now->strain) * (then->strain + now->strain) +
                     (then->theirs - now->theirs) * (then->theirs + now->theirs));
 }
 
 // u(j) - u(i) - rest offset, with the mean of the rest offsets of both ends.
-RULE float4 meanStrain(const PosedLink* link)
+CHAINMAIL_INLINE float4 meanStrain(const PosedLink* link)
 {
   return 0.5f * (link->strain + link->theirs);
 }

@@ -74,7 +74,7 @@ Ranges::Ranges(const Bricks& bricks)
 {
 }
 
-Ranges::Ranges(const Bricks& bricks, const Survey& survey)
+Ranges::Ranges(const Bricks& bricks, const ChangeTracker& survey)
   : Ranges(bricks)
 {
   for (std::size_t n = 0; n < survey.displaced().size(); ++n)
@@ -168,7 +168,7 @@ BrickBox Ranges::cells(int brick, const OutputFrame& frame) const
 }
 
 std::vector<BrickReach> findReaches(
-  const Bricks& bricks, const OutputFrame& frame, const Survey& survey, const Ranges& ranges, CutSurfaces cuts)
+  const Bricks& bricks, const OutputFrame& frame, const ChangeTracker& survey, const Ranges& ranges, CutSurfaces cuts)
 {
   const Index3& size = bricks.model().grid().size;
   std::vector<BrickReach> reaches;

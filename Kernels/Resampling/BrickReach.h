@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Survey.h"
+#include "ChangeTracker.h"
 #include "Types.h"
 
 #include <algorithm>
@@ -93,7 +93,7 @@ public:
   /// For tissue at rest.
   explicit Ranges(const Bricks& bricks);
   /// For the last look of a survey.
-  Ranges(const Bricks& bricks, const Survey& survey);
+  Ranges(const Bricks& bricks, const ChangeTracker& survey);
 
   /// The output bricks whose content depends on the tissue of one brick: those that its moved cells may reach or leave.
   /// With `whole` all its elements count as displaced. The box extends at least `beyond` voxels further.
@@ -132,6 +132,6 @@ constexpr int reachOfCarves = 3;
 
 /// What all displaced tissue and all carved elements affect, an entry for each displaced and each carved brick.
 std::vector<BrickReach> findReaches(
-  const Bricks& bricks, const OutputFrame& frame, const Survey& survey, const Ranges& ranges, CutSurfaces cuts);
+  const Bricks& bricks, const OutputFrame& frame, const ChangeTracker& survey, const Ranges& ranges, CutSurfaces cuts);
 
 }

@@ -179,7 +179,7 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
 
 Resampling::Resampling(Bricks& bricks)
   : bricks_(bricks)
-  , survey_(bricks)
+  , changes_(bricks)
   , ranges_(bricks)
 {
 }
@@ -188,11 +188,11 @@ Resampling::Resampling(Bricks& bricks)
 /// brick that changed.
 void Resampling::noteChanges(const OutputFrame& frame)
 {
-  const Survey::Look now = this->survey_.look();
-  Ranges present(this->bricks_, this->survey_);
+  const ChangeTracker::Revision now = this->changes_.revise();
+  Ranges present(this->bricks_, this->changes_);
   for (int brick = 0; brick < this->bricks_.numbers(); ++brick)
   {
-    if (this->survey_.changedAt(brick) <= this->last_)
+    if (this->changes_.changedAt(brick) <= this->last_)
     {
       continue;
     }
@@ -237,7 +237,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
   }
   this->noteChanges(frame);
 
-  const std::vector<BrickReach> reaches = findReaches(this->bricks_, frame, this->survey_, this->ranges_, cuts);
+  const std::vector<BrickReach> reaches = findReaches(this->bricks_, frame, this->changes_, this->ranges_, cuts);
   std::vector<char> isReached(frame.bricks.voxels(), 0);
   for (const BrickReach& reach : reaches)
   {
@@ -275,7 +275,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
     visit(resting);
   }
   // The kernels also read the tissue at rest where displaced tissue arrives, so it is loaded.
-  this->bricks_.know(tissue);
+  this->bricks_.loadTissue(tissue);
   this->covers_ = cuts == CutSurfaces::Smooth && this->bricks_.anyCut() && this->bricks_.cutDistances().any();
   if (this->covers_)
   {

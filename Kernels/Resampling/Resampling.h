@@ -43,16 +43,16 @@ private:
   const cl::Buffer& locate(const Batch& batch);
 
   Bricks& bricks_;
-  Survey survey_;
-  Survey::Look first_ = 1; ///< first look with the present padding, surfaces and detail
-  Survey::Look last_ = 0;  ///< last look with these
+  ChangeTracker changes_;
+  ChangeTracker::Revision first_ = 1; ///< first look with the present padding, surfaces and detail
+  ChangeTracker::Revision last_ = 0;  ///< last look with these
   Index3 padding_{};
   CutSurfaces cuts_ = CutSurfaces::Stepped;
   OutputDetail detail_;
   bool covers_ = false; ///< whether voxels of this run have a coverage
   Ranges ranges_;       ///< of the last run
   /// For each output brick the last look at which its content may have changed.
-  std::vector<Survey::Look> changedAt_;
+  std::vector<ChangeTracker::Revision> changedAt_;
   Scratch list_{ "the list of bricks" };
   Scratch places_{ "the list of bricks" };
   Scratch firsts_{ "the list of bricks" };

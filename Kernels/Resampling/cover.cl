@@ -10,7 +10,7 @@
 // Output bricks have FINER times as many voxels along each axis, so bricks of the output and the grid have the same
 // numbers. Positions, displacements and offsets stay in voxels of the grid.
 
-#include "part.clh"
+#include "tile.clh"
 
 // Output voxels along the axes of a brick, and in a whole brick.
 #define OUT_X (FINER * BX)
@@ -42,13 +42,13 @@ typedef struct
 #define DISPUTE 5
 
 // The number of a voxel, given by brick and offset in it, in the arrays of the output; -1 where it has none.
-RULE int numberIn(const Output* o, int brick, int offset)
+CHAINMAIL_INLINE int numberIn(const Output* o, int brick, int offset)
 {
   const int place = o->places[brick];
   return place >= 0 ? place * OUTPUTS + offset : -1;
 }
 
-RULE int numberAt(const Output* o, int3 at)
+CHAINMAIL_INLINE int numberAt(const Output* o, int3 at)
 {
   const uint3 from = convert_uint3(at - FINER * o->boxFirst.xyz); // huge where negative
   const uint3 brick = from / (uint3)(OUT_X, OUT_Y, OUT_Z), offset = from % (uint3)(OUT_X, OUT_Y, OUT_Z);
@@ -61,7 +61,7 @@ RULE int numberAt(const Output* o, int3 at)
 }
 
 // Whether this work-item entered a candidate. Then offsets that it stores later overwrite that candidate's.
-RULE bool isOurs(const Output* o, uint claim)
+CHAINMAIL_INLINE bool isOurs(const Output* o, uint claim)
 {
   if (!o->alone)
   {
@@ -149,7 +149,7 @@ inline void takeCorners(const Tissue* t, const Output* o, int3 base, uint corner
 #define SAMPLE_SLACK 0.03f
 
 // The bitwise OR over all lanes.
-RULE uint bitsOfAll(mask bits)
+CHAINMAIL_INLINE uint bitsOfAll(mask bits)
 {
   int lanes[WIDTH], all = 0;
   STORE(bits, lanes);
@@ -163,7 +163,7 @@ RULE uint bitsOfAll(mask bits)
 
 // The offsets of WIDTH samples, from number `first` on, from the middle of their voxel in local coordinates of a cell:
 // J^-1 step, or `step` itself in cells that are not gentle. `map` holds the same cell in all lanes.
-RULE void wayToSamples(const Output* o, const CellMap* map, int first, real* way)
+CHAINMAIL_INLINE void wayToSamples(const Output* o, const CellMap* map, int first, real* way)
 {
   const float powers[3] = { 0.81917251f, 0.67104361f, 0.54970048f }; // powers of 1 / g
   const float sampling[3] = { o->sampling.x, o->sampling.y, o->sampling.z };
@@ -248,7 +248,7 @@ typedef struct
 // middle lies behind the cell's surface, and a part of the voxel lies in the cell. Or the voxel lies between grid
 // points (FINER > 1) in a cell that a surface divides: `leave` reads only grid points and cannot tell on which side
 // such a voxel lies.
-RULE void takeInside(
+CHAINMAIL_INLINE void takeInside(
   const Output* o, const CellMap* map, const Lanes* lanes, const Cell* cell, int component, bool rests)
 {
   const real target[3] = { LOAD(lanes->target[0]), LOAD(lanes->target[1]), LOAD(lanes->target[2]) };
@@ -319,14 +319,14 @@ RULE void takeInside(
 }
 
 // The key of component 0 of a cell.
-RULE uint keyOf(const Output* o, int3 base)
+CHAINMAIL_INLINE uint keyOf(const Output* o, int3 base)
 {
   const int3 cell = base - o->cellsFirst.xyz;
   return (uint)(cell.x + o->cellsSize.x * (cell.y + o->cellsSize.y * cell.z)) * 8;
 }
 
 // The bits in `rows` of the eight corners of the cell at `at` in the tile.
-RULE uint cornerBits(const Tissue* t, local const ulong* rows, int3 at)
+CHAINMAIL_INLINE uint cornerBits(const Tissue* t, local const ulong* rows, int3 at)
 {
   uint bits = 0;
   UNROLL
@@ -339,20 +339,20 @@ RULE uint cornerBits(const Tissue* t, local const ulong* rows, int3 at)
 }
 
 // Marks the air at the corners of a cell as visited (taken), except ambiguous air, whose displacement differs by cell.
-RULE void noteTaken(local Part* part, int3 at)
+CHAINMAIL_INLINE void noteTaken(local Tile* tile, int3 at)
 {
   UNROLL
   for (int n = 0; n < 4; ++n)
   {
     const int row = ROW(at.y + (n & 1), at.z + (n >> 1));
-    part->taken[row] |= (ulong)3 << at.x & ~(part->elements[row] | part->ambiguous[row]);
+    tile->taken[row] |= (ulong)3 << at.x & ~(tile->elements[row] | tile->ambiguous[row]);
   }
 }
 
 // The displacement of corner n of the virtual cell of the corners `own`: the mean over those elements around the corner
 // that links join to `own`. Cells that share a corner and the tissue around it compute the same value, so their virtual
 // cells fit together.
-inline float3 virtualCorner(const Tissue* t, local const Part* part, int3 at, int n, uint own)
+inline float3 virtualCorner(const Tissue* t, local const Tile* tile, int3 at, int n, uint own)
 {
   const int3 corner = cornerAt(t, at, n);
   uint seeds = 0;
@@ -361,16 +361,16 @@ inline float3 virtualCorner(const Tissue* t, local const Part* part, int3 at, in
     const int3 from = cornerAt(t, at, m) - corner + 1;
     seeds |= (own >> m & 1) << (from.x + 3 * from.y + 9 * from.z);
   }
-  const uint joined = joinedTo(seeds, part, corner);
+  const uint joined = joinedTo(seeds, tile, corner);
   // The corner itself may be connected to them around the end of a cut.
-  return joined >> 13 & 1 ? displacementIn(part, corner) : meanAround(part, corner, joined);
+  return joined >> 13 & 1 ? displacementIn(tile, corner) : meanAround(tile, corner, joined);
 }
 
 // --- One cell
 
 // Enters candidates for the voxels that a component of a cell covers.
 inline void coverComponent(
-  const Tissue* t, const Output* o, local const Part* part, int3 at, const Cell* cell, int component, bool smooth)
+  const Tissue* t, const Output* o, local const Tile* tile, int3 at, const Cell* cell, int component, bool smooth)
 {
   float3 u[8], low = (float3)(INFINITY), high = (float3)(-INFINITY);
   bool rests = true;
@@ -380,10 +380,10 @@ inline void coverComponent(
     own |= isOwn(cell, component, n) ? 1u << n : 0;
   }
   // Air that is not ambiguous already has its displacement in the tile.
-  const uint known = own | ~(cell->elements | cornerBits(t, part->ambiguous, at));
+  const uint known = own | ~(cell->elements | cornerBits(t, tile->ambiguous, at));
   for (int n = 0; n < 8; ++n)
   {
-    u[n] = known >> n & 1 ? displacementIn(part, cornerAt(t, at, n)) : virtualCorner(t, part, at, n, own);
+    u[n] = known >> n & 1 ? displacementIn(tile, cornerAt(t, at, n)) : virtualCorner(t, tile, at, n, own);
     const float3 corner = u[n] + (float3)(n & 1, n >> 1 & 1, n >> 2);
     low = min(low, corner);
     high = max(high, corner);
@@ -460,9 +460,9 @@ inline void coverComponent(
   takeCorners(t, o, cell->base, air, u, lanes.key[0]);
 }
 
-APART void coverCell(const Tissue* t, const Output* o, local const Part* part, int3 at, int3 base, bool smooth)
+NOINLINE void coverCell(const Tissue* t, const Output* o, local const Tile* tile, int3 at, int3 base, bool smooth)
 {
-  Cell cell = cellOf(t, base, cornerBits(t, part->elements, at));
+  Cell cell = cellOf(t, base, cornerBits(t, tile->elements, at));
   findComponents(t, &cell);
 #ifdef SMOOTH_CUTS
   findSurface(t, &cell);
@@ -471,7 +471,7 @@ APART void coverCell(const Tissue* t, const Output* o, local const Part* part, i
   {
     if (isOwn(&cell, component, component))
     {
-      coverComponent(t, o, part, at, &cell, component, smooth);
+      coverComponent(t, o, tile, at, &cell, component, smooth);
     }
   }
 }
@@ -479,21 +479,21 @@ APART void coverCell(const Tissue* t, const Output* o, local const Part* part, i
 // --- WIDTH cells with a single component each
 
 // The elements among the corners of WIDTH cells along x, one bit each. The first cell is at `at` in the tile.
-RULE mask elementsOfRow(local const Part* part, int3 at)
+CHAINMAIL_INLINE mask elementsOfRow(local const Tile* tile, int3 at)
 {
   const mask number = laneNumbers();
   mask elements = (mask)(0);
   UNROLL
   for (int n = 0; n < 4; ++n)
   {
-    const ulong row = part->elements[ROW(at.y + (n & 1), at.z + (n >> 1))] >> at.x;
+    const ulong row = tile->elements[ROW(at.y + (n & 1), at.z + (n >> 1))] >> at.x;
     elements |= ((mask)((int)row) >> number & 3) << 2 * n;
   }
   return elements;
 }
 
 // Whether some corners of each cell are connected along its edges, if no link is cut.
-RULE mask areOnePiece(mask corners)
+CHAINMAIL_INLINE mask areOnePiece(mask corners)
 {
   mask joined = corners & -corners, before;
   do
@@ -518,7 +518,7 @@ typedef struct
 } Corners;
 
 // `at` is the first cell in the tile. `ambiguous` has a bit for each cell with an ambiguous corner.
-inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask elements, Corners* corners)
+inline void cornersOfRow(local const Tile* tile, int3 at, uint ambiguous, mask elements, Corners* corners)
 {
   UNROLL
   for (int n = 0; n < 8; ++n)
@@ -526,14 +526,14 @@ inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask e
     UNROLL
     for (int a = 0; a < 3; ++a)
     {
-      local const float* from = part->displacement[a] + POINT(at.x + (n & 1), at.y + (n >> 1 & 1), at.z + (n >> 2));
+      local const float* from = tile->displacement[a] + POINT(at.x + (n & 1), at.y + (n >> 1 & 1), at.z + (n >> 2));
       STORE(LOAD(from), corners->u[a][n]);
     }
   }
   for (int n = 0; ambiguous && n < 8; ++n)
   {
     const int3 corner = at + (int3)(n & 1, n >> 1 & 1, n >> 2);
-    const uint air = (uint)(part->ambiguous[ROW(corner.y, corner.z)] >> corner.x) & ambiguous;
+    const uint air = (uint)(tile->ambiguous[ROW(corner.y, corner.z)] >> corner.x) & ambiguous;
     if (!air)
     {
       continue;
@@ -546,9 +546,9 @@ inline void cornersOfRow(local const Part* part, int3 at, uint ambiguous, mask e
       const int3 from = at + (int3)(m & 1, m >> 1 & 1, m >> 2) - corner + 1;
       seeds |= (elements >> m & 1) << (from.x + 3 * from.y + 9 * from.z);
     }
-    const mask around = bitsAroundEach(part->elements, corner);
+    const mask around = bitsAroundEach(tile->elements, corner);
     real mean[3];
-    meanAroundEach(part, corner, joinedToEach(seeds & counts, around, part, corner), mean);
+    meanAroundEach(tile, corner, joinedToEach(seeds & counts, around, tile, corner), mean);
     UNROLL
     for (int a = 0; a < 3; ++a)
     {
@@ -564,18 +564,18 @@ typedef struct
   int after[3]; // the offset [output voxels]
 } Lattice;
 
-RULE Lattice latticeOf(int number)
+CHAINMAIL_INLINE Lattice latticeOf(int number)
 {
   const Lattice lattice = { { number % FINER, number / FINER % FINER, number / (FINER * FINER) } };
   return lattice;
 }
 
-RULE float behindGrid(const Lattice* lattice, int axis)
+CHAINMAIL_INLINE float behindGrid(const Lattice* lattice, int axis)
 {
   return lattice->after[axis] * (1.0f / FINER);
 }
 
-RULE bool hasVoxels(const Lattice* lattice, int4 flat)
+CHAINMAIL_INLINE bool hasVoxels(const Lattice* lattice, int4 flat)
 {
   return !(flat.x && lattice->after[0]) && !(flat.y && lattice->after[1]) && !(flat.z && lattice->after[2]);
 }
@@ -584,8 +584,8 @@ RULE bool hasVoxels(const Lattice* lattice, int4 flat)
 // `moves` is set there. It tries the grid points `first` to `last`, counted from the cell's lowest corner. A cell
 // covers about one voxel, but a different one in each lane. So the voxels that may lie inside are first collected and
 // then inverted together.
-RULE void takeReached(const Output* o, const CellMap* map, const Lattice* lattice, const real* first, const real* last,
-  mask moves, const mask* start, Lanes* lanes)
+CHAINMAIL_INLINE void takeReached(const Output* o, const CellMap* map, const Lattice* lattice, const real* first,
+  const real* last, mask moves, const mask* start, Lanes* lanes)
 {
   int most[3], voxels[LONG][WIDTH], count[WIDTH], rounds = 0;
   float targets[LONG][3][WIDTH];
@@ -661,7 +661,7 @@ RULE void takeReached(const Output* o, const CellMap* map, const Lattice* lattic
 // Finds the voxels of a lattice between `low` and `high` in the box of the output, for WIDTH cells. `first` and `last`
 // are their grid points, counted from the lowest corner of each cell. `start` is where the cells begin in the box, and
 // `end` the box's last point.
-RULE void boundsOf(
+CHAINMAIL_INLINE void boundsOf(
   const Lattice* lattice, const real* low, const real* high, const mask* start, int3 end, real* first, real* last)
 {
   UNROLL
@@ -675,7 +675,7 @@ RULE void boundsOf(
 
 // Handles those of WIDTH cells along x whose bit is set in `wanted`. The first cell is at `at` in the tile, with its
 // lowest corner at grid point `base`.
-RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, int3 base, mask elements,
+CHAINMAIL_INLINE void coverRow(const Tissue* t, const Output* o, local Tile* tile, int3 at, int3 base, mask elements,
   uint wanted, uint ambiguous, uint smooth)
 {
   const int4 flat = t->flat;
@@ -684,7 +684,7 @@ RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, 
   const mask number = laneNumbers(), isSmooth = lanesOf(smooth);
   STORE(elements, lanes.elements);
   STORE((mask)(keyOf(o, base)) + 8 * number + popcount((elements & -elements) - 1), lanes.key);
-  cornersOfRow(part, at, ambiguous, elements, &corners);
+  cornersOfRow(tile, at, ambiguous, elements, &corners);
   // Voxels are counted from the lowest corner of each cell, and cells from the first point of the output box.
   const int3 from = base - o->boxFirst.xyz, end = o->boxBricks.xyz * (int3)(BX, BY, BZ) - 1;
   const mask start[3] = { number + from.x, (mask)(from.y), (mask)(from.z) };
@@ -726,7 +726,7 @@ RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, 
   {
     if (tooLong[lane])
     {
-      coverCell(t, o, part, at + (int3)(lane, 0, 0), base + (int3)(lane, 0, 0), smooth >> lane & 1);
+      coverCell(t, o, tile, at + (int3)(lane, 0, 0), base + (int3)(lane, 0, 0), smooth >> lane & 1);
     }
   }
   CellMap map;
@@ -745,7 +745,7 @@ RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, 
     if (airy[lane])
     {
       const int3 place = at + (int3)(lane, 0, 0);
-      const uint air = ~lanes.elements[lane] & 255 & ~cornerBits(t, part->taken, place);
+      const uint air = ~lanes.elements[lane] & 255 & ~cornerBits(t, tile->taken, place);
       float3 u[8];
       for (int n = 0; n < 8; ++n)
       {
@@ -754,7 +754,7 @@ RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, 
       takeCorners(t, o, base + (int3)(lane, 0, 0), air, u, lanes.key[lane]);
       if (o->alone)
       {
-        noteTaken(part, place);
+        noteTaken(tile, place);
       }
     }
   }
@@ -763,9 +763,9 @@ RULE void coverRow(const Tissue* t, const Output* o, local Part* part, int3 at, 
 // --- Kernels
 
 // Handles those of WIDTH cells along x that have tissue and move.
-APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 at, int3 base)
+NOINLINE void coverCells(const Tissue* t, const Output* o, local Tile* tile, int3 at, int3 base)
 {
-  const ulong near = part->near[at.y - 1 + PART_Y * (at.z - 1)];
+  const ulong near = tile->near[at.y - 1 + TILE_Y * (at.z - 1)];
   if (!((uint)(near >> at.x) & ((1u << WIDTH) - 1)))
   {
     return;
@@ -775,21 +775,21 @@ APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 a
   for (int n = 0; n < 4; ++n)
   {
     const int row = ROW(at.y + (n & 1), at.z + (n >> 1));
-    full &= part->elements[row] & part->elements[row] >> 1;
-    some |= part->elements[row] | part->elements[row] >> 1;
-    moved |= part->moved[row] | part->moved[row] >> 1;
-    ambiguous |= part->ambiguous[row] | part->ambiguous[row] >> 1;
+    full &= tile->elements[row] & tile->elements[row] >> 1;
+    some |= tile->elements[row] | tile->elements[row] >> 1;
+    moved |= tile->moved[row] | tile->moved[row] >> 1;
+    ambiguous |= tile->ambiguous[row] | tile->ambiguous[row] >> 1;
 #ifdef CUTS
-    cut |= part->cut[row] | part->cut[row] >> 1;
+    cut |= tile->cut[row] | tile->cut[row] >> 1;
 #endif
 #ifdef SMOOTH_CUTS
-    nearCut |= part->nearCut[row] | part->nearCut[row] >> 1;
+    nearCut |= tile->nearCut[row] | tile->nearCut[row] >> 1;
 #endif
   }
   cut |= nearCut; // these cells are sampled one by one
   uint wanted = (uint)((near & some & (moved | ~full | nearCut)) >> at.x) & ((1u << WIDTH) - 1);
   const uint whole = (uint)((full & ~cut) >> at.x);
-  const mask elements = elementsOfRow(part, at);
+  const mask elements = elementsOfRow(tile, at);
   int onePiece[WIDTH];
   STORE(areOnePiece(elements), onePiece);
   for (int lane = 0; (wanted & ~whole) >> lane; ++lane)
@@ -802,7 +802,7 @@ APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 a
       wanted &= hasCell && !alone ? ~0u : ~(1u << lane);
       if (hasCell && alone)
       {
-        coverCell(t, o, part, place, corner, false);
+        coverCell(t, o, tile, place, corner, false);
       }
     }
   }
@@ -811,8 +811,8 @@ APART void coverCells(const Tissue* t, const Output* o, local Part* part, int3 a
     // Local copies: otherwise the members would be read again after each store.
     const Tissue tissue = *t;
     const Output output = *o;
-    coverRow(&tissue, &output, part, at, base, elements, wanted, (uint)(ambiguous >> at.x) & wanted,
-      (uint)(smoothCells(part, at.y, at.z) >> at.x));
+    coverRow(&tissue, &output, tile, at, base, elements, wanted, (uint)(ambiguous >> at.x) & wanted,
+      (uint)(smoothCells(tile, at.y, at.z) >> at.x));
   }
 }
 
@@ -843,17 +843,17 @@ kernel void cover(global const int* list, global const int* table, int strideY, 
     covered, behind, select((float3)(SAMPLED), (float3)(0.0f), flat.xyz != 0)
 #endif
   };
-  local Part part;
-  for (int n = 0; n < PARTS; ++n)
+  local Tile tile;
+  for (int n = 0; n < TILES; ++n)
   {
-    const int3 first = (int3)(n % (BX / PART_X), n / (BX / PART_X) % (BY / PART_Y), n / (BX / PART_X * (BY / PART_Y))) *
-                       (int3)(PART_X, PART_Y, PART_Z);
-    if (lookAround(&tissue, origin + first - 1, &part))
+    const int3 first = (int3)(n % (BX / TILE_X), n / (BX / TILE_X) % (BY / TILE_Y), n / (BX / TILE_X * (BY / TILE_Y))) *
+                       (int3)(TILE_X, TILE_Y, TILE_Z);
+    if (lookAround(&tissue, origin + first - 1, &tile))
     {
-      for (int work = get_local_id(0); work < PART_WORK; work += get_local_size(0))
+      for (int work = get_local_id(0); work < TILE_WORK; work += get_local_size(0))
       {
-        const int3 at = partAt(work);
-        coverCells(&tissue, &output, &part, at + 1, origin + first + at);
+        const int3 at = tileAt(work);
+        coverCells(&tissue, &output, &tile, at + 1, origin + first + at);
       }
     }
     ALL_HAVE_COME
@@ -892,7 +892,7 @@ inline void leaveVoxel(const Tissue* t, int3 voxel, uint claim, global float* of
 // The coverage of a voxel: 1 - open samples / SAMPLES. The open samples depend on the voxel's middle. In tissue near a
 // cut surface they are those behind this surface that no other tissue covers. Behind a surface or in air (a border
 // candidate, with AT_SURFACE) they are those that no tissue near a surface covers. Otherwise there are none.
-RULE float coverageOf(uint covered, uint behind, uint claim)
+CHAINMAIL_INLINE float coverageOf(uint covered, uint behind, uint claim)
 {
   const bool isBeside = claim >= BORDER && claim < RESTS;
   const uint open = covered >> MIDDLE_SAMPLE & 1 ? behind : isBeside && behind & AT_SURFACE ? ~0u : 0;
@@ -905,7 +905,8 @@ RULE float coverageOf(uint covered, uint behind, uint claim)
 
 // Fills 2 * WIDTH voxels along x at once, in two cases: all have candidates of tissue; or all lie in the grid, without
 // candidates and at rest. Returns whether it was one of these.
-RULE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, global const uint* claims, global float* offsets)
+CHAINMAIL_INLINE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, global const uint* claims,
+  global float* offsets)
 {
   const mask low = LOAD((global const int*)claims), high = LOAD((global const int*)claims + WIDTH);
   if (!SOME(low < 0) && !SOME(high < 0)) // BORDER is the sign

@@ -1,8 +1,8 @@
 #include "ClosedSurface.h"
 
 #include "Error.h"
+#include "Format.h"
 #include "Rays.h"
-#include "Words.h"
 
 #include <algorithm>
 #include <limits>
@@ -145,7 +145,7 @@ void checkClosed(const std::vector<Side>& sides, const Surface& surface)
     middle[a] = 0.5 * (surface.points[example->low][a] + surface.points[example->high][a]);
   }
   throw InputError("The surface to carve with is not closed, so it has no inside: " + std::to_string(open) +
-                   " of its " + "edges have no second triangle, one of them near " + written(middle) +
+                   " of its " + "edges have no second triangle, one of them near " + toString(middle) +
                    " mm along the image's axes. Fill its holes; merge points that are meant to be one but lie apart " +
                    "(Clean to Grid); or cut with it instead.");
 }

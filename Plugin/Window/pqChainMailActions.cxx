@@ -3,10 +3,10 @@
 
 #include "ChainMailPresets.h"
 #include "Probes.h"
+#include "pqChainMailAbortBehavior.h"
 #include "pqChainMailDrag.h"
 #include "pqChainMailLook.h"
 #include "pqChainMailPipeline.h"
-#include "pqChainMailStop.h"
 #include "pqChainMailTurnBone.h"
 
 #include "pqActiveObjects.h"
@@ -145,7 +145,7 @@ pqChainMailActions::pqChainMailActions(QObject* parent)
 {
   this->setExclusive(false);
   vtkChainMailDeformation::SetGlobalProbeWarnings(false); // the panel says as much, and the view shows it
-  new pqChainMailStop(this);
+  new pqChainMailAbortBehavior(this);
   this->Grab = this->addAction("GrabTissue", tr("Grab Tissue"),
     tr("Grab the tissue of the selected scan with a probe, and pull it a little. Drag the ends of the probe's line."));
   QObject::connect(this->Grab, &QAction::triggered, this, &pqChainMailActions::grab);

@@ -42,8 +42,8 @@ private:
   /// Gives the buttons room in the window: at the end of its tool bars, or in a line of their own.
   void makeRoom();
   /// Makes the panel of properties as wide as what is in it, where part of that is hidden. To be called when the view
-  /// has been drawn: else its new size makes it update, where pqChainMailStop handles events, while Qt lays out the
-  /// window.
+  /// has been drawn: else its new size makes it update, where pqChainMailAbortBehavior handles events, while Qt lays
+  /// out the window.
   void widenPanel();
   void addToPipelineBrowser();
   /// Makes a source for an input of the deformation that is selected, or that the selected source belongs to.

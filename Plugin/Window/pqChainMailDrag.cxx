@@ -116,9 +116,9 @@ void pqChainMailDrag::start()
   this->TooSlow = false;
   this->IsFirst = true;
   this->IsOfNewModel = false;
-  this->IsSketching = this->View && this->Canvas.open(this->Deformation, this->View->getViewProxy()) &&
-                      pqChainMailSketch::canShow(this->Deformation);
-  if (!this->IsSketching)
+  this->IsPreviewing = this->View && this->Renderer.open(this->Deformation, this->View->getViewProxy()) &&
+                       pqChainMailPreview::canShow(this->Deformation);
+  if (!this->IsPreviewing)
   {
     this->borrow("RelaxationPreset", this->KeptPreset, 1);
   }
@@ -133,9 +133,9 @@ void pqChainMailDrag::follow()
     return;
   }
   this->IsDrawing = true;
-  if (this->IsSketching)
+  if (this->IsPreviewing)
   {
-    this->drawSketch();
+    this->drawPreview();
   }
   else
   {
@@ -160,31 +160,31 @@ void pqChainMailDrag::endDrawing()
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailDrag::beginSketch()
+void pqChainMailDrag::beginPreview()
 {
-  if (this->Sketch == nullptr || this->Sketch->deformation() != this->Deformation)
+  if (this->Preview == nullptr || this->Preview->deformation() != this->Deformation)
   {
-    this->Sketch = std::make_unique<pqChainMailSketch>(this->Deformation, this->Widget->proxy());
+    this->Preview = std::make_unique<pqChainMailPreview>(this->Deformation, this->Widget->proxy());
   }
-  this->Sketch->begin();
+  this->Preview->begin();
   this->IsFirst = false;
 }
 
-void pqChainMailDrag::drawSketch()
+void pqChainMailDrag::drawPreview()
 {
   if (this->IsFirst)
   {
-    this->beginSketch();
+    this->beginPreview();
   }
   QElapsedTimer clock;
   clock.start();
-  vtkImageData* image = this->Sketch->update(vtkSMPropertyHelper(this->View->getProxy(), "ViewTime").GetAsDouble());
-  Q_EMIT this->sketched(image->GetFieldData()->GetArray("ProbeReached"));
-  this->Canvas.draw(image, false);
+  vtkImageData* image = this->Preview->update(vtkSMPropertyHelper(this->View->getProxy(), "ViewTime").GetAsDouble());
+  Q_EMIT this->previewed(image->GetFieldData()->GetArray("ProbeReached"));
+  this->Renderer.draw(image, false);
   vtkVLogF(PARAVIEW_LOG_APPLICATION_VERBOSITY(),
-    "Tissue followed in %d ms: sketch of every %d. voxel %.0f, rays for every %d. pixel %.0f",
-    static_cast<int>(clock.elapsed()), this->Sketch->step(), this->Sketch->milliseconds(),
-    this->Canvas.mapper()->GetStep(), this->Canvas.mapper()->GetMilliseconds());
+    "Tissue followed in %d ms: preview of every %d. voxel %.0f, rays for every %d. pixel %.0f",
+    static_cast<int>(clock.elapsed()), this->Preview->step(), this->Preview->milliseconds(),
+    this->Renderer.mapper()->GetStep(), this->Renderer.mapper()->GetMilliseconds());
 }
 
 //------------------------------------------------------------------------------
@@ -194,7 +194,7 @@ void pqChainMailDrag::drawItself()
   clock.start();
   this->Widget->apply();
   this->View->getViewProxy()->InteractiveRender();
-  const double drawing = this->Canvas.isOpen() ? this->Canvas.mapper()->GetMilliseconds() : 0.0;
+  const double drawing = this->Renderer.isOpen() ? this->Renderer.mapper()->GetMilliseconds() : 0.0;
   this->adapt(static_cast<double>(clock.elapsed()));
   vtkVLogF(PARAVIEW_LOG_APPLICATION_VERBOSITY(), "Tissue followed in %d ms: drawing %.0f",
     static_cast<int>(clock.elapsed()), drawing);
@@ -204,11 +204,11 @@ void pqChainMailDrag::drawItself()
 void pqChainMailDrag::refine()
 {
   // The hand rests with the button held: it must not wait long when it goes on.
-  if (this->canDraw() && this->Canvas.isOpen() && this->Canvas.mapper()->GetStep() > 1 &&
-      this->Canvas.mapper()->GetFineMilliseconds() < 1000.0)
+  if (this->canDraw() && this->Renderer.isOpen() && this->Renderer.mapper()->GetStep() > 1 &&
+      this->Renderer.mapper()->GetFineMilliseconds() < 1000.0)
   {
     this->IsDrawing = true;
-    this->Canvas.redraw(true);
+    this->Renderer.redraw(true);
     this->endDrawing();
   }
 }
@@ -224,10 +224,10 @@ void pqChainMailDrag::finish()
     return;
   }
   this->IsUnderWay = false;
-  this->Canvas.close();
-  if (this->Sketch)
+  this->Renderer.close();
+  if (this->Preview)
   {
-    this->Sketch->end();
+    this->Preview->end();
   }
   this->giveBack("RelaxationPreset", this->KeptPreset);
   this->giveBack("ModelReduction", this->KeptReduction);

@@ -2,8 +2,8 @@
 #ifndef pqChainMailDrag_h
 #define pqChainMailDrag_h
 
-#include "pqChainMailCanvas.h"
-#include "pqChainMailSketch.h"
+#include "pqChainMailPreview.h"
+#include "pqChainMailPreviewRenderer.h"
 
 #include <QObject>
 #include <QPointer>
@@ -23,8 +23,8 @@
 #include "pqView.h"
 
 /// Lets the tissue follow while a probe, blade or drill is dragged, without Apply. Frames that the hand waits for are
-/// sketches: made of fewer voxels, relaxed with the preset for dragging, and drawn with fewer rays, as few as it takes
-/// for ten frames a second. Where a sketch would not do, the deformation itself follows, with that preset, with fewer
+/// previews: made of fewer voxels, relaxed with the preset for dragging, and drawn with fewer rays, as few as it takes
+/// for ten frames a second. Where a preview would not do, the deformation itself follows, with that preset, with fewer
 /// elements where that makes it faster, and drawn with fewer rays where this process draws; where a frame then takes
 /// longer than a second, the tissue waits for the end of the drag. When the hand lets go, everything is as it was set,
 /// the tissue settles, and the drag is one step of Undo.
@@ -40,8 +40,8 @@ public:
   static bool IsOn;
 
 Q_SIGNALS:
-  /// A sketch was made, in which the probes of the deformation reached so much.
-  void sketched(vtkDataArray* reached);
+  /// A preview was made, in which the probes of the deformation reached so much.
+  void previewed(vtkDataArray* reached);
 
 private:
   Q_DISABLE_COPY(pqChainMailDrag)
@@ -54,8 +54,8 @@ private:
 
   bool canDraw() const;
   void endDrawing();
-  void beginSketch();
-  void drawSketch();
+  void beginPreview();
+  void drawPreview();
   void drawItself();
 
   /// Whether ParaView draws the view for each movement of the mouse, too.
@@ -82,12 +82,12 @@ private:
   bool IsFirst = true; // frame of a drag, which may take longer than those to come, as does that of another model
   bool IsOfNewModel = false;
   bool TooSlow = false;
-  bool IsSketching = false;
+  bool IsPreviewing = false;
   int KeptPreset = -1;
   int KeptReduction = -1;
   std::unique_ptr<vtkSMTrace::TraceItem> Trace;
-  pqChainMailCanvas Canvas;
-  std::unique_ptr<pqChainMailSketch> Sketch; // of the drag that is under way or of the last one
+  pqChainMailPreviewRenderer Renderer;
+  std::unique_ptr<pqChainMailPreview> Preview; // of the drag that is under way or of the last one
 };
 
 #endif

@@ -3,8 +3,8 @@
 
 #include "Sight.h"
 #include "pqChainMailDrag.h"
-#include "pqChainMailGrip.h"
 #include "pqChainMailPoseWidget.h"
+#include "pqChainMailProbeGlyph.h"
 #include "pqChainMailSnap.h"
 
 #include "pqInteractivePropertyWidget.h"
@@ -43,8 +43,8 @@ pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPrope
     }
     if (qobject_cast<pqLinePropertyWidget*>(parent) && pqChainMailSnap::isPull(interactive->proxy()))
     {
-      auto* grip = new pqChainMailGrip(interactive);
-      QObject::connect(drag, &pqChainMailDrag::sketched, grip, &pqChainMailGrip::setReached);
+      auto* grip = new pqChainMailProbeGlyph(interactive);
+      QObject::connect(drag, &pqChainMailDrag::previewed, grip, &pqChainMailProbeGlyph::setReached);
     }
   }
   // These would put an end to the origin where the mouse is over a volume.

@@ -1,7 +1,7 @@
 """What a hand waits for in ParaView's window: to open a scan, grab it, drag, let go, cut, carve and save; and the frames of a
 drag. Each step is done by a script as the buttons do it, with a view of 800 x 600: the probe, blade and drill are where and as
 large as Add makes them, the probe's target goes around a circle with the preset Fast, and a drag whose elements take most of a
-slow frame goes on with ModelReduction 2. That is what the window does where it cannot show a sketch; where it can, its log tells
+slow frame goes on with ModelReduction 2. That is what the window does where it cannot show a preview; where it can, its log tells
 what a frame of a drag takes (Results.md).
 
     xvfb-run -a -s "-screen 0 1600x1200x24" pvpython Testing/Benchmarks/frames.py forearm SCAN.mhd ...

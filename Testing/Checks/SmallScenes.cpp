@@ -201,7 +201,7 @@ void play(const Way& way, const Index3& size)
 
   simulation.hold({});
   simulation.relax(2, 0.0);
-  simulation.mend();
+  simulation.restoreTopology();
   simulation.pull({ apart[0] });
   lookAt(simulation);
   if (way.coarseToFine && !way.rotations)

@@ -16,7 +16,7 @@ export CHAINMAIL_CACHE_DIR= # options that oclgrind adds to a program's own are 
 # Uninitialised values are looked for without optimisation: of what the optimiser makes, that part of oclgrind does not
 # know the instruction `freeze`, and it takes the first half of a vector's store for a store of nothing. That is slow, so
 # two scenes have to do; valgrind.sh looks for the same in all. Races are looked for with it. What
-# is inlined in any case (RULE) comes out with another instruction that oclgrind does not know.
+# is inlined in any case (CHAINMAIL_INLINE) comes out with another instruction that oclgrind does not know.
 #
 # Scenes run as on a GPU, element by element with many work-items; two of them again as on a processor, with vectors and
 # a single work-item for a brick (WholeBuffers.cpp). Those are not optimised either: what the optimiser makes of vectors
@@ -39,12 +39,12 @@ for run in uninitialised-1 uninitialised-2 vectors-1 vectors-5 $(seq -f 'races-%
   fi
   case $run in
     uninitialised-*)
-      check "$run" "${run#*-}" --uninitialized --build-options "-DRULE=inline -cl-opt-disable" 2>/dev/null & ;;
+      check "$run" "${run#*-}" --uninitialized --build-options "-DCHAINMAIL_INLINE=inline -cl-opt-disable" 2>/dev/null & ;;
     vectors-*)
-      SMALL_SCENES_PROCESSOR=1 check "$run" "${run#*-}" --data-races --build-options "-DRULE=inline -cl-opt-disable" \
+      SMALL_SCENES_PROCESSOR=1 check "$run" "${run#*-}" --data-races --build-options "-DCHAINMAIL_INLINE=inline -cl-opt-disable" \
         2>/dev/null & ;;
     *)
-      check "$run" "${run#*-}" --data-races --check-api --build-options -DRULE=inline 2>/dev/null & ;;
+      check "$run" "${run#*-}" --data-races --check-api --build-options -DCHAINMAIL_INLINE=inline 2>/dev/null & ;;
   esac
   running=$((running + 1))
 done

@@ -17,5 +17,5 @@ for scale in hu bytes; do
   [ $status -eq 0 ] || fail "ParaView ended with status $status: $(tail -n 30 "$output/log.txt")"
   if errors "$output" >/dev/null; then fail "ParaView reports: $(errors "$output")"; fi
   "$CHAINMAIL_PVPYTHON" "$here/checkFirstLook.py" check "$output" $scale "$look" || fail "see above"
-  grep -q "Tissue followed in .*: sketch of every" "$output/drag.log" || fail "no sketch is shown of smoothed scalars"
+  grep -q "Tissue followed in .*: preview of every" "$output/drag.log" || fail "no preview is shown of smoothed scalars"
 done

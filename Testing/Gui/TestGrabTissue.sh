@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # One click each: grab the tissue of a scan that was just opened, cut it, drill into it; and a drag between. The volume that is saved then is
 # deformed, cut and drilled, the saved state gives the same one to the bit, and nothing reports an error. While something is
-# dragged the window shows sketches, and the pipeline stays as it is.
+# dragged the window shows previews, and the pipeline stays as it is.
 . "$(dirname "${BASH_SOURCE[0]}")/window.sh"
 needs_buttons
 phantom GuiGrab 64 56 72

@@ -92,12 +92,12 @@ deformation.Cuts, deformation.Carves, deformation.AnchoredFaces, deformation.Lab
 if (values(OutputPort(deformation, 0)) != dragged).any() or not (dragged != before).any():
     sys.exit("FAILED: after the drag the window shows something else than a script")
 
-# While it was dragged the window drew sketches, of the example with every second voxel or fewer along each axis. The
+# While it was dragged the window drew previews, of the example with every second voxel or fewer along each axis. The
 # deformation learned of it when the drag had ended.
 with open(os.path.join(folder, "drag.log"), encoding="utf-8", errors="replace") as log:
-    steps = [int(step) for step in re.findall(r"Tissue followed in \d+ ms: sketch of every (\d+)\. voxel", log.read())]
+    steps = [int(step) for step in re.findall(r"Tissue followed in \d+ ms: preview of every (\d+)\. voxel", log.read())]
 if len(steps) < 2 or steps[0] != 1 or steps[-1] < 2:
-    sys.exit("FAILED: the sketches of the drags have every n-th voxel, n = %s" % steps)
+    sys.exit("FAILED: the previews of the drags have every n-th voxel, n = %s" % steps)
 with open(os.path.join(folder, "watched.txt"), encoding="utf-8") as watched:
     pictures = [line.split() for line in watched]
 for count in ("1", "2"):

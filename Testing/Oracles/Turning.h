@@ -5,9 +5,10 @@
 //   E = 1/2 sum over links of W ( |u(j) - u(i) - s(i) x h e|^2 + |u(j) - u(i) - s(j) x h e|^2 ),  W = v / (h^2 D),
 //
 // where e and h are a link's direction and length and v is the cube root of an element's volume [mm]. With a Poisson's
-// ratio n each element adds n / (1 - 2 n) v / D swelling^2, where its swelling is the sum of its shares of the strains
-// of its links along themselves; links of rigid elements do not count. Rigid parts have one displacement and one spin.
-// Soft links add what softEnergy() says. Limits are left out. Conjugate gradients on the normal equations, in double.
+// ratio n each element adds n / (1 - 2 n) v / D volumetric strain^2, where its volumetric strain is the sum of its
+// shares of the strains of its links along themselves; links of rigid elements do not count. Rigid parts have one
+// displacement and one spin. Soft links add what softEnergy() says. Limits are left out. Conjugate gradients on the
+// normal equations, in double.
 
 #include "Block.h"
 
@@ -126,10 +127,10 @@ public:
           sum += 0.5 * weight * (byFrom[a] * byFrom[a] + byTo[a] * byTo[a]);
         }
       });
-    const std::vector<double> swelling = this->swelling(u);
-    for (std::size_t v = 0; v < swelling.size(); ++v)
+    const std::vector<double> volumetricStrain = this->volumetricStrain(u);
+    for (std::size_t v = 0; v < volumetricStrain.size(); ++v)
     {
-      sum += 0.5 * this->bulk_[v] * swelling[v] * swelling[v];
+      sum += 0.5 * this->bulk_[v] * volumetricStrain[v] * volumetricStrain[v];
     }
     for (const Soft& soft : this->block_.soft)
     {
@@ -232,7 +233,7 @@ private:
     }
   }
 
-  std::vector<double> swelling(const std::vector<Vector3>& u) const
+  std::vector<double> volumetricStrain(const std::vector<Vector3>& u) const
   {
     std::vector<double> sum(this->block_.count(), 0.0);
     this->eachSoft(
@@ -262,13 +263,13 @@ private:
           torque[link.to][a] -= weight * to[a];
         }
       });
-    const std::vector<double> swelling = this->swelling(state.u);
+    const std::vector<double> volumetricStrain = this->volumetricStrain(state.u);
     this->eachSoft(
       [&](const Link& link, double length, double ofFrom, double ofTo)
       {
-        const double pull =
-          (this->bulk_[link.from] * swelling[link.from] * ofFrom + this->bulk_[link.to] * swelling[link.to] * ofTo) /
-          length;
+        const double pull = (this->bulk_[link.from] * volumetricStrain[link.from] * ofFrom +
+                              this->bulk_[link.to] * volumetricStrain[link.to] * ofTo) /
+                            length;
         force[link.to][link.direction] += pull;
         force[link.from][link.direction] -= pull;
       });
@@ -303,7 +304,7 @@ private:
   std::vector<Link> links_;
   std::vector<char> held_;
   std::vector<int> body_;
-  std::vector<double> bulk_; ///< what swelling costs each element
+  std::vector<double> bulk_; ///< what volumetric strain costs each element
   std::vector<Vector3> middle_;
 };
 

@@ -373,7 +373,7 @@ TEST(Extremes, ASingleElement)
   EXPECT_EQ(displacements(simulation), (std::vector<float>{ 0.0f, 0.0f, 0.0f }));
   simulation.relax(3, 0.0);
   resample(simulation, { 2, 2, 2 });
-  simulation.mend();
+  simulation.restoreTopology();
   EXPECT_EQ(simulation.pull({ probeAt(scene, { 0, 0, 0 }, { 1.0, 2.0, 3.0 }) })[0].reached, (Vector3{ 1.0, 2.0, 3.0 }));
 }
 

@@ -141,7 +141,7 @@ Answer apply(Simulation& simulation, const Step& step)
     simulation.reset();
     break;
   case Step::Mend:
-    simulation.mend();
+    simulation.restoreTopology();
     break;
   case Step::SetPropagation:
     simulation.setPropagation(step.propagation, step.policy);

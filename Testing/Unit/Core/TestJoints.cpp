@@ -440,7 +440,7 @@ TEST(Joints, CutsAndCarvesDivideBodiesFurther)
   blade.triangles = { { { 0, 1, 2 } } };
   EXPECT_GT(simulation.cut(blade), 0u);
   EXPECT_EQ(simulation.bodies().size(), 6u);
-  simulation.mend();
+  simulation.restoreTopology();
   EXPECT_EQ(simulation.bodies().size(), 5u);
   // The first bone is anchored as such, too.
   hand.scene.anchors.rigid = true;
@@ -606,7 +606,7 @@ TEST(FreeJoints, LinksAreMissingWhereTwoBodiesMeet)
   blade.points = { { 8.5, -1.0, -1.0 }, { 8.5, 40.0, -1.0 }, { 8.5, -1.0, 40.0 } };
   blade.triangles = { { { 0, 1, 2 } } };
   EXPECT_GT(simulation.cut(blade), 0u);
-  simulation.mend();
+  simulation.restoreTopology();
   expectLinks();
   EXPECT_EQ(simulation.bodies().size(), 2u);
 }

@@ -195,7 +195,7 @@ TEST(CoarseToFine, CarvesAndReleasesAreFollowed)
   EXPECT_LT(simulation.measure().energy, 0.05);
   simulation.pull({});
   simulation.relax(20, 0.0);
-  simulation.mend();
+  simulation.restoreTopology();
   EXPECT_EQ(simulation.measure().displaced, 0u);
   simulation.relax(20, 0.0);
   EXPECT_EQ(simulation.measure().displaced, 0u);

@@ -462,7 +462,7 @@ TEST(ModelReduction, ACutStaysACutToTheVoxel)
             ASSERT_NEAR(v[0], right(i, j) ? 5.0 : 0.0, 0.1) << n << ' ' << slope << ' ' << i << ' ' << j << ' ' << k;
             ASSERT_NEAR(v[1], right(i, j) ? 3.0 : 0.0, 0.1);
           });
-        simulation.mend();
+        simulation.restoreTopology();
         EXPECT_EQ(links(simulation), links(reduced(scene, n)));
         simulation.pull({ probeAt(scene, handle, { 40.0, 0.0, 0.0 }, 2.0) });
         EXPECT_GT(displacements(simulation)[3 * scene.grid.at(8, 13, 13)], 0.5f) << "mended tissue pulls";
@@ -542,7 +542,7 @@ TEST(ModelReduction, ThroughAHoleMadeByCarvingNothingPulls)
     // All that is around the handle: elements are emptied and the probe holds nothing more.
     EXPECT_GT(simulation.carve(sphere({ 39, 13, 11 }, 30.0, 12, 24)), 0u);
     EXPECT_EQ(simulation.probes()[0].elements, 0u);
-    simulation.mend();
+    simulation.restoreTopology();
     EXPECT_EQ(simulation.measure().displaced, 0u);
     std::vector<std::uint8_t> tissue(scene.grid.voxels());
     simulation.elements(tissue.data());
@@ -712,7 +712,7 @@ TEST(ModelReduction, RandomLivesAreFiniteTheSameAgainAndEndAtRest)
         }
         ++step;
       }
-      simulation.mend();
+      simulation.restoreTopology();
       ASSERT_EQ(displacements(simulation), std::vector<float>(3 * block.count(), 0.0f));
       EXPECT_EQ(links(simulation), links(reduced(scene, n)));
       // As new.

@@ -12,12 +12,12 @@ namespace
 
 using namespace chainmail;
 
-Simulation simulateSwelling(const Scene& scene, double poissonRatio, const Index3& brick = { 0, 0, 0 })
+Simulation simulateVolumetricStrain(const Scene& scene, double poissonRatio, const Index3& brick = { 0, 0, 0 })
 {
   return simulateTurning(scene, brick, 1, poissonRatio);
 }
 
-TEST(Swelling, ReachesTheOptimumOfSmallPulls)
+TEST(VolumetricStrain, ReachesTheOptimumOfSmallPulls)
 {
   Scene scene = inclusionScene(12, 1, 11);
   expectLinearOptimum(scene, { 0.006, -0.004, 0.008 }, "cubes", 0.45);
@@ -97,7 +97,7 @@ struct Limb
 };
 
 // Half way along a limb, far from where it is held, it bulges aside as Poisson's ratio says, and its volume is kept.
-TEST(Swelling, ASqueezedLimbBulgesAsideAndKeepsItsVolume)
+TEST(VolumetricStrain, ASqueezedLimbBulgesAsideAndKeepsItsVolume)
 {
   const Limb limb(1.2);
   const double rest = limb.volume(std::vector<oracle::Vector3>(limb.scene.grid.voxels()));
@@ -114,7 +114,8 @@ TEST(Swelling, ASqueezedLimbBulgesAsideAndKeepsItsVolume)
   const auto [none, lost] = look(0.0);
   EXPECT_NEAR(none, 0.0, 0.01);
   EXPECT_NEAR(lost, -0.05, 0.002); // all that it is squeezed by
-  // A limb so short is held a little by its ends, and at its faces swelling counts half. Measured: 0.308 and 0.459.
+  // A limb so short is held a little by its ends, and at its faces volumetric strain counts half. Measured: 0.308 and
+  // 0.459.
   const auto [some, lostSome] = look(0.3);
   EXPECT_NEAR(some, 0.3, 0.015);
   const auto [most, lostMost] = look(0.45);
@@ -124,7 +125,7 @@ TEST(Swelling, ASqueezedLimbBulgesAsideAndKeepsItsVolume)
   EXPECT_NEAR(lostMost, -0.0050, 0.001);
 }
 
-TEST(Swelling, ReducedModelsBulgeAsideToo)
+TEST(VolumetricStrain, ReducedModelsBulgeAsideToo)
 {
   const Limb limb(1.2);
   const std::vector<oracle::Vector3> u = limb.settled(0.45, 2);
@@ -132,7 +133,7 @@ TEST(Swelling, ReducedModelsBulgeAsideToo)
 }
 
 // Energy falls from call to call, links keep within their limits and bones keep their shape, however far the pull.
-TEST(Swelling, EverySweepKeepsTheInvariants)
+TEST(VolumetricStrain, EverySweepKeepsTheInvariants)
 {
   for (const double poissonRatio : { 0.3, 0.49 })
   {
@@ -142,7 +143,7 @@ TEST(Swelling, EverySweepKeepsTheInvariants)
       {
         SCOPED_TRACE(testing::Message() << poissonRatio << ", " << pull << " mm, constraints for " << axes << " axes");
         Scene scene = cornerScene(13, axes, 21);
-        Simulation simulation = simulateSwelling(scene, poissonRatio);
+        Simulation simulation = simulateVolumetricStrain(scene, poissonRatio);
         simulation.setCoarseToFine(pull < 1.0);
         simulation.pull({ corner(scene, { pull, -0.7 * pull, 0.9 * pull }) });
         double last = simulation.measure().energy;
@@ -160,7 +161,7 @@ TEST(Swelling, EverySweepKeepsTheInvariants)
   }
 }
 
-TEST(Swelling, BitsDoNotDependOnBricks)
+TEST(VolumetricStrain, BitsDoNotDependOnBricks)
 {
   Scene scene = cornerScene(15, 1, 22);
   for (const double tolerance : { 0.0, 1e-2 })
@@ -168,7 +169,7 @@ TEST(Swelling, BitsDoNotDependOnBricks)
     std::vector<float> first;
     for (const Index3& brick : brickSizes())
     {
-      Simulation simulation = simulateSwelling(scene, 0.45, brick);
+      Simulation simulation = simulateVolumetricStrain(scene, 0.45, brick);
       simulation.pull({ corner(scene, { 2.0, -1.0, 1.5 }) });
       simulation.relax(40, tolerance);
       simulation.relax(60, tolerance);
@@ -180,7 +181,7 @@ TEST(Swelling, BitsDoNotDependOnBricks)
 }
 
 // No axis and no direction is preferred: what is mirrored along x, with y and z exchanged, does the same to rounding.
-TEST(Swelling, MirroredScenesAreAlike)
+TEST(VolumetricStrain, MirroredScenesAreAlike)
 {
   const Scene scene = boneScene();
   const Index3& n = scene.grid.size;
@@ -189,10 +190,10 @@ TEST(Swelling, MirroredScenesAreAlike)
   scene.each([&](int i, int j, int k) { other.give(n[0] - 1 - i, k, j, scene.constraint[scene.grid.at(i, j, k)]); });
   other.anchors = scene.anchors;
   other.anchors.faces = { false, false, true, false, false, false };
-  Simulation one = simulateSwelling(scene, 0.4);
+  Simulation one = simulateVolumetricStrain(scene, 0.4);
   one.pull({ onBone(scene, 15, 3, 13, { 0.3, 0.1, -0.8 }, 1.1) });
   one.relax(50, 0.0);
-  Simulation two = simulateSwelling(other, 0.4);
+  Simulation two = simulateVolumetricStrain(other, 0.4);
   two.pull({ onBone(other, n[0] - 1 - 15, 13, 3, { -0.3, -0.8, 0.1 }, 1.1) });
   two.relax(50, 0.0);
   const std::vector<oracle::Vector3> u = millimetres(one);
@@ -209,12 +210,12 @@ TEST(Swelling, MirroredScenesAreAlike)
 }
 
 // The force on a probe is the derivative of the energy: from pulls that differ a little.
-TEST(Swelling, ForcesAreTheSlopeOfTheEnergy)
+TEST(VolumetricStrain, ForcesAreTheSlopeOfTheEnergy)
 {
   const Scene scene = boneScene();
   const auto settled = [&](double pull)
   {
-    Simulation simulation = simulateSwelling(scene, 0.4);
+    Simulation simulation = simulateVolumetricStrain(scene, 0.4);
     simulation.setCoarseToFine(true);
     simulation.pull({ onBone(scene, 15, 5, 12, { 0.0, 0.0, pull }, 1.1) });
     simulation.relax(800, 0.0);
@@ -226,12 +227,12 @@ TEST(Swelling, ForcesAreTheSlopeOfTheEnergy)
 }
 
 // Coarser grids come to the same optimum, sooner.
-TEST(Swelling, CoarseToFineComesToTheSameOptimumSooner)
+TEST(VolumetricStrain, CoarseToFineComesToTheSameOptimumSooner)
 {
   const Scene scene = boneScene();
   const auto energies = [&](bool coarse)
   {
-    Simulation simulation = simulateSwelling(scene, 0.45);
+    Simulation simulation = simulateVolumetricStrain(scene, 0.45);
     simulation.setCoarseToFine(coarse);
     // Not as far as links reach: at their limits tissue that turns may come to rest above the optimum.
     simulation.pull({ onBone(scene, 18, 5, 12, { 0.04, 0.02, 0.16 }, 1.1) });
@@ -246,13 +247,13 @@ TEST(Swelling, CoarseToFineComesToTheSameOptimumSooner)
   EXPECT_LT(coarse - fineEnd, 0.4 * (fine - fineEnd));
 }
 
-TEST(Swelling, ZeroIsTheDefaultAndTakesNoMemory)
+TEST(VolumetricStrain, ZeroIsTheDefaultAndTakesNoMemory)
 {
   EXPECT_EQ(Settings().poissonRatio, 0.0);
   const Scene scene = boneScene();
   Simulation without = simulateTurning(scene);
-  Simulation zero = simulateSwelling(scene, 0.0);
-  Simulation with = simulateSwelling(scene, 0.3);
+  Simulation zero = simulateVolumetricStrain(scene, 0.0);
+  Simulation with = simulateVolumetricStrain(scene, 0.3);
   for (Simulation* simulation : { &without, &zero, &with })
   {
     simulation->pull({ onBone(scene, 15, 5, 12, { 0.0, 0.0, 0.4 }, 1.1) });
@@ -264,12 +265,12 @@ TEST(Swelling, ZeroIsTheDefaultAndTakesNoMemory)
   EXPECT_LT(zero.measure().deviceBytes, with.measure().deviceBytes);
 }
 
-TEST(Swelling, RatiosOutOfRangeAreRefused)
+TEST(VolumetricStrain, RatiosOutOfRangeAreRefused)
 {
   const Scene scene = boneScene();
   for (const double poissonRatio : { -0.1, 0.5, std::numeric_limits<double>::quiet_NaN() })
   {
-    EXPECT_THROW(simulateSwelling(scene, poissonRatio), InputError);
+    EXPECT_THROW(simulateVolumetricStrain(scene, poissonRatio), InputError);
   }
   Settings settings;
   settings.device = testDevice();

@@ -68,7 +68,7 @@ Step randomStep(const Scene& scene, Random& random, std::vector<Probe>& held)
   case 0:
     return [](Simulation& s) { s.reset(); };
   case 1:
-    return [](Simulation& s) { s.mend(); };
+    return [](Simulation& s) { s.restoreTopology(); };
   case 2:
   {
     const Surface surface = planeAcrossX(random(2.0, scene.grid.size[0] - 3.0));

@@ -627,7 +627,7 @@ TEST(Resample, CarvedTissueAtRestLeavesItsVoxelsAndNothingElse)
           }
         });
     }
-    simulation.mend();
+    simulation.restoreTopology();
     expectNothingChanged(resample(simulation));
   }
 }

@@ -250,7 +250,7 @@ TEST(Carve, SolidsThatShareFacesShareOutTheElements)
       {
         owners[v] += !left[v];
       }
-      simulation.mend();
+      simulation.restoreTopology();
     }
     int wrong = 0;
     scene.each(
@@ -393,7 +393,7 @@ TEST(Carve, SurfacesThatCarveNothingOrAll)
     });
   EXPECT_TRUE(contains(message, "holds no tissue")) << message;
   simulation.relax(3, 0.0);
-  simulation.mend();
+  simulation.restoreTopology();
   EXPECT_EQ(simulation.pull({ probeAt(scene, { 3, 3, 3 }, { 1, 0, 0 }) })[0].reached[0], 1.0);
 }
 
@@ -766,7 +766,7 @@ TEST(Carve, MendingBringsEverythingBack)
     simulation.relax(3, 0.0);
     simulation.reset();
     EXPECT_NE(elements(simulation), elements(untouched)) << "reset() leaves the hole";
-    simulation.mend();
+    simulation.restoreTopology();
     EXPECT_EQ(elements(simulation), elements(untouched));
     EXPECT_EQ(links(simulation), links(untouched));
     EXPECT_EQ(clusters(simulation), clusters(untouched));

@@ -451,7 +451,7 @@ TEST(Cut, MendUndoesAllCuts)
   simulation.pull({ probeAt(scene, { 15, 5, 5 }, { 3.0, 0.0, 0.0 }) });
   simulation.reset();
   EXPECT_NE(links(simulation), whole) << "reset keeps cuts";
-  simulation.mend();
+  simulation.restoreTopology();
   EXPECT_EQ(links(simulation), whole);
   EXPECT_EQ(clusters(simulation), clusters(fresh));
   const std::vector<Probe> probes{ probeAt(scene, { 15, 5, 5 }, { 1.0, 2.0, -0.5 }) };
@@ -469,7 +469,7 @@ TEST(Cut, MendOfADeformedStateIsFeasible)
   Simulation simulation = simulate(scene);
   simulation.cut(planeAcrossX(7.5));
   simulation.pull({ probeAt(scene, { 12, 4, 4 }, { 5.0, 0.0, 0.0 }) });
-  simulation.mend();
+  simulation.restoreTopology();
   EXPECT_LE(oracle::maxLinkExcess(scene.block(), state(simulation)), 1e-5);
   EXPECT_LE(simulation.measure().maxLinkExcess, 1e-5);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pqChainMailStop.h"
+#include "pqChainMailAbortBehavior.h"
 
 #include "pqApplicationCore.h"
 #include "pqCoreUtilities.h"
@@ -72,12 +72,12 @@ bool IsOverView(const QMouseEvent* event)
 }
 
 //------------------------------------------------------------------------------
-pqChainMailStop::pqChainMailStop(QObject* parent)
+pqChainMailAbortBehavior::pqChainMailAbortBehavior(QObject* parent)
   : Superclass(parent)
 {
 #if PARAVIEW_VERSION_NUMBER < PARAVIEW_VERSION_CHECK(6, 2, 0)
   pqServerManagerModel* model = pqApplicationCore::instance()->getServerManagerModel();
-  QObject::connect(model, &pqServerManagerModel::sourceAdded, this, &pqChainMailStop::watch);
+  QObject::connect(model, &pqServerManagerModel::sourceAdded, this, &pqChainMailAbortBehavior::watch);
   for (pqPipelineSource* source : model->findItems<pqPipelineSource*>())
   {
     this->watch(source);
@@ -91,7 +91,7 @@ pqChainMailStop::pqChainMailStop(QObject* parent)
       {
         qApp->removeEventFilter(this);
       }
-      QTimer::singleShot(0, this, &pqChainMailStop::catchUp);
+      QTimer::singleShot(0, this, &pqChainMailAbortBehavior::catchUp);
     });
   // ParaView 6.1 is about to handle events, also while something else than a deformation is updated.
   QObject::connect(progress, &pqProgressManager::progress, this,
@@ -106,7 +106,7 @@ pqChainMailStop::pqChainMailStop(QObject* parent)
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailStop::watch(pqPipelineSource* source)
+void pqChainMailAbortBehavior::watch(pqPipelineSource* source)
 {
   vtkSMProxy* proxy = source->getServer()->isRemote() ? nullptr : source->getProxy();
   auto* deformation = vtkChainMailDeformation::SafeDownCast(proxy ? proxy->GetClientSideObject() : nullptr);
@@ -119,7 +119,7 @@ void pqChainMailStop::watch(pqPipelineSource* source)
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailStop::begin()
+void pqChainMailAbortBehavior::begin()
 {
   if (this->Button == nullptr)
   {
@@ -140,7 +140,7 @@ void pqChainMailStop::begin()
   }
 }
 
-void pqChainMailStop::end()
+void pqChainMailAbortBehavior::end()
 {
   this->enable(false);
   this->IsUpdating = false;
@@ -156,7 +156,7 @@ void pqChainMailStop::end()
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailStop::listen(vtkObject* deformation)
+void pqChainMailAbortBehavior::listen(vtkObject* deformation)
 {
   if (this->MayListen && !this->IsListening && !this->IsStopped &&
       this->Clock.hasExpired(this->IsEnabled ? MillisecondsBetween : MillisecondsBefore))
@@ -172,7 +172,7 @@ void pqChainMailStop::listen(vtkObject* deformation)
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailStop::enable(bool enabled)
+void pqChainMailAbortBehavior::enable(bool enabled)
 {
   if (this->Button && enabled != this->IsEnabled)
   {
@@ -182,7 +182,7 @@ void pqChainMailStop::enable(bool enabled)
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailStop::handleEvents()
+void pqChainMailAbortBehavior::handleEvents()
 {
   this->IsListening = true;
   // All that have come: in a time that is given, few are handled where the machine is busy. Timers may never end, so
@@ -195,7 +195,7 @@ void pqChainMailStop::handleEvents()
 }
 
 //------------------------------------------------------------------------------
-bool pqChainMailStop::eventFilter(QObject* receiver, QEvent* event)
+bool pqChainMailAbortBehavior::eventFilter(QObject* receiver, QEvent* event)
 {
   switch (event->type())
   {
@@ -226,7 +226,7 @@ bool pqChainMailStop::eventFilter(QObject* receiver, QEvent* event)
   }
 }
 
-bool pqChainMailStop::takesAway(QObject* receiver, QEvent* event)
+bool pqChainMailAbortBehavior::takesAway(QObject* receiver, QEvent* event)
 {
   switch (event->type())
   {
@@ -269,7 +269,7 @@ bool pqChainMailStop::takesAway(QObject* receiver, QEvent* event)
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailStop::stop(vtkAlgorithm* deformation)
+void pqChainMailAbortBehavior::stop(vtkAlgorithm* deformation)
 {
   if (!deformation->GetAbortExecute())
   {
@@ -277,7 +277,7 @@ void pqChainMailStop::stop(vtkAlgorithm* deformation)
     deformation->SetAbortExecute(1);
     if (this->Stopped.empty())
     {
-      QTimer::singleShot(MillisecondsAfter, this, &pqChainMailStop::release);
+      QTimer::singleShot(MillisecondsAfter, this, &pqChainMailAbortBehavior::release);
     }
     this->Stopped.emplace_back(deformation);
   }
@@ -285,7 +285,7 @@ void pqChainMailStop::stop(vtkAlgorithm* deformation)
   deformation->SetAbortOutput(false);
 }
 
-void pqChainMailStop::release()
+void pqChainMailAbortBehavior::release()
 {
   for (const auto& deformation : this->Stopped)
   {
@@ -300,7 +300,7 @@ void pqChainMailStop::release()
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailStop::putOff(QObject* receiver, const QMouseEvent* event)
+void pqChainMailAbortBehavior::putOff(QObject* receiver, const QMouseEvent* event)
 {
   // Of the way of the mouse, the last place is what counts.
   if (event->type() == QEvent::MouseMove && this->PutOff.back().second->type() == QEvent::MouseMove)
@@ -310,7 +310,7 @@ void pqChainMailStop::putOff(QObject* receiver, const QMouseEvent* event)
   this->PutOff.emplace_back(receiver, CopyOf(event));
 }
 
-void pqChainMailStop::catchUp()
+void pqChainMailAbortBehavior::catchUp()
 {
   if (this->PutOff.empty() || this->IsParaViewBusy || !this->Stopped.empty())
   {

@@ -1,6 +1,6 @@
-// Recomputes the pressure of elements (swelling.clh) after anything except a relaxation has moved them. Resets their
-// auxiliary variables to the minimiser: carried(a) = 0 and q(a) = m(a) (turn.cl). A relaxation updates all of these
-// itself.
+// Recomputes the pressure of elements (volumetricstrain.clh) after anything except a relaxation has moved them. Resets
+// their auxiliary variables to the minimiser: carried(a) = 0 and q(a) = m(a) (turn.cl). A relaxation updates all of
+// these itself.
 //
 // With NOTED, a brick is marked in `activity` as moved in this sweep if the pressure of any element is or was not 0. So
 // its neighbours are visited, too (sweepaccount.clh).
@@ -13,7 +13,7 @@
 #include "sweepaccount.clh"
 #include "turning.clh"
 
-#include "swelling.clh"
+#include "volumetricstrain.clh"
 
 #ifdef NOTED
 #define NOTED_ARGUMENTS , global int *activity, int sweep
@@ -21,17 +21,18 @@
 #define NOTED_ARGUMENTS
 #endif
 
-kernel void swell(global const int* list, LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint,
-  global const uchar* cut SPIN_ARGUMENTS NOTED_ARGUMENTS)
+kernel void volumetricStrains(global const int* list, LAYOUT_ARGUMENTS, global float* displacement,
+  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS NOTED_ARGUMENTS)
 {
   const uint slot = list[get_group_id(0)];
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
-    const Site s = siteOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
     real bulk, middle[3];
-    const real swelling =
-      swellingAt(s.odd, &s, &s, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk, middle);
-    const real next = bulk * swelling;
+    const real volumetricStrain =
+      volumetricStrainAt(s.odd, &s, &s, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk,
+        middle);
+    const real next = bulk * volumetricStrain;
     global float* own = spin + 3 * pitch + s.self;
 #ifdef NOTED
     if (SOME((next != 0.0f) | (LOAD(own) != 0.0f)))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#ifndef pqChainMailStop_h
-#define pqChainMailStop_h
+#ifndef pqChainMailAbortBehavior_h
+#define pqChainMailAbortBehavior_h
 
 #include <QElapsedTimer>
 #include <QMouseEvent>
@@ -27,13 +27,13 @@ class vtkObject;
 ///
 /// What the mouse does in a view meanwhile comes afterwards, such as the next drag while the tissue of the last one
 /// settles. All other input during an update is dropped, as ParaView does.
-class pqChainMailStop : public QObject
+class pqChainMailAbortBehavior : public QObject
 {
   Q_OBJECT
   typedef QObject Superclass;
 
 public:
-  explicit pqChainMailStop(QObject* parent = nullptr);
+  explicit pqChainMailAbortBehavior(QObject* parent = nullptr);
 
 private Q_SLOTS:
   void begin();
@@ -46,7 +46,7 @@ protected:
   bool eventFilter(QObject* receiver, QEvent* event) override;
 
 private:
-  Q_DISABLE_COPY(pqChainMailStop)
+  Q_DISABLE_COPY(pqChainMailAbortBehavior)
 
   void watch(pqPipelineSource* source);
   /// Makes the X a button to press, or an ornament again.

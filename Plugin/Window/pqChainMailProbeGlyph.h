@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#ifndef pqChainMailGrip_h
-#define pqChainMailGrip_h
+#ifndef pqChainMailProbeGlyph_h
+#define pqChainMailProbeGlyph_h
 
 #include <QObject>
 
@@ -22,13 +22,13 @@ class vtkSphereSource;
 /// Draws what a probe grips, while its line is shown: a ball of its radius around its position; and where its tissue
 /// could not follow to the target, how far it came: a white mark with both lengths. The ends of the line have colours
 /// of their own, so that position and target are told apart.
-class pqChainMailGrip : public QObject
+class pqChainMailProbeGlyph : public QObject
 {
   Q_OBJECT
 
 public:
-  explicit pqChainMailGrip(pqInteractivePropertyWidget* widget);
-  ~pqChainMailGrip() override;
+  explicit pqChainMailProbeGlyph(pqInteractivePropertyWidget* widget);
+  ~pqChainMailProbeGlyph() override;
 
   /// What the probes of the deformation reached, a tuple for each, as far as a drag has come.
   void setReached(vtkDataArray* reached);
@@ -37,7 +37,7 @@ private Q_SLOTS:
   void render();
 
 private:
-  Q_DISABLE_COPY(pqChainMailGrip)
+  Q_DISABLE_COPY(pqChainMailProbeGlyph)
 
   vtkLineRepresentation* line() const;
   std::array<vtkProp*, 3> props() const;

@@ -8,7 +8,7 @@
 namespace chainmail
 {
 
-/// Hashes and extent of the displacements of a brick (survey.cl).
+/// Hashes and extent of the displacements of a brick (changetracker.cl).
 struct BrickExtent
 {
   cl_uint hashes[2]; ///< of its displacements
@@ -24,18 +24,18 @@ struct BrickExtent
 /// Detects which bricks have changed since an earlier look. It compares their content, whatever has changed it, by a
 /// 64-bit hash of the displacements and cuts of each brick. Different contents have the same hash with a probability of
 /// 2^-64.
-class Survey
+class ChangeTracker
 {
 public:
-  using Look = std::uint64_t;
+  using Revision = std::uint64_t;
 
-  explicit Survey(Bricks& bricks);
+  explicit ChangeTracker(Bricks& bricks);
 
   /// Hashes all bricks. Returns the number of this look, counted from 1.
-  Look look();
+  Revision revise();
 
   /// The last look that found a brick changed; 0 where all looks found it uncut and at rest.
-  Look changedAt(int brick) const { return this->changedAt_[brick]; }
+  Revision changedAt(int brick) const { return this->changedAt_[brick]; }
 
   /// The bricks with displaced elements, as of the last look.
   const std::vector<int>& displaced() const { return this->displaced_; }
@@ -46,9 +46,9 @@ private:
   std::vector<BrickExtent> measure(const std::vector<int>& slots);
 
   Bricks& bricks_;
-  Look look_ = 0;
+  Revision look_ = 0;
   std::vector<std::uint64_t> contents_; ///< the hash of each brick, 0 where it is uncut and at rest
-  std::vector<Look> changedAt_;
+  std::vector<Revision> changedAt_;
   std::vector<int> displaced_;
   std::vector<BrickExtent> extents_;
   Scratch list_{ "the list of bricks" };

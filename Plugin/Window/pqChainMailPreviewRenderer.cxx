@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pqChainMailCanvas.h"
+#include "pqChainMailPreviewRenderer.h"
 
 #include "vtkImageData.h"
 #include "vtkImageVolumeRepresentation.h"
@@ -47,7 +47,7 @@ vtkImageVolumeRepresentation* VolumeOf(vtkSMProxy* source, vtkSMViewProxy* view)
 }
 
 //------------------------------------------------------------------------------
-bool pqChainMailCanvas::open(vtkSMProxy* source, vtkSMViewProxy* view)
+bool pqChainMailPreviewRenderer::open(vtkSMProxy* source, vtkSMViewProxy* view)
 {
   this->close();
   vtkImageVolumeRepresentation* volume = VolumeOf(source, view);
@@ -77,7 +77,7 @@ bool pqChainMailCanvas::open(vtkSMProxy* source, vtkSMViewProxy* view)
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailCanvas::close()
+void pqChainMailPreviewRenderer::close()
 {
   if (this->Representation)
   {
@@ -91,7 +91,7 @@ void pqChainMailCanvas::close()
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailCanvas::setSmoothing(bool smooth)
+void pqChainMailPreviewRenderer::setSmoothing(bool smooth)
 {
   // A pass over all pixels, for edges that a volume does not have. Where a processor draws it takes as long as the
   // volume.
@@ -102,13 +102,13 @@ void pqChainMailCanvas::setSmoothing(bool smooth)
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailCanvas::draw(vtkImageData* image, bool fine)
+void pqChainMailPreviewRenderer::draw(vtkImageData* image, bool fine)
 {
   this->Mapper->SetImage(image);
   this->redraw(fine);
 }
 
-void pqChainMailCanvas::redraw(bool fine)
+void pqChainMailPreviewRenderer::redraw(bool fine)
 {
   if (this->View)
   {

@@ -1,8 +1,8 @@
-#include "Grasp.h"
+#include "ProbeSelection.h"
 
 #include "Error.h"
+#include "Format.h"
 #include "Measurement.h"
-#include "Words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,10 +18,10 @@ namespace
 {
 
 /// Selects the elements that a probe grabs, among those that are offered to it one by one.
-class Grasp
+class ProbeSelection
 {
 public:
-  Grasp(const Probe& probe, const Grid& grid)
+  ProbeSelection(const Probe& probe, const Grid& grid)
     : probe_(probe)
     , spacing_(grid.spacing)
   {
@@ -116,7 +116,7 @@ template <typename F> void forElements(const Bricks& bricks, const Index3& first
 }
 
 /// Offers tissue that has moved, brick by brick. Returns the bricks that hold such tissue.
-std::unordered_set<int> offerDisplaced(Bricks& bricks, std::vector<Grasp>& grasps)
+std::unordered_set<int> offerDisplaced(Bricks& bricks, std::vector<ProbeSelection>& grasps)
 {
   std::unordered_set<int> displaced;
   if (bricks.touchedSlots().empty())
@@ -137,7 +137,7 @@ std::unordered_set<int> offerDisplaced(Bricks& bricks, std::vector<Grasp>& grasp
     displaced.insert(bricks.brick(slot));
     const Index3 origin = bricks.origin(bricks.brick(slot));
     bool read = false;
-    for (Grasp& grasp : grasps)
+    for (ProbeSelection& grasp : grasps)
     {
       Index3 first;
       Index3 last;
@@ -165,7 +165,7 @@ std::unordered_set<int> offerDisplaced(Bricks& bricks, std::vector<Grasp>& grasp
 }
 
 /// Offers the tissue of all other bricks, which is at rest.
-void offerAtRest(const Bricks& bricks, const std::unordered_set<int>& displaced, Grasp& grasp)
+void offerAtRest(const Bricks& bricks, const std::unordered_set<int>& displaced, ProbeSelection& grasp)
 {
   const Grid& grid = bricks.model().grid();
   Index3 first;
@@ -200,7 +200,7 @@ std::vector<std::size_t> tissueOf(const Bricks& bricks, const std::vector<std::s
 
 std::string nameOf(const Probe& probe, std::size_t number)
 {
-  return "Probe " + std::to_string(number) + " at " + written(probe.position) + " mm along the image's axes";
+  return "Probe " + std::to_string(number) + " at " + toString(probe.position) + " mm along the image's axes";
 }
 
 std::vector<std::vector<std::size_t>> elementsAround(
@@ -210,14 +210,14 @@ std::vector<std::vector<std::size_t>> elementsAround(
   {
     return {};
   }
-  std::vector<Grasp> grasps;
+  std::vector<ProbeSelection> grasps;
   for (const Probe& probe : probes)
   {
     grasps.emplace_back(probe, bricks.model().grid());
   }
   const std::unordered_set<int> displaced = offerDisplaced(bricks, grasps);
   std::vector<std::vector<std::size_t>> grabbed;
-  for (Grasp& grasp : grasps)
+  for (ProbeSelection& grasp : grasps)
   {
     const Probe& probe = grasp.probe();
     const std::size_t number = numbers[grabbed.size()];
@@ -235,7 +235,7 @@ std::vector<std::vector<std::size_t>> elementsAround(
       throw ProbeError(number, nameOf(probe, number),
         probe.voxels ? "holds no tissue: none of the voxels that it is to hold is tissue. Lower the tissue threshold, "
                        "or give it other ones."
-                     : "holds no tissue: there is none within its radius of " + written(probe.radius) +
+                     : "holds no tissue: there is none within its radius of " + toString(probe.radius) +
                          " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
     }
   }

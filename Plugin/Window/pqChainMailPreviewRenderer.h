@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#ifndef pqChainMailCanvas_h
-#define pqChainMailCanvas_h
+#ifndef pqChainMailPreviewRenderer_h
+#define pqChainMailPreviewRenderer_h
 
 #include "vtkSmartPointer.h"
 #include "vtkWeakPointer.h"
@@ -16,11 +16,11 @@ class vtkVolumeMapper;
 /// Draws a volume that a view shows quickly: while it is on, ParaView's volume has another mapper, and everything else
 /// is as it was set. For volumes that this process draws itself; where a server does, or where something is chosen that
 /// the mapper does not know, ParaView goes on drawing.
-class pqChainMailCanvas
+class pqChainMailPreviewRenderer
 {
 public:
-  pqChainMailCanvas() = default;
-  ~pqChainMailCanvas() { this->close(); }
+  pqChainMailPreviewRenderer() = default;
+  ~pqChainMailPreviewRenderer() { this->close(); }
 
   /// Turns it on for what a view shows of the first output of a source. False where that is no volume of the kind.
   bool open(vtkSMProxy* source, vtkSMViewProxy* view);
@@ -36,8 +36,8 @@ public:
   vtkChainMailQuickMapper* mapper() const { return this->Mapper; }
 
 private:
-  pqChainMailCanvas(const pqChainMailCanvas&) = delete;
-  void operator=(const pqChainMailCanvas&) = delete;
+  pqChainMailPreviewRenderer(const pqChainMailPreviewRenderer&) = delete;
+  void operator=(const pqChainMailPreviewRenderer&) = delete;
 
   void setSmoothing(bool smooth);
 

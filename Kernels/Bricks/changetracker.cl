@@ -47,7 +47,7 @@ inline uint hashOfLanes(word lanes)
 }
 
 // Surveys the share of work-item `lid`, one of `items`, in a brick.
-APART void surveyShare(int lid, int items, uint first, uint pitch, global const float* displacement, local uint* row)
+NOINLINE void surveyShare(int lid, int items, uint first, uint pitch, global const float* displacement, local uint* row)
 {
   real low[3], high[3], lanes, firstX = (real)(INFINITY), lastX = (real)(-INFINITY);
   word sums[2];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#ifndef pqChainMailSketch_h
-#define pqChainMailSketch_h
+#ifndef pqChainMailPreview_h
+#define pqChainMailPreview_h
 
 #include "vtkNew.h"
 #include "vtkSmartPointer.h"
@@ -16,15 +16,15 @@ class vtkSMProxy;
 /// What a deformation would show if the scan had fewer voxels, for a probe, blade or drill while it is dragged: as many
 /// voxels as it takes for a frame to be in time. It stands beside the pipeline, which learns of the drag when that has
 /// ended, so that nothing that is made from fewer voxels ever comes to a file or to another filter.
-class pqChainMailSketch
+class pqChainMailPreview
 {
 public:
   /// Whether it can stand for a deformation: where this process computes it, from rest, where fewer voxels make no
   /// other bodies, and where no filter waits for the result.
   static bool canShow(vtkSMProxy* deformation);
 
-  pqChainMailSketch(vtkSMProxy* deformation, vtkSMProxy* dragged);
-  ~pqChainMailSketch();
+  pqChainMailPreview(vtkSMProxy* deformation, vtkSMProxy* dragged);
+  ~pqChainMailPreview();
 
   /// Takes over what is set and connected, where that has changed since. To be called when a drag begins.
   void begin();
@@ -46,8 +46,8 @@ public:
   int step() const { return this->Step; }
 
 private:
-  pqChainMailSketch(const pqChainMailSketch&) = delete;
-  void operator=(const pqChainMailSketch&) = delete;
+  pqChainMailPreview(const pqChainMailPreview&) = delete;
+  void operator=(const pqChainMailPreview&) = delete;
 
   void connect();
   std::array<int, 6> extentOfScan();
@@ -56,9 +56,9 @@ private:
 
   vtkWeakPointer<vtkSMProxy> Deformation;
   vtkWeakPointer<vtkSMProxy> Dragged;
-  vtkSmartPointer<vtkSMProxy> Twin;        // of the deformation, with its settings
-  vtkSmartPointer<vtkSMProxy> DraggedTwin; // of the source, with the places of the mouse
-  vtkChainMailDeformation* Filter;         // the twin's
+  vtkSmartPointer<vtkSMProxy> Clone;        // of the deformation, with its settings
+  vtkSmartPointer<vtkSMProxy> DraggedClone; // of the source, with the places of the mouse
+  vtkChainMailDeformation* Filter;          // the twin's
   vtkNew<vtkExtractVOI> Thinned;
   int Step = 0;
   double Milliseconds = 0.0;

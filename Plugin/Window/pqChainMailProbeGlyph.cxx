@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pqChainMailGrip.h"
+#include "pqChainMailProbeGlyph.h"
 
 #include "Probes.h"
 
@@ -46,7 +46,7 @@ constexpr double MarkPixels = 5.0; // its radius
 }
 
 //------------------------------------------------------------------------------
-pqChainMailGrip::pqChainMailGrip(pqInteractivePropertyWidget* widget)
+pqChainMailProbeGlyph::pqChainMailProbeGlyph(pqInteractivePropertyWidget* widget)
   : QObject(widget)
   , Widget(widget)
 {
@@ -80,8 +80,8 @@ pqChainMailGrip::pqChainMailGrip(pqInteractivePropertyWidget* widget)
   }
   this->BeforeFrame->SetClientData(this);
   this->BeforeFrame->SetCallback(
-    [](vtkObject*, unsigned long, void* self, void*) { static_cast<pqChainMailGrip*>(self)->place(); });
-  QObject::connect(widget, &pqInteractivePropertyWidget::widgetVisibilityUpdated, this, &pqChainMailGrip::show);
+    [](vtkObject*, unsigned long, void* self, void*) { static_cast<pqChainMailProbeGlyph*>(self)->place(); });
+  QObject::connect(widget, &pqInteractivePropertyWidget::widgetVisibilityUpdated, this, &pqChainMailProbeGlyph::show);
   QObject::connect(pqApplicationCore::instance()->getServerManagerModel(), &pqServerManagerModel::dataUpdated, this,
     [this](pqPipelineSource* updated)
     {
@@ -91,32 +91,32 @@ pqChainMailGrip::pqChainMailGrip(pqInteractivePropertyWidget* widget)
       }
     });
   // Where a drag has changed nothing in the end, there is no update.
-  QObject::connect(widget, &pqInteractivePropertyWidget::endInteraction, this, &pqChainMailGrip::readReached);
+  QObject::connect(widget, &pqInteractivePropertyWidget::endInteraction, this, &pqChainMailProbeGlyph::readReached);
   // A radius that is typed is seen before it is applied.
   pqCoreUtilities::connect(
     widget->proxy()->GetProperty("Radius"), vtkCommand::UncheckedPropertyModifiedEvent, this, SLOT(render()));
 }
 
 //------------------------------------------------------------------------------
-pqChainMailGrip::~pqChainMailGrip()
+pqChainMailProbeGlyph::~pqChainMailProbeGlyph()
 {
   this->show(false);
 }
 
 //------------------------------------------------------------------------------
-vtkLineRepresentation* pqChainMailGrip::line() const
+vtkLineRepresentation* pqChainMailProbeGlyph::line() const
 {
   vtkSMProxy* shown = this->Widget->widgetProxy()->GetRepresentationProxy();
   return vtkLineRepresentation::SafeDownCast(shown ? shown->GetClientSideObject() : nullptr);
 }
 
-std::array<vtkProp*, 3> pqChainMailGrip::props() const
+std::array<vtkProp*, 3> pqChainMailProbeGlyph::props() const
 {
   return { { this->Actor, this->MarkActor, this->Label } };
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailGrip::show(bool shown)
+void pqChainMailProbeGlyph::show(bool shown)
 {
   if (this->Renderer)
   {
@@ -143,14 +143,14 @@ void pqChainMailGrip::show(bool shown)
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailGrip::readReached()
+void pqChainMailProbeGlyph::readReached()
 {
   vtkSMProxy* deformation = vtkChainMail::DeformationOf(this->Widget->proxy());
   this->HasReached = deformation && vtkChainMail::ReachedBy(deformation, this->Widget->proxy(), this->Reached);
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailGrip::setReached(vtkDataArray* reached)
+void pqChainMailProbeGlyph::setReached(vtkDataArray* reached)
 {
   vtkSMProxy* deformation = vtkChainMail::DeformationOf(this->Widget->proxy());
   const long long n = deformation ? vtkChainMail::FirstProbeOf(deformation, this->Widget->proxy()) : -1;
@@ -162,7 +162,7 @@ void pqChainMailGrip::setReached(vtkDataArray* reached)
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailGrip::place()
+void pqChainMailProbeGlyph::place()
 {
   double position[3];
   double target[3];
@@ -176,7 +176,7 @@ void pqChainMailGrip::place()
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailGrip::placeMark(const double position[3], const double target[3])
+void pqChainMailProbeGlyph::placeMark(const double position[3], const double target[3])
 {
   const double asked = std::sqrt(vtkMath::Distance2BetweenPoints(position, target));
   const double reached = vtkMath::Norm(this->Reached.data());
@@ -203,7 +203,7 @@ void pqChainMailGrip::placeMark(const double position[3], const double target[3]
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailGrip::render()
+void pqChainMailProbeGlyph::render()
 {
   if (this->Renderer && this->Widget->view())
   {

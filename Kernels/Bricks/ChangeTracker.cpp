@@ -1,4 +1,4 @@
-#include "Survey.h"
+#include "ChangeTracker.h"
 
 #include <algorithm>
 
@@ -40,14 +40,14 @@ std::uint64_t hashOf(std::uint64_t before, const std::vector<std::uint8_t>& byte
 
 }
 
-Survey::Survey(Bricks& bricks)
+ChangeTracker::ChangeTracker(Bricks& bricks)
   : bricks_(bricks)
   , contents_(bricks.numbers(), 0)
   , changedAt_(bricks.numbers(), 0)
 {
 }
 
-std::vector<BrickExtent> Survey::measure(const std::vector<int>& slots)
+std::vector<BrickExtent> ChangeTracker::measure(const std::vector<int>& slots)
 {
   static_assert(sizeof(BrickExtent) == 14 * sizeof(cl_uint), "survey.cl writes 14 numbers a brick");
   std::vector<BrickExtent> extents(slots.size());
@@ -56,7 +56,7 @@ std::vector<BrickExtent> Survey::measure(const std::vector<int>& slots)
     Context& context = this->bricks_.context();
     const std::size_t items = this->bricks_.workItems(true);
     const cl::Buffer& result = this->result_.sized(context, sizeof(BrickExtent) * slots.size());
-    context.launch(context.kernel("survey.cl", this->bricks_.defines(true), "survey"), slots.size(), items,
+    context.launch(context.kernel("changetracker.cl", this->bricks_.defines(true), "survey"), slots.size(), items,
       this->list_.holding(context, slots), this->bricks_.pitch(), this->bricks_.displacement,
       cl::Local(sizeof(BrickExtent) * items), result);
     context.read(result, extents);
@@ -64,7 +64,7 @@ std::vector<BrickExtent> Survey::measure(const std::vector<int>& slots)
   return extents;
 }
 
-Survey::Look Survey::look()
+ChangeTracker::Revision ChangeTracker::revise()
 {
   const std::vector<int> slots = this->bricks_.touchedSlots();
   const std::vector<BrickExtent> extents = this->measure(slots);

@@ -12,7 +12,7 @@ namespace chainmail
 {
 
 /// Whole numbers are written in full up to a million billions, others with up to `digits` digits if needed.
-inline std::string written(double number, int digits = 7)
+inline std::string toString(double number, int digits = 7)
 {
   const bool isWhole = std::fabs(number) < 1e15 && std::nearbyint(number) == number;
   // With fewer digits than the number has before the point, %g would print an exponent.
@@ -29,9 +29,9 @@ inline std::string written(double number, int digits = 7)
   return number == 0.0 ? "0" : text; // and not "-0"
 }
 
-inline std::string written(const Vector3& v)
+inline std::string toString(const Vector3& v)
 {
-  return "(" + written(v[0]) + ", " + written(v[1]) + ", " + written(v[2]) + ")";
+  return "(" + toString(v[0]) + ", " + toString(v[1]) + ", " + toString(v[2]) + ")";
 }
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pqChainMailSketch.h"
+#include "pqChainMailPreview.h"
 
 #include "vtkAlgorithm.h"
 #include "vtkAlgorithmOutput.h"
@@ -35,7 +35,7 @@ constexpr int FewestVoxels = 24;
 constexpr int LargestStep = 4;
 
 /// Another proxy with the same settings and no inputs, which nobody sees.
-vtkSmartPointer<vtkSMProxy> TwinOf(vtkSMProxy* proxy)
+vtkSmartPointer<vtkSMProxy> CloneOf(vtkSMProxy* proxy)
 {
   vtkSmartPointer<vtkSMProxy> twin;
   twin.TakeReference(proxy->GetSessionProxyManager()->NewProxy(proxy->GetXMLGroup(), proxy->GetXMLName()));
@@ -71,7 +71,7 @@ bool IsFrom(vtkAlgorithmOutput* connection, vtkAlgorithm* source)
 }
 
 //------------------------------------------------------------------------------
-bool pqChainMailSketch::canShow(vtkSMProxy* deformation)
+bool pqChainMailPreview::canShow(vtkSMProxy* deformation)
 {
   auto* filter = vtkChainMailDeformation::SafeDownCast(deformation->GetClientSideObject());
   if (filter == nullptr || filter->GetMode() != vtkChainMailDeformation::MODE_FROM_REST ||
@@ -88,15 +88,15 @@ bool pqChainMailSketch::canShow(vtkSMProxy* deformation)
 }
 
 //------------------------------------------------------------------------------
-pqChainMailSketch::pqChainMailSketch(vtkSMProxy* deformation, vtkSMProxy* dragged)
+pqChainMailPreview::pqChainMailPreview(vtkSMProxy* deformation, vtkSMProxy* dragged)
   : Deformation(deformation)
   , Dragged(dragged)
 {
   BEGIN_UNDO_EXCLUDE();
-  this->Twin = TwinOf(deformation);
-  this->DraggedTwin = TwinOf(dragged);
+  this->Clone = CloneOf(deformation);
+  this->DraggedClone = CloneOf(dragged);
   END_UNDO_EXCLUDE();
-  this->Filter = vtkChainMailDeformation::SafeDownCast(this->Twin->GetClientSideObject());
+  this->Filter = vtkChainMailDeformation::SafeDownCast(this->Clone->GetClientSideObject());
   this->Filter->SetController(nullptr);
   // The deformation itself will say what is wrong, once, when the drag has ended.
   vtkNew<vtkCallbackCommand> silence;
@@ -106,17 +106,17 @@ pqChainMailSketch::pqChainMailSketch(vtkSMProxy* deformation, vtkSMProxy* dragge
 }
 
 //------------------------------------------------------------------------------
-pqChainMailSketch::~pqChainMailSketch() = default;
+pqChainMailPreview::~pqChainMailPreview() = default;
 
 //------------------------------------------------------------------------------
-void pqChainMailSketch::begin()
+void pqChainMailPreview::begin()
 {
   BEGIN_UNDO_EXCLUDE();
-  this->Twin->Copy(this->Deformation, "vtkSMInputProperty");
-  vtkSMPropertyHelper(this->Twin, "RelaxationPreset").Set(vtkChainMailDeformation::RELAXATION_FAST);
-  this->Twin->UpdateVTKObjects();
-  this->DraggedTwin->Copy(this->Dragged, "vtkSMInputProperty");
-  this->DraggedTwin->UpdateVTKObjects();
+  this->Clone->Copy(this->Deformation, "vtkSMInputProperty");
+  vtkSMPropertyHelper(this->Clone, "RelaxationPreset").Set(vtkChainMailDeformation::RELAXATION_FAST);
+  this->Clone->UpdateVTKObjects();
+  this->DraggedClone->Copy(this->Dragged, "vtkSMInputProperty");
+  this->DraggedClone->UpdateVTKObjects();
   END_UNDO_EXCLUDE();
   this->Filter->GetModelArraySelection()->DisableAllArrays();
   this->end();
@@ -137,7 +137,7 @@ void pqChainMailSketch::begin()
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailSketch::end()
+void pqChainMailPreview::end()
 {
   this->Thinned->SetInputConnection(nullptr);
   for (int port = 0; port < this->Filter->GetNumberOfInputPorts(); ++port)
@@ -147,7 +147,7 @@ void pqChainMailSketch::end()
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailSketch::connect()
+void pqChainMailPreview::connect()
 {
   vtkAlgorithm* whole = AlgorithmOf(this->Deformation);
   vtkAlgorithm* dragged = AlgorithmOf(this->Dragged);
@@ -159,13 +159,13 @@ void pqChainMailSketch::connect()
     {
       vtkAlgorithmOutput* source = whole->GetInputConnection(port, n);
       this->Filter->AddInputConnection(
-        port, IsFrom(source, dragged) ? AlgorithmOf(this->DraggedTwin)->GetOutputPort() : source);
+        port, IsFrom(source, dragged) ? AlgorithmOf(this->DraggedClone)->GetOutputPort() : source);
     }
   }
 }
 
 //------------------------------------------------------------------------------
-std::array<int, 6> pqChainMailSketch::extentOfScan()
+std::array<int, 6> pqChainMailPreview::extentOfScan()
 {
   // What the deformation read the last time may be another image than what it would read now.
   std::array<int, 6> extent{ { 0, -1, 0, -1, 0, -1 } };
@@ -175,7 +175,7 @@ std::array<int, 6> pqChainMailSketch::extentOfScan()
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailSketch::thin()
+void pqChainMailPreview::thin()
 {
   std::array<int, 6> extent = this->extentOfScan();
   int step[3];
@@ -194,19 +194,19 @@ void pqChainMailSketch::thin()
 }
 
 //------------------------------------------------------------------------------
-vtkImageData* pqChainMailSketch::update(double time)
+vtkImageData* pqChainMailPreview::update(double time)
 {
   const auto properties = vtkSmartPointer<vtkSMPropertyIterator>::Take(this->Dragged->NewPropertyIterator());
   for (properties->Begin(); !properties->IsAtEnd(); properties->Next())
   {
     auto* from = vtkSMDoubleVectorProperty::SafeDownCast(properties->GetProperty());
-    auto* to = vtkSMDoubleVectorProperty::SafeDownCast(this->DraggedTwin->GetProperty(properties->GetKey()));
+    auto* to = vtkSMDoubleVectorProperty::SafeDownCast(this->DraggedClone->GetProperty(properties->GetKey()));
     for (unsigned int n = 0; from && to && n < from->GetNumberOfUncheckedElements(); ++n)
     {
       to->SetElement(n, from->GetUncheckedElement(n));
     }
   }
-  this->DraggedTwin->UpdateVTKObjects();
+  this->DraggedClone->UpdateVTKObjects();
   vtkNew<vtkTimerLog> timer;
   timer->StartTimer();
   this->Filter->UpdateTimeStep(time);
@@ -217,7 +217,7 @@ vtkImageData* pqChainMailSketch::update(double time)
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailSketch::adapt()
+void pqChainMailPreview::adapt()
 {
   // The first update of a model takes longer than those to come, and one slow one may be chance.
   const bool isSlow = std::min(this->Milliseconds, this->LastMilliseconds) > 1.3 * this->allowedMilliseconds;

@@ -1,0 +1,40 @@
+#include "VolumetricStrain.h"
+
+namespace chainmail
+{
+
+void updatePressureAround(Bricks& bricks, const std::vector<int>& slots, const cl::Buffer* activity, int sweep)
+{
+  if (bricks.ofVolumetricStrain().empty() || slots.empty())
+  {
+    return;
+  }
+  std::vector<int> around;
+  for (const int slot : bricks.slotsAround(slots))
+  {
+    around.push_back(bricks.brick(slot));
+  }
+  bricks.makeUpdatable(around); // may change their slots
+  std::vector<int> ready;
+  for (const int brick : around)
+  {
+    ready.push_back(bricks.slot(brick));
+  }
+  Context& context = bricks.context();
+  const cl::Buffer list = context.upload(ready, "the list of bricks");
+  const std::string defines = bricks.defines(true) + bricks.ofVolumetricStrain();
+  const std::size_t items = bricks.workItems(true);
+  if (activity)
+  {
+    context.launch(context.kernel("volumetricstrain.cl", defines + " -DNOTED", "volumetricStrains"), ready.size(),
+      items, list, bricks.layout(), bricks.state(), bricks.spins(), *activity, static_cast<cl_int>(sweep));
+  }
+  else
+  {
+    context.launch(context.kernel("volumetricstrain.cl", defines, "volumetricStrains"), ready.size(), items, list,
+      bricks.layout(), bricks.state(), bricks.spins());
+  }
+  context.queue().finish();
+}
+
+}
