@@ -337,6 +337,24 @@ inline bool SameImage(vtkImageData* a, vtkImageData* b)
   return same;
 }
 
+/// Gives `fresh` the probes, cuts and carves of a filter, and its properties of the output.
+inline void TakeInputsAndOutput(vtkChainMailDeformation* fresh, vtkChainMailDeformation* filter)
+{
+  fresh->SetOutputPadding(filter->GetOutputPadding());
+  fresh->SetOutputMagnification(filter->GetOutputMagnification());
+  fresh->SetUseOutputBounds(filter->GetUseOutputBounds());
+  fresh->SetOutputBounds(filter->GetOutputBounds());
+  fresh->SetSmoothCuts(filter->GetSmoothCuts());
+  fresh->SetScalarSmoothing(filter->GetScalarSmoothing());
+  for (int port = 1; port < 4; ++port)
+  {
+    if (filter->GetNumberOfInputConnections(port) > 0)
+    {
+      fresh->SetInputDataObject(port, filter->GetInputDataObject(port, 0));
+    }
+  }
+}
+
 /// The message that outputs carry which are not those of the present inputs; empty: there is none.
 inline std::string ErrorOf(vtkImageData* output)
 {

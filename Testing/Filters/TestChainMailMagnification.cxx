@@ -114,18 +114,7 @@ void CompareWithNew(Checks& check, vtkChainMailDeformation* filter, const std::s
 {
   vtkNew<vtkChainMailDeformation> fresh;
   Prepare(fresh, vtkImageData::SafeDownCast(filter->GetInputDataObject(0, 0)));
-  fresh->SetOutputPadding(filter->GetOutputPadding());
-  fresh->SetOutputMagnification(filter->GetOutputMagnification());
-  fresh->SetUseOutputBounds(filter->GetUseOutputBounds());
-  fresh->SetOutputBounds(filter->GetOutputBounds());
-  fresh->SetSmoothCuts(filter->GetSmoothCuts());
-  for (int port = 1; port < 4; ++port)
-  {
-    if (filter->GetNumberOfInputConnections(port) > 0)
-    {
-      fresh->SetInputDataObject(port, filter->GetInputDataObject(port, 0));
-    }
-  }
+  TakeInputsAndOutput(fresh, filter);
   fresh->Update();
   for (int a = 0; a < fresh->GetOutput()->GetPointData()->GetNumberOfArrays(); ++a)
   {

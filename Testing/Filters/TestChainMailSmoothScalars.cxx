@@ -119,18 +119,7 @@ void CompareWithNew(Checks& check, vtkChainMailDeformation* filter, const std::s
 {
   vtkNew<vtkChainMailDeformation> fresh;
   Prepare(fresh, vtkImageData::SafeDownCast(filter->GetInputDataObject(0, 0)));
-  fresh->SetScalarSmoothing(filter->GetScalarSmoothing());
-  fresh->SetOutputPadding(filter->GetOutputPadding());
-  fresh->SetOutputMagnification(filter->GetOutputMagnification());
-  fresh->SetUseOutputBounds(filter->GetUseOutputBounds());
-  fresh->SetOutputBounds(filter->GetOutputBounds());
-  for (int port = 1; port < 4; ++port)
-  {
-    if (filter->GetNumberOfInputConnections(port) > 0)
-    {
-      fresh->SetInputDataObject(port, filter->GetInputDataObject(port, 0));
-    }
-  }
+  TakeInputsAndOutput(fresh, filter);
   fresh->Update();
   check.That(SameBits(Smoothed(filter), Smoothed(fresh)), where + ": as a new filter makes them");
 }
