@@ -1,6 +1,7 @@
 #pragma once
 
 #include "RigidClusters.h"
+#include "SweepPlan.h"
 #include "SweepSchedule.h"
 #include "Types.h"
 #include "WavesUnderWay.h"
@@ -9,13 +10,6 @@
 
 namespace chainmail
 {
-
-/// What the sweeps of a relaxation are for.
-enum class Reach
-{
-  Far, ///< to propagate the displacements of handles through the tissue
-  Near ///< to smooth rough errors: coarser grids have reduced the others
-};
 
 /// Three-colour projected over-relaxation (relax.cl, clusters.cl). A sweep has a colour pass for red elements, one for
 /// black elements and one for rigid clusters.

@@ -1,0 +1,165 @@
+#include "SweepPlan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// In large scenes some tissue keeps moving long after blocked chains elsewhere have stopped. So there are also
+/// active-set steps at fixed intervals of this many sweeps, except after the first interval.
+constexpr int sweepsPerTimedStep = 30;
+
+/// Whether elements rotate in a sweep (turn.cl): in every third sweep at first, later in every sixth, when
+/// displacements hardly change between sweeps. After coarser grids (Reach::Near) the remaining error is mostly in the
+/// rotations (CoarseToFine), so the first period lasts longer. There the first sweep has no rotations: displacements
+/// are still rough, and rotations that followed them would be incompatible with each other.
+bool turnsIn(Reach reach, int sweep)
+{
+  const int first = reach == Reach::Far ? 0 : 1;
+  const int opening = reach == Reach::Far ? 12 : 24;
+  return sweep % (sweep <= opening ? 3 : SweepPlan::mostSweepsPerRotation) == first;
+}
+
+/// The over-relaxation factors that farOmega() and nearOmega() approach in the opening sweeps.
+constexpr double finalOmega = 1.9; // = 2 / (1 + sqrt(1 - rho2))
+constexpr double finalNearOmega = 1.93;
+
+/// The divisor of 2 / omega - 1 where tissue resists volumetric strain. There the diagonal of an element exceeds the
+/// weights of its links, and errors decay more slowly. Measured on pulled and dragged blocks at Poisson's ratios 0.3
+/// and 0.45; a larger divisor gains nothing.
+double furtherFor(double poissonRatio)
+{
+  const double weight = 1.0 + 0.5 * poissonRatio / (1.0 - 2.0 * poissonRatio); // diagonal / weights of links
+  return std::min(5.0, weight * std::sqrt(weight));
+}
+
+/// Divides 2 / omega - 1 by `times`, which brings the factor closer to 2.
+double further(double omega, double times)
+{
+  return times == 1.0 ? omega : 2.0 / (1.0 + (2.0 / omega - 1.0) / times);
+}
+
+/// The over-relaxation factor of a Reach::Far sweep, the Chebyshev semi-iterative sequence (G. Golub and R. Varga,
+/// Numerische Mathematik 3, 1961):
+///
+///   omega(0) = 1,   omega(1) = 1 / (1 - rho2 / 2),   omega(s) = 1 / (1 - rho2 omega(s - 1) / 4) for s > 1.
+///
+/// A factor of 1 is best for the first sweep, in which the energy falls most. The second factor is almost 2, and from
+/// there the sequence falls to further(finalOmega, times).
+double farOmega(int sweep, double times)
+{
+  const double last = 2.0 / further(finalOmega, times) - 1.0;
+  const double rho2 = 1.0 - last * last;
+  double omega = 1.0;
+  for (int s = 0; s < sweep && s < 200; ++s)
+  {
+    omega = s == 0 ? 1.0 / (1.0 - rho2 / 2.0) : 1.0 / (1.0 - rho2 * omega / 4.0);
+  }
+  return omega;
+}
+
+/// The over-relaxation factor of a Reach::Near sweep. With a factor near 2, rough displacements stay rough for tens of
+/// sweeps. For an error of length L [elements] the best factor is 2 / (1 + sin(pi / L)). Every sweep lengthens the
+/// remaining error by about 2 pi, so L = 2 pi (sweep + 1) and omega = 2 / (1 + 0.5 / (sweep + 1)). In thin tissue,
+/// which coarser grids do not resolve, errors are long. So the factor ends a little above finalOmega.
+double nearOmega(int sweep, double times)
+{
+  return further(std::min(finalNearOmega, 2.0 / (1.0 + 0.5 / (sweep + 1))), times);
+}
+
+/// The number of opening sweeps after coarser grids, in which nearOmega() or turningOmega() applies.
+constexpr int openingSweeps = 20;
+
+/// The over-relaxation factor of a sweep after the opening, when the remaining errors are long. `longest`: the longest
+/// axis of the grid [elements]. A large part of tissue that hangs on few links returns slowly: like an error of length
+/// L = 2 timesAsLong `longest`, for which the best factor (nearOmega()) is near 2. Such a factor leaves roughness,
+/// which a smaller one removes. So sweeps come in rounds, in which the factor falls to finalNearOmega:
+///
+///   omega = 2 / (1 + fall / leftInRound),   finalNearOmega <= omega <= longestOmega, the best factor for L.
+///
+/// The rounds have 50, 100, 200, ... sweeps. The last round ends with the last sweep requested. `late`: the number of
+/// sweeps since the opening. `left`: the number of sweeps still to come, including this one.
+double lateOmega(int late, int left, int longest)
+{
+  constexpr int firstRound = 50;
+  constexpr double fall = 0.1;
+  constexpr double timesAsLong = 3.0;
+  constexpr double pi = 3.14159265358979323846;
+  int roundsEnd = firstRound;
+  for (int round = 2 * firstRound; roundsEnd <= late; round *= 2)
+  {
+    roundsEnd += round;
+  }
+  const int leftInRound = std::min(roundsEnd - late, left);
+  const double longestOmega = 2.0 / (1.0 + std::sin(pi / (2.0 * timesAsLong * std::max(longest, 1))));
+  return std::max(finalNearOmega, std::min(longestOmega, 2.0 / (1.0 + fall / leftInRound)));
+}
+
+/// The over-relaxation factor of a sweep after coarser grids where elements rotate. Coarser grids leave incompatible
+/// rotations behind and, with them, long errors. The first sweeps (`smoothing`) remove roughness; the rest of the
+/// opening follows the sequence of farOmega(). In the last sweeps the bound 2 / (1 + fall / left) removes roughness
+/// again. `left`: the number of sweeps still to come, including this one.
+double turningOmega(int sweep, int left, double times)
+{
+  constexpr int smoothing = 4;
+  constexpr double fall = 0.08;
+  if (sweep < smoothing)
+  {
+    return nearOmega(sweep, times);
+  }
+  const double omega = sweep < openingSweeps ? farOmega(sweep - smoothing, times) : nearOmega(sweep, times);
+  return std::min(omega, further(2.0 / (1.0 + fall / left), times));
+}
+
+}
+
+SweepPlan::SweepPlan(Reach reach, bool rotates, double poissonRatio, int longestAxis, int firstSweep, int iterations)
+  : reach_(reach)
+  , rotates_(rotates)
+  , further_(furtherFor(poissonRatio))
+  , first_(firstSweep)
+  , iterations_(iterations)
+  , longest_(reach == Reach::Far || rotates ? 0 : longestAxis)
+{
+}
+
+bool SweepPlan::rotates(int n) const
+{
+  return this->rotates_ && turnsIn(this->reach_, this->first_ + n);
+}
+
+bool SweepPlan::showsRest(int n) const
+{
+  return !this->rotates_ || this->rotates(n);
+}
+
+float SweepPlan::omega(int n) const
+{
+  const int sweep = this->first_ + n;
+  const int left = this->iterations_ - n;
+  const int late = sweep - openingSweeps;
+  const double omega = this->longest_ > 0 && late >= 0 ? lateOmega(late, left, this->longest_)
+                       : this->reach_ == Reach::Far    ? farOmega(sweep, this->further_)
+                       : this->rotates_                ? turningOmega(sweep, left, this->further_)
+                                                       : nearOmega(sweep, this->further_);
+  return static_cast<float>(omega);
+}
+
+int SweepPlan::sweepsToTimedStep(int n) const
+{
+  const int sweep = this->first_ + n;
+  return this->longest_ > 0 ? sweepsPerTimedStep - sweep % sweepsPerTimedStep : std::numeric_limits<int>::max();
+}
+
+bool SweepPlan::isTimedStepAfter(int n) const
+{
+  const int sweep = this->first_ + n + 1;
+  return this->longest_ > 0 && sweep > sweepsPerTimedStep && sweep % sweepsPerTimedStep == 0;
+}
+
+}
