@@ -106,12 +106,16 @@ vtkSMProxy* DeformationOf(vtkSMProxy* proxy)
   return nullptr;
 }
 
+std::string Smoothed(const std::string& scalars)
+{
+  return scalars + " smooth";
+}
+
 std::string Unsmoothed(const std::string& name)
 {
-  const std::string ending = " smooth";
-  const bool isSmooth =
-    name.size() > ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
-  return isSmooth ? name.substr(0, name.size() - ending.size()) : name;
+  const std::size_t ending = Smoothed("").size();
+  const std::string scalars = name.substr(0, name.size() - std::min(ending, name.size()));
+  return !scalars.empty() && Smoothed(scalars) == name ? scalars : name;
 }
 
 std::array<double, 9> DirectionOf(vtkSMSourceProxy* source, int port)

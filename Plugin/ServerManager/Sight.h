@@ -24,8 +24,11 @@ vtkSMProxy* DeformationOf(vtkSMProxy* proxy);
 /// The direction matrix of the image that an output port has, row by row; all 0 where it has none yet.
 std::array<double, 9> DirectionOf(vtkSMSourceProxy* source, int port);
 
-/// The name of the scalars that a deformation smoothed (ScalarSmoothing) for an array of this name; the name itself where
-/// it is that of no such array.
+/// The name of the array that a deformation makes of scalars with ScalarSmoothing.
+std::string Smoothed(const std::string& scalars);
+
+/// The name of the scalars that a deformation smoothed (ScalarSmoothing) for an array of this name; the name itself
+/// where it is that of no such array.
 std::string Unsmoothed(const std::string& name);
 
 class Sight

@@ -44,13 +44,22 @@ int vtkSMChainMailMaterialDomain::SetDefaultValues(vtkSMProperty* property, bool
   const int done = this->Superclass::SetDefaultValues(property, use_unchecked_values);
   vtkSMProxy* proxy = this->GetNumberOfProxies() > 0 ? this->GetProxy(0) : nullptr;
   vtkNew<vtkPVChainMailScanInformation> asked;
-  if (proxy == nullptr || !vtkSMChainMailRangeDomain::FindStatistics(this, asked))
+  if (proxy == nullptr)
   {
     return done;
   }
   double threshold = 0.0;
   vtkNew<vtkPiecewiseFunction> function;
-  asked->GetStatistics()->GetMaterial(vtkChainMailDeformation::MATERIAL_FUNCTION, threshold, function);
+  if (vtkSMChainMailRangeDomain::FindStatistics(this, asked))
+  {
+    asked->GetStatistics()->GetMaterial(vtkChainMailDeformation::MATERIAL_FUNCTION, threshold, function);
+  }
+  else
+  {
+    // Without scalars to fit it to. ParaView's function goes up to 1, which is no constraint: the filter would complain
+    // of the material instead of the image.
+    function->AddPoint(0.0, 0.25);
+  }
 
   // A point is x, y, midpoint, sharpness.
   std::vector<double> points(4 * static_cast<std::size_t>(function->GetSize()));

@@ -160,7 +160,7 @@ void pqChainMailLook::Give(vtkSMProxy* representation, pqOutputPort* image, cons
 void pqChainMailLook::ColourBySmoothed(vtkSMProxy* representation, vtkSMSourceProxy* deformation)
 {
   const std::string scalars = ColouringArray(representation);
-  const std::string smoothed = scalars + " smooth";
+  const std::string smoothed = vtkChainMail::Smoothed(scalars);
   const char* kind = vtkSMPropertyHelper(representation, "Representation", true).GetAsString();
   vtkPVDataSetAttributesInformation* arrays = deformation->GetDataInformation(0)->GetPointDataInformation();
   if (scalars.empty() || kind == nullptr || std::string(kind) != "Volume" ||

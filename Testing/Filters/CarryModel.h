@@ -200,19 +200,6 @@ inline Model RandomBlock(unsigned seed)
   return model;
 }
 
-/// A point array with the place of each voxel.
-inline void AddPlaces(vtkImageData* image)
-{
-  vtkNew<vtkDoubleArray> place;
-  place->SetName("Place");
-  place->SetNumberOfComponents(3);
-  for (vtkIdType p = 0; p < image->GetNumberOfPoints(); ++p)
-  {
-    place->InsertNextTuple(image->GetPoint(p));
-  }
-  image->GetPointData()->AddArray(place);
-}
-
 }
 
 #endif

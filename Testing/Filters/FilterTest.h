@@ -194,14 +194,10 @@ inline vtkSmartPointer<vtkPiecewiseFunction> ConstantMaterial(double constraint)
 
 using Vector = std::array<double, 3>;
 
-/// Gives an image an odd spacing and oblique directions, and an array Place that holds the place of each voxel. That is
-/// linear in space, so between voxels, too, what resampling shows of it is where it took its values from.
-inline void PlaceObliquely(vtkImageData* image)
+/// Adds an array Place with the place of each voxel. That is linear in space, so between voxels, too, what resampling
+/// shows of it is where it took its values from.
+inline void AddPlaces(vtkImageData* image)
 {
-  image->SetSpacing(1.5, 0.75, 2.0);
-  image->SetOrigin(-40.0, 12.0, 7.0);
-  const double c = std::cos(0.5), s = std::sin(0.5);
-  image->SetDirectionMatrix(c, -s * 0.8, s * 0.6, s, c * 0.8, -c * 0.6, 0.0, 0.6, 0.8);
   vtkNew<vtkDoubleArray> place;
   place->SetName("Place");
   place->SetNumberOfComponents(3);
@@ -210,6 +206,16 @@ inline void PlaceObliquely(vtkImageData* image)
     place->InsertNextTuple(image->GetPoint(p));
   }
   image->GetPointData()->AddArray(place);
+}
+
+/// Gives an image an odd spacing and oblique directions, and the array Place.
+inline void PlaceObliquely(vtkImageData* image)
+{
+  image->SetSpacing(1.5, 0.75, 2.0);
+  image->SetOrigin(-40.0, 12.0, 7.0);
+  const double c = std::cos(0.5), s = std::sin(0.5);
+  image->SetDirectionMatrix(c, -s * 0.8, s * 0.6, s, c * 0.8, -c * 0.6, 0.0, 0.6, 0.8);
+  AddPlaces(image);
 }
 
 /// Where a voxel is, counted from the image's first one.

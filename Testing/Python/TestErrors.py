@@ -139,6 +139,10 @@ for what, bad, parts in (
     deformation.Scalars = ["POINTS", "scalars"]
     recovers(what)
 
+# A new filter, whose material nothing could be fitted to, says the same.
+fresh = ChainMailDeformation(Input=produce(make_image(np.full((5, 5, 5), np.nan))))
+expect_error(fresh, Reports(fresh), "all air", "finite")
+
 # A few scalars that are not finite are air; it is said once.
 holes = values.copy()
 holes[3, 5, 8], holes[4, 5, 8], holes[5, 5, 8] = np.nan, np.inf, -np.inf
