@@ -8,6 +8,7 @@
 #include "Private/Pipeline.h"
 #include "Private/Presets.h"
 #include "Private/Progress.h"
+#include "Private/Properties.h"
 #include "Private/Report.h"
 #include "Private/Scene.h"
 #include "Private/Session.h"
@@ -50,6 +51,38 @@ using vtkChainMail::Inputs;
 using vtkChainMail::Outcome;
 using vtkChainMail::PROBES;
 
+namespace
+{
+
+using Filter = vtkChainMailDeformation;
+
+template <typename E> constexpr bool AreEqual(int number, E counterpart)
+{
+  return number == static_cast<int>(counterpart);
+}
+
+// Properties holds enumerated properties as enumerations of its own and of the engine. Their numbers are those of this
+// class.
+static_assert(AreEqual(Filter::MATERIAL_CT, vtkChainMail::MaterialPresets::CT));
+static_assert(AreEqual(Filter::MATERIAL_MR, vtkChainMail::MaterialPresets::MR));
+static_assert(AreEqual(Filter::MODE_INTERACTIVE, vtkChainMail::Modes::Interactive));
+static_assert(AreEqual(Filter::PROPAGATION_TIMESTAMP, chainmail::PropagationMethod::Timestamp));
+static_assert(AreEqual(Filter::CONFLICT_LATEST, chainmail::ConflictPolicy::Latest));
+static_assert(AreEqual(Filter::CONFLICT_SHARE, chainmail::ConflictPolicy::Share));
+static_assert(AreEqual(Filter::RELAXATION_PAPER, chainmail::RelaxationMethod::Paper));
+static_assert(AreEqual(Filter::RELAXATION_FAST, vtkChainMail::RelaxationPresets::Fast));
+static_assert(AreEqual(Filter::RELAXATION_BALANCED, vtkChainMail::RelaxationPresets::Balanced));
+static_assert(AreEqual(Filter::RELAXATION_ACCURATE, vtkChainMail::RelaxationPresets::Accurate));
+static_assert(AreEqual(Filter::INTERPOLATION_NEAREST, vtkChainMail::InterpolationTypes::Nearest));
+
+/// Assigns the number of an enumerated property, which may have no meaning.
+template <typename E> void Assign(E& enumeration, int number)
+{
+  enumeration = static_cast<E>(number);
+}
+
+}
+
 //------------------------------------------------------------------------------
 /// Keeps the state between updates, and is the only place that converts the engine's exceptions to VTK errors.
 class vtkChainMailDeformation::vtkInternals
@@ -61,6 +94,54 @@ public:
     , Engine(this->Reports)
     , Writer(this->Engine, this->Reports)
   {
+  }
+
+  /// The values of all properties that an update reads.
+  vtkChainMail::Properties GetProperties() const
+  {
+    const vtkChainMailDeformation& filter = *this->Self;
+    vtkChainMail::Properties values;
+    Assign(values.MaterialPreset, filter.MaterialPreset);
+    values.MaterialFunction = filter.MaterialFunction;
+    values.TissueThreshold = filter.TissueThreshold;
+    values.ConstraintArray = filter.ConstraintArray;
+    values.BodyArray = filter.BodyArray;
+    values.JointSize = filter.JointSize;
+    values.JointConstraint = filter.JointConstraint;
+    values.JointMargin = filter.JointMargin;
+    values.AnchorRigid = filter.AnchorRigid;
+    std::copy_n(filter.AnchoredFaces, 6, values.AnchoredFaces.begin());
+
+    Assign(values.Mode, filter.Mode);
+    Assign(values.PropagationMethod, filter.PropagationMethod);
+    values.PropagationIterations = filter.PropagationIterations;
+    Assign(values.ConflictPolicy, filter.ConflictPolicy);
+    values.PropagationTimes = filter.PropagationTimes;
+    Assign(values.RelaxationMethod, filter.RelaxationMethod);
+    Assign(values.RelaxationPreset, filter.RelaxationPreset);
+    values.CoarseToFine = filter.CoarseToFine;
+    values.ElasticRecovery = filter.ElasticRecovery;
+    values.Rotations = filter.Rotations;
+    values.PoissonRatio = filter.PoissonRatio;
+    values.RelaxationIterations = filter.RelaxationIterations;
+    values.RelaxationTolerance = filter.RelaxationTolerance;
+    values.ModelReduction = filter.ModelReduction;
+
+    values.ModelArrays = filter.ModelArraySelection;
+    Assign(values.Interpolation, filter.Interpolation);
+    values.LabelArrays = filter.LabelArrays;
+    values.BackgroundValue = filter.BackgroundValue;
+    values.OutputPadding = filter.OutputPadding;
+    values.OutputMagnification = filter.OutputMagnification;
+    values.UseOutputBounds = filter.UseOutputBounds;
+    std::copy_n(filter.OutputBounds, 6, values.OutputBounds.begin());
+    values.SmoothCuts = filter.SmoothCuts;
+    values.PullBack = filter.PullBack;
+    values.ScalarSmoothing = filter.ScalarSmoothing;
+
+    values.Device = filter.Device;
+    std::copy_n(filter.BrickSize, 3, values.BrickSize.begin());
+    return values;
   }
 
   /// Computes both outputs or, after an error, what they show instead.
@@ -192,14 +273,15 @@ private:
     scalars.Name = choice->Has(vtkDataObject::FIELD_NAME()) ? choice->Get(vtkDataObject::FIELD_NAME()) : nullptr;
     scalars.Array = this->Self->GetInputAbstractArrayToProcess(0, inputs.Image, scalars.Association);
 
-    const vtkChainMail::Scene scene(this->Self, inputs, scalars, this->Engine.GetTissue(), this->Labels);
+    const vtkChainMail::Properties properties = this->GetProperties();
+    const vtkChainMail::Scene scene(properties, inputs, scalars, this->Engine.GetTissue(), this->Labels);
     // Memory is checked for a new output only: an output of the same extent is written to again.
     const bool isNew =
       this->Announced.Deformed != this->Good.Deformed || this->Announced.Magnification != this->Good.Magnification;
     if (isNew && this->Announced.Magnification > 1)
     {
       RequireMemory(scene.Output, inputs.Image,
-        (scene.PullBack ? 3 * sizeof(float) : 0) + (scene.ScalarSmoothing > 0.0 ? sizeof(float) : 0));
+        (properties.PullBack ? 3 * sizeof(float) : 0) + (properties.ScalarSmoothing > 0.0 ? sizeof(float) : 0));
     }
     this->Engine.Update(scene);
     this->Shows.Set(this->Writer.Write(scene), inputs.Image);
@@ -396,7 +478,8 @@ void vtkChainMailDeformation::FitMaterial(
 void vtkChainMailDeformation::GetPresetMaterial(
   int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function)
 {
-  vtkChainMail::GetPresetMaterial(preset, range, tissueThreshold, function);
+  const auto chosen = static_cast<vtkChainMail::MaterialPresets>(preset);
+  vtkChainMail::GetPresetMaterial(chosen, range, tissueThreshold, function);
 }
 
 //------------------------------------------------------------------------------
@@ -469,8 +552,7 @@ vtkMTimeType vtkChainMailDeformation::GetMTime()
 //------------------------------------------------------------------------------
 int vtkChainMailDeformation::FillInputPortInformation(int port, vtkInformation* info)
 {
-  const char* const types[] = { "vtkImageData", "vtkPointSet", "vtkPolyData", "vtkPolyData", "vtkPointSet" };
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), types[port]);
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), vtkChainMail::PortKinds[port].Type);
   // Without this the executive would run the filter once for every block, with one simulation for all blocks. A
   // composite image is an error, which the update reports.
   info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkCompositeDataSet");
@@ -513,7 +595,7 @@ int vtkChainMailDeformation::RequestInformation(
   std::copy_n(image->GetSpacing(), 3, place.Spacing.begin());
   try
   {
-    const vtkChainMail::OutputGrid grid(this, image);
+    const vtkChainMail::OutputGrid grid(this->Internals->GetProperties(), image);
     place.Deformed = grid.ExtentOf(image);
     place.Spacing = grid.SpacingOf(image);
     place.Magnification = grid.Detail.finer;

@@ -6,7 +6,6 @@
 #include "Private/Presets.h"
 #include "Private/ScanSummary.h"
 #include "Private/Text.h"
-#include "vtkChainMailDeformation.h"
 
 #include "Threads.h"
 
@@ -29,6 +28,7 @@
 
 using vtkChainMail::Histogram;
 using vtkChainMail::Look;
+using vtkChainMail::MaterialPresets;
 using vtkChainMail::NeighbourPairs;
 using vtkChainMail::ScanSummary;
 
@@ -422,9 +422,8 @@ void vtkChainMailScanStatistics::GetMaterial(int preset, double& tissueThreshold
   const ScanSummary& scan = this->Internals->Summary;
   const int kind = this->GetKind();
   const Look fitting = kind == KIND_CT ? Look::CT : kind == KIND_LABELS ? Look::Labels : Look::Unknown;
-  const Look look = preset == vtkChainMailDeformation::MATERIAL_CT   ? Look::CT
-                    : preset == vtkChainMailDeformation::MATERIAL_MR ? Look::MR
-                                                                     : fitting;
+  const auto chosen = static_cast<MaterialPresets>(preset);
+  const Look look = chosen == MaterialPresets::CT ? Look::CT : chosen == MaterialPresets::MR ? Look::MR : fitting;
   vtkChainMail::GetMaterial(look, scan.Air, scan.High, tissueThreshold, function);
 }
 
@@ -475,7 +474,8 @@ std::string vtkChainMailScanStatistics::GetDoubt(int preset) const
   {
     return {};
   }
-  if (preset == vtkChainMailDeformation::MATERIAL_CT)
+  const auto chosen = static_cast<MaterialPresets>(preset);
+  if (chosen == MaterialPresets::CT)
   {
     return kind == KIND_CT
              ? std::string()
@@ -485,7 +485,7 @@ std::string vtkChainMailScanStatistics::GetDoubt(int preset) const
                                         : "air is not near -1000 with soft tissue around 0.") +
                  " Bring them to Hounsfield units, or choose another MaterialPreset.";
   }
-  if (preset == vtkChainMailDeformation::MATERIAL_MR)
+  if (chosen == MaterialPresets::MR)
   {
     return kind == KIND_UNKNOWN
              ? std::string()

@@ -21,10 +21,16 @@
 namespace vtkChainMail
 {
 
+const std::array<PortKind, NUMBER_OF_PORTS> PortKinds = { {
+  { "Input", "vtkImageData", nullptr },
+  { "Probes", "vtkPointSet", "probes" },
+  { "Cuts", "vtkPolyData", nullptr },
+  { "Carves", "vtkPolyData", nullptr },
+  { "Regions", "vtkPointSet", "regions" },
+} };
+
 namespace
 {
-
-const char* const portNames[NUMBER_OF_PORTS] = { "Input", "Probes", "Cuts", "Carves", "Regions" };
 
 Fingerprint OfCells(vtkCellArray* cells, Fingerprint before)
 {
@@ -38,13 +44,12 @@ Fingerprint OfCells(vtkCellArray* cells, Fingerprint before)
 vtkSmartPointer<vtkPolyData> TakeLeaf(int port, vtkDataObject* data, std::string& problem)
 {
   auto leaf = vtkSmartPointer<vtkPolyData>::New();
-  if (port == PROBES || port == REGIONS)
+  if (const char* things = PortKinds[port].Points)
   {
     vtkPointSet* points = vtkPointSet::SafeDownCast(data);
     if (!points)
     {
-      problem =
-        std::string(port == PROBES ? "probes" : "regions") + " are points; give a point set such as a vtkPolyData.";
+      problem = std::string(things) + " are points; give a point set such as a vtkPolyData.";
       return nullptr;
     }
     leaf->SetPoints(points->GetPoints());
@@ -86,7 +91,7 @@ std::string NameOfBlock(vtkCompositeDataIterator* leaf, vtkCompositeDataSet* com
 
 std::string InputDataset::ToString() const
 {
-  return portNames[this->Port] + std::string(" input ") + std::to_string(this->Input) +
+  return PortKinds[this->Port].Name + std::string(" input ") + std::to_string(this->Input) +
          (this->Block >= 0 ? ", block " + std::to_string(this->Block) : "") +
          (this->BlockName.empty() ? "" : " (" + this->BlockName + ")") +
          (this->Process > 0 ? " of process " + std::to_string(this->Process) : "");
@@ -96,7 +101,7 @@ Fingerprint InputDataset::GetFingerprint() const
 {
   vtkPoints* points = this->Data->GetPoints();
   Fingerprint h = FingerprintOf(points ? points->GetData() : nullptr);
-  if (this->Port == PROBES || this->Port == REGIONS)
+  if (PortKinds[this->Port].Points)
   {
     // All arrays, instead of a list of names that would have to be kept up to date.
     vtkPointData* arrays = this->Data->GetPointData();

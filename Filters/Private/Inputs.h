@@ -32,6 +32,17 @@ enum Ports
   NUMBER_OF_PORTS
 };
 
+/// What a port takes.
+struct PortKind
+{
+  const char* Name;   ///< for messages
+  const char* Type;   ///< the class that a dataset has to be of
+  const char* Points; ///< what its points are, for messages; null where the port takes no points
+};
+
+/// For each port its kind.
+extern const std::array<PortKind, NUMBER_OF_PORTS> PortKinds;
+
 /// One dataset of Probes, Cuts, Carves or Regions: a connected dataset, or a leaf of a connected composite dataset.
 struct InputDataset
 {

@@ -4,8 +4,6 @@
 #include "Frame.h"
 #include "Grids.h"
 
-#include "vtkChainMailDeformation.h"
-
 #include "Error.h"
 
 #include "vtkAbstractArray.h"
@@ -26,11 +24,10 @@ namespace
 {
 
 /// The padding on both sides of each axis. Throws InputError where the padded image would be too large.
-chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, vtkImageData* image)
+chainmail::Index3 ReadPadding(int padding, vtkImageData* image)
 {
   std::array<int, 6> extent;
   image->GetExtent(extent.data());
-  const int padding = filter->GetOutputPadding();
   chainmail::Index3 sides;
   std::string size;
   bool isFar = false;
@@ -57,8 +54,8 @@ chainmail::Index3 ReadPadding(vtkChainMailDeformation* filter, vtkImageData* ima
 
 /// Sets the range of voxels that holds a box in world axes, in indices from the image's first voxel. Throws InputError
 /// where the box does not meet the padded image.
-void ReadBounds(
-  const double* bounds, vtkImageData* image, const chainmail::Index3& padding, chainmail::OutputDetail& detail)
+void ReadBounds(const std::array<double, 6>& bounds, vtkImageData* image, const chainmail::Index3& padding,
+  chainmail::OutputDetail& detail)
 {
   const Frame frame(image);
   Vector3 low{ HUGE_VAL, HUGE_VAL, HUGE_VAL };
@@ -107,14 +104,14 @@ void ReadBounds(
 
 }
 
-OutputGrid::OutputGrid(vtkChainMailDeformation* filter, vtkImageData* image)
-  : Padding(ReadPadding(filter, image))
+OutputGrid::OutputGrid(const Properties& properties, vtkImageData* image)
+  : Padding(ReadPadding(properties.OutputPadding, image))
 {
   chainmail::OutputDetail& detail = this->Detail;
-  detail.finer = filter->GetOutputMagnification();
-  if (filter->GetUseOutputBounds())
+  detail.finer = properties.OutputMagnification;
+  if (properties.UseOutputBounds)
   {
-    ReadBounds(filter->GetOutputBounds(), image, this->Padding, detail);
+    ReadBounds(properties.OutputBounds, image, this->Padding, detail);
   }
   int extent[6];
   image->GetExtent(extent);

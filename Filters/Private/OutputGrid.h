@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which voxels the deformed image has: the filter's OutputPadding, OutputMagnification and OutputBounds.
+// Which voxels the deformed image has: the properties OutputPadding, OutputMagnification and OutputBounds.
 
 #ifndef OutputGrid_h
 #define OutputGrid_h
+
+#include "Properties.h"
 
 #include "Types.h"
 
 #include "vtkImageData.h"
 
 #include <array>
-
-class vtkChainMailDeformation;
 
 namespace vtkChainMail
 {
@@ -22,7 +22,7 @@ struct OutputGrid
 
   /// Only the geometry of `image` is read. Throws InputError, whose message names the property, where such an output is
   /// impossible.
-  OutputGrid(vtkChainMailDeformation* filter, vtkImageData* image);
+  OutputGrid(const Properties& properties, vtkImageData* image);
 
   /// The extent and the spacing of the deformed image.
   std::array<int, 6> ExtentOf(vtkImageData* image) const;

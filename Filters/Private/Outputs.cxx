@@ -120,15 +120,16 @@ void Outputs::ChooseSamplers(const Scene& scene)
     {
       one.Time = std::max(array->GetMTime(), scene.Image->GetMTime());
     }
-    one.Nearest = scene.Nearest || isLabel || (array == scene.Scalars && scene.AreLabels) ||
-                  array == arrays->GetGlobalIds() || array == arrays->GetPedigreeIds();
+    one.Nearest = scene.Properties.Interpolation == InterpolationTypes::Nearest || isLabel ||
+                  (array == scene.Scalars && scene.AreLabels) || array == arrays->GetGlobalIds() ||
+                  array == arrays->GetPedigreeIds();
     one.Still = name == vtkDataSetAttributes::GhostArrayName();
     if (array == scene.Scalars)
     {
       one.Background = scene.BackgroundValue;
       one.NotMeasured = { scene.LowPadding, scene.Tissue.HighPadding };
     }
-    one.SmoothCuts = scene.SmoothCuts;
+    one.SmoothCuts = scene.Properties.SmoothCuts;
     one.Builds = this->Source.GetBuilds();
     const auto same = std::find(before.begin(), before.end(), one);
     if (same != before.end())
@@ -144,22 +145,24 @@ void Outputs::ChooseSamplers(const Scene& scene)
       one.Sampler = MakeSampler(array, grids, one.Nearest, one.Background, one.NotMeasured, isTissue);
     }
     this->Samplers.push_back(one);
-    if (array == scene.Scalars && scene.ScalarSmoothing > 0.0 && array->GetDataType() != VTK_BIT)
+    if (array == scene.Scalars && scene.Properties.ScalarSmoothing > 0.0 && array->GetDataType() != VTK_BIT)
     {
       // With deviation 0 the array still exists where values are labels, so a view of it keeps something to show.
-      const double deviation = one.Nearest ? 0.0 : scene.ScalarSmoothing;
+      const double deviation = one.Nearest ? 0.0 : scene.Properties.ScalarSmoothing;
       const bool goesOn = smoothedBefore && smoothedBefore->IsFor(one.Sampler, deviation);
       this->Smoothed = goesOn ? std::move(smoothedBefore)
                               : std::make_unique<SmoothScalars>(one.Sampler, grids, deviation, one.NotMeasured);
     }
   }
-  if (!scene.PullBack)
+  if (!scene.Properties.PullBack)
   {
     this->PullBack.reset();
   }
-  else if (!this->PullBack || !this->PullBack->IsFor(grids, scene.Space, scene.SmoothCuts, this->Source.GetBuilds()))
+  else if (!this->PullBack ||
+           !this->PullBack->IsFor(grids, scene.Space, scene.Properties.SmoothCuts, this->Source.GetBuilds()))
   {
-    this->PullBack = std::make_unique<PullBackSampler>(grids, scene.Space, scene.SmoothCuts, this->Source.GetBuilds());
+    this->PullBack =
+      std::make_unique<PullBackSampler>(grids, scene.Space, scene.Properties.SmoothCuts, this->Source.GetBuilds());
   }
 }
 
@@ -198,7 +201,8 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
         one->Sample(boxes);
       }
     },
-    since, scene.SmoothCuts ? chainmail::CutSurfaces::Smooth : chainmail::CutSurfaces::Stepped, scene.Output.Detail);
+    since, scene.Properties.SmoothCuts ? chainmail::CutSurfaces::Smooth : chainmail::CutSurfaces::Stepped,
+    scene.Output.Detail);
 
   this->WarnAboutLostArrays(scene.Image);
   if (vtkAbstractArray* ghosts = scene.Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
@@ -230,8 +234,8 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
 void Outputs::WriteModel(const Scene& scene, vtkImageData* output)
 {
   output->CopyStructure(scene.Image);
-  this->ChooseModelArrays(scene.ModelArrays, output);
-  if (scene.PropagationTimes)
+  this->ChooseModelArrays(scene.Properties.ModelArrays, output);
+  if (scene.Properties.PropagationTimes)
   {
     this->Reports.Run(DOWNLOAD, 0.98, 1.0, [&] { this->FetchTimes(scene, output->GetPointData()); });
   }

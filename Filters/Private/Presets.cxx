@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Presets.h"
 
-#include "../vtkChainMailDeformation.h"
-
 #include "vtkPiecewiseFunction.h"
 
 #include <algorithm>
@@ -58,29 +56,28 @@ void GetMaterial(Look look, double air, double bright, double& tissueThreshold, 
   }
 }
 
-void GetPresetMaterial(int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function)
+void GetPresetMaterial(
+  MaterialPresets preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function)
 {
-  const bool isCT = preset == vtkChainMailDeformation::MATERIAL_CT ||
-                    (preset == vtkChainMailDeformation::MATERIAL_FUNCTION && range[0] < -200.0);
-  const Look look = isCT ? Look::CT : preset == vtkChainMailDeformation::MATERIAL_MR ? Look::MR : Look::Unknown;
+  const bool isCT = preset == MaterialPresets::CT || (preset == MaterialPresets::Function && range[0] < -200.0);
+  const Look look = isCT ? Look::CT : preset == MaterialPresets::MR ? Look::MR : Look::Unknown;
   GetMaterial(look, range[0], range[1], tissueThreshold, function);
 }
 
-Settling GetSettling(vtkChainMailDeformation* filter)
+Settling GetSettling(const Properties& properties)
 {
-  switch (filter->GetRelaxationPreset())
+  switch (properties.RelaxationPreset)
   {
-  case vtkChainMailDeformation::RELAXATION_FAST:
+  case RelaxationPresets::Fast:
     return { false, 10, 1e-3 };
-  case vtkChainMailDeformation::RELAXATION_BALANCED:
+  case RelaxationPresets::Balanced:
     return { true, 20, 1e-3 };
-  case vtkChainMailDeformation::RELAXATION_ACCURATE:
+  case RelaxationPresets::Accurate:
     // With rotations, and with the published method, relaxation converges more slowly.
     return { true,
-      filter->GetRotations() || filter->GetRelaxationMethod() == vtkChainMailDeformation::RELAXATION_PAPER ? 1000 : 170,
-      1e-5 };
+      properties.Rotations || properties.RelaxationMethod == chainmail::RelaxationMethod::Paper ? 1000 : 170, 1e-5 };
   default:
-    return { filter->GetCoarseToFine(), filter->GetRelaxationIterations(), filter->GetRelaxationTolerance() };
+    return { properties.CoarseToFine, properties.RelaxationIterations, properties.RelaxationTolerance };
   }
 }
 

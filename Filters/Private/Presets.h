@@ -4,7 +4,8 @@
 #ifndef Presets_h
 #define Presets_h
 
-class vtkChainMailDeformation;
+#include "Properties.h"
+
 class vtkPiecewiseFunction;
 
 namespace vtkChainMail
@@ -24,7 +25,8 @@ enum class Look
 void GetMaterial(Look look, double air, double bright, double& tissueThreshold, vtkPiecewiseFunction* function);
 
 /// The material of a preset for scalars of the given range, as vtkChainMailDeformation::GetPresetMaterial() says.
-void GetPresetMaterial(int preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function);
+void GetPresetMaterial(
+  MaterialPresets preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function);
 
 /// The parameters of an update's relaxation.
 struct Settling
@@ -34,8 +36,8 @@ struct Settling
   double Tolerance = 0.0;
 };
 
-/// The parameters of the filter's RelaxationPreset or, for RELAXATION_CUSTOM, of its three properties.
-Settling GetSettling(vtkChainMailDeformation* filter);
+/// The parameters of the RelaxationPreset or, for Custom, of the three properties.
+Settling GetSettling(const Properties& properties);
 
 }
 

@@ -38,7 +38,7 @@ std::string Short(double number)
 std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* fields)
 {
   const Results& found = session.GetResults();
-  const int reduction = scene.Tissue.ModelReduction;
+  const int reduction = scene.Tissue.Settings.modelReduction;
   std::string text = found.Statistics.displaced == 0 ? "Nothing" : Grouped(found.Statistics.displaced);
   if (found.Statistics.displaced > 0)
   {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Scene.h"
 
-#include "../vtkChainMailDeformation.h"
 #include "../vtkChainMailScanStatistics.h"
 #include "Text.h"
 
@@ -27,9 +26,10 @@ namespace
 constexpr double anyBody = -1.0; // the value of Body for the tissue at the probe's point
 
 /// Checks the value of an enumerated property. `names`: the names of all its values, from 0 on.
-int Choice(const char* property, int value, const std::vector<const char*>& names)
+template <typename E> E Choice(const char* property, E value, const std::vector<const char*>& names)
 {
-  if (value >= 0 && value < static_cast<int>(names.size()))
+  const int number = static_cast<int>(value);
+  if (number >= 0 && number < static_cast<int>(names.size()))
   {
     return value;
   }
@@ -39,51 +39,33 @@ int Choice(const char* property, int value, const std::vector<const char*>& name
     list += (n == 0 ? "" : n + 1 == names.size() ? " or " : ", ") + std::to_string(n) + " (" + names[n] + ")";
   }
   throw chainmail::InputError(
-    std::string(property) + " is " + std::to_string(value) + ", which stands for nothing. Choose " + list + ".");
+    std::string(property) + " is " + std::to_string(number) + ", which stands for nothing. Choose " + list + ".");
 }
 
-Method ReadMethod(vtkChainMailDeformation* filter)
+Method ReadMethod(const Properties& properties)
 {
   Method method;
-  if (Choice("PropagationMethod", filter->GetPropagationMethod(), { "Envelope", "Timestamp" }) ==
-      vtkChainMailDeformation::PROPAGATION_TIMESTAMP)
-  {
-    method.Propagation = chainmail::PropagationMethod::Timestamp;
-  }
-  switch (Choice("ConflictPolicy", filter->GetConflictPolicy(), { "Limit", "Latest", "Share" }))
-  {
-  case vtkChainMailDeformation::CONFLICT_LATEST:
-    method.Conflict = chainmail::ConflictPolicy::Latest;
-    break;
-  case vtkChainMailDeformation::CONFLICT_SHARE:
-    method.Conflict = chainmail::ConflictPolicy::Share;
-    break;
-  default:
-    break;
-  }
+  method.Propagation = Choice("PropagationMethod", properties.PropagationMethod, { "Envelope", "Timestamp" });
+  method.Conflict = Choice("ConflictPolicy", properties.ConflictPolicy, { "Limit", "Latest", "Share" });
   if (method.Conflict == chainmail::ConflictPolicy::Share &&
       method.Propagation != chainmail::PropagationMethod::Envelope)
   {
     throw chainmail::InputError("The ConflictPolicy Share needs the PropagationMethod Envelope. Choose that, or the "
                                 "ConflictPolicy Limit or Latest.");
   }
-  method.PropagationIterations = filter->GetPropagationIterations();
-  if (Choice("RelaxationMethod", filter->GetRelaxationMethod(), { "Projected", "Paper" }) ==
-      vtkChainMailDeformation::RELAXATION_PAPER)
-  {
-    method.Relaxation = chainmail::RelaxationMethod::Paper;
-  }
-  Choice("RelaxationPreset", filter->GetRelaxationPreset(), { "Custom", "Fast", "Balanced", "Accurate" });
-  method.Settles = GetSettling(filter);
-  method.ElasticRecovery = filter->GetElasticRecovery();
-  if (filter->GetRotations() &&
+  method.PropagationIterations = properties.PropagationIterations;
+  method.Relaxation = Choice("RelaxationMethod", properties.RelaxationMethod, { "Projected", "Paper" });
+  Choice("RelaxationPreset", properties.RelaxationPreset, { "Custom", "Fast", "Balanced", "Accurate" });
+  method.Settles = GetSettling(properties);
+  method.ElasticRecovery = properties.ElasticRecovery;
+  if (properties.Rotations &&
       (method.Propagation != chainmail::PropagationMethod::Envelope ||
         method.Relaxation != chainmail::RelaxationMethod::Projected || method.ElasticRecovery != 1.0))
   {
     throw chainmail::InputError("Rotations need the PropagationMethod Envelope, the RelaxationMethod Projected and an "
                                 "ElasticRecovery of 1. Choose these, or turn Rotations off.");
   }
-  if (filter->GetPoissonRatio() != 0.0 && !filter->GetRotations())
+  if (properties.PoissonRatio != 0.0 && !properties.Rotations)
   {
     throw chainmail::InputError(
       "A PoissonRatio other than 0 needs Rotations. Turn these on, or set PoissonRatio to 0.");
@@ -141,9 +123,8 @@ vtkDataArray* ReadScalars(vtkImageData* image, const ChosenArray& chosen)
 }
 
 /// The point array that a property names; null where the name is empty.
-vtkDataArray* ReadNamed(vtkPointData* arrays, const std::string& property, const char* given)
+vtkDataArray* ReadNamed(vtkPointData* arrays, const std::string& property, const std::string& name)
 {
-  const std::string name = given ? given : "";
   if (name.empty())
   {
     return nullptr;
@@ -182,37 +163,28 @@ vtkDataArray* FindNumbers(const InputDataset& leaf, const char* name, int compon
 
 }
 
-Scene::Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const ChosenArray& scalars,
+Scene::Scene(const vtkChainMail::Properties& properties, const Inputs& inputs, const ChosenArray& scalars,
   const TissueSource& tissueBefore, LabelVoxels& labels)
-  : Given(inputs)
+  : Properties(properties)
+  , Given(inputs)
   , Image(inputs.Image)
   , Space(inputs.Image)
-  , Output(filter, inputs.Image)
-  , Interactive(
-      Choice("Mode", filter->GetMode(), { "FromRest", "Interactive" }) == vtkChainMailDeformation::MODE_INTERACTIVE)
-  , How(ReadMethod(filter))
-  , ModelArrays(filter->GetModelArraySelection())
-  , PropagationTimes(filter->GetPropagationTimes())
-  , PullBack(filter->GetPullBack())
-  , ScalarSmoothing(filter->GetScalarSmoothing())
-  , SmoothCuts(filter->GetSmoothCuts())
-  , BackgroundValue(filter->GetBackgroundValue())
-  , Nearest(Choice("Interpolation", filter->GetInterpolation(), { "Linear", "Nearest" }) ==
-            vtkChainMailDeformation::INTERPOLATION_NEAREST)
+  , Output(properties, inputs.Image)
+  , BackgroundValue(properties.BackgroundValue)
+  , LabelArrays(properties.LabelArrays)
 {
-  Choice("MaterialPreset", filter->GetMaterialPreset(), { "Function", "CT", "MR" });
-  for (int n = 0; n < filter->GetNumberOfLabelArrays(); ++n)
-  {
-    this->LabelArrays.emplace_back(filter->GetLabelArray(n));
-  }
+  this->Interactive = Choice("Mode", properties.Mode, { "FromRest", "Interactive" }) == Modes::Interactive;
+  this->How = ReadMethod(properties);
+  Choice("Interpolation", properties.Interpolation, { "Linear", "Nearest" });
+  Choice("MaterialPreset", properties.MaterialPreset, { "Function", "CT", "MR" });
   this->CheckPointArrays();
-  this->ReadTissue(filter, scalars, tissueBefore);
+  this->ReadTissue(scalars, tissueBefore);
   this->ReadRegions();
   this->ReadProbes();
-  this->ReadPoses(filter, labels);
+  this->ReadPoses(labels);
   this->Cuts = ReadCuts(inputs, this->Space);
   this->Carves = ReadCarves(inputs, this->Space);
-  this->ReadMaterial(filter); // last, because it may read all scalars for their statistics
+  this->ReadMaterial(); // last, because it may read all scalars for their statistics
 }
 
 std::string Scene::NameOf(std::size_t probe) const
@@ -254,11 +226,11 @@ void Scene::CheckPointArrays() const
   }
 }
 
-void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chosen, const TissueSource& before)
+void Scene::ReadTissue(const ChosenArray& chosen, const TissueSource& before)
 {
   vtkPointData* arrays = this->Image->GetPointData();
   this->Scalars = ReadScalars(this->Image, chosen);
-  vtkDataArray* constraints = ReadNamed(arrays, "ConstraintArray", filter->GetConstraintArray());
+  vtkDataArray* constraints = ReadNamed(arrays, "ConstraintArray", this->Properties.ConstraintArray);
 
   TissueSource& tissue = this->Tissue;
   const vtkMTimeType imageTime = this->Image->GetMTime();
@@ -268,32 +240,32 @@ void Scene::ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chose
     tissue.Constraints.Take(constraints, imageTime, before.Constraints);
   }
 
-  this->ReadBodies(filter, before);
+  this->ReadBodies(before);
 
   this->Image->GetDimensions(tissue.Size.data());
   tissue.Spacing = this->Space.GetSpacing();
   tissue.GetGrid().check(); // the model checks it again, but only after the statistics have read all scalars
-  tissue.AnchorRigid = filter->GetAnchorRigid();
+  tissue.Anchors.rigid = this->Properties.AnchorRigid;
   for (int f = 0; f < 6; ++f)
   {
     // In a single slice all voxels lie on both faces of its axis, so these do not anchor it.
-    tissue.AnchoredFaces[f] = filter->GetAnchoredFaces()[f] != 0 && tissue.Size[f / 2] > 1;
+    tissue.Anchors.faces[f] = this->Properties.AnchoredFaces[f] != 0 && tissue.Size[f / 2] > 1;
   }
-  tissue.Device = filter->GetDevice() ? filter->GetDevice() : "";
-  std::copy_n(filter->GetBrickSize(), 3, tissue.BrickSize.begin());
-  tissue.ModelReduction = filter->GetModelReduction();
-  tissue.Rotations = filter->GetRotations();
-  tissue.PoissonRatio = filter->GetPoissonRatio();
+  tissue.Settings.device = this->Properties.Device;
+  tissue.Settings.brickSize = this->Properties.BrickSize;
+  tissue.Settings.modelReduction = this->Properties.ModelReduction;
+  tissue.Settings.rotations = this->Properties.Rotations;
+  tissue.Settings.poissonRatio = this->Properties.PoissonRatio;
 }
 
-void Scene::ReadBodies(vtkChainMailDeformation* filter, const TissueSource& before)
+void Scene::ReadBodies(const TissueSource& before)
 {
-  vtkDataArray* labels = ReadNamed(this->Image->GetPointData(), "BodyArray", filter->GetBodyArray());
-  const bool divides = (labels || filter->GetJointSize() > 0) && filter->GetJointConstraint() > 0.0;
+  vtkDataArray* labels = ReadNamed(this->Image->GetPointData(), "BodyArray", this->Properties.BodyArray);
+  const bool divides = (labels || this->Properties.JointSize > 0) && this->Properties.JointConstraint > 0.0;
   TissueSource& tissue = this->Tissue;
   if (labels)
   {
-    this->LabelArrays.emplace_back(filter->GetBodyArray());
+    this->LabelArrays.emplace_back(this->Properties.BodyArray);
   }
   if (divides && labels)
   {
@@ -301,24 +273,24 @@ void Scene::ReadBodies(vtkChainMailDeformation* filter, const TissueSource& befo
   }
   if (divides)
   {
-    tissue.JointSize = filter->GetJointSize();
-    tissue.JointConstraint = filter->GetJointConstraint();
-    tissue.JointMargin = filter->GetJointMargin();
+    tissue.JointSize = this->Properties.JointSize;
+    tissue.JointConstraint = this->Properties.JointConstraint;
+    tissue.JointMargin = this->Properties.JointMargin;
   }
 }
 
-void Scene::ReadMaterial(vtkChainMailDeformation* filter)
+void Scene::ReadMaterial()
 {
   TissueSource& tissue = this->Tissue;
-  const int preset = filter->GetMaterialPreset();
-  const bool isFunction = preset == vtkChainMailDeformation::MATERIAL_FUNCTION;
-  vtkPiecewiseFunction* given = isFunction ? filter->GetMaterialFunction() : nullptr;
-  tissue.Threshold = isFunction ? filter->GetTissueThreshold() : vtkMath::Nan();
+  const MaterialPresets preset = this->Properties.MaterialPreset;
+  const bool isFunction = preset == MaterialPresets::Function;
+  vtkPiecewiseFunction* given = isFunction ? this->Properties.MaterialFunction : nullptr;
+  tissue.Threshold = isFunction ? this->Properties.TissueThreshold : vtkMath::Nan();
 
   const auto statistics = vtkChainMailScanStatistics::Of(this->Image, this->Scalars);
   this->Function = vtkSmartPointer<vtkPiecewiseFunction>::New();
   double fitted;
-  statistics->GetMaterial(preset, fitted, this->Function);
+  statistics->GetMaterial(static_cast<int>(preset), fitted, this->Function);
   tissue.Threshold = std::isnan(tissue.Threshold) ? fitted : tissue.Threshold;
   tissue.HighPadding = statistics->GetHighPadding();
   // With a threshold below the padding, the padding is tissue.
@@ -331,7 +303,7 @@ void Scene::ReadMaterial(vtkChainMailDeformation* filter)
   this->Guess = statistics->GetDescription();
   if (tissue.Threshold == fitted)
   {
-    this->Doubt = statistics->GetDoubt(preset);
+    this->Doubt = statistics->GetDoubt(static_cast<int>(preset));
   }
   else
   {
@@ -471,7 +443,7 @@ void Scene::ReadProbes()
 }
 
 /// Reads the arrays `Rotation`, `Centre` and `Body` of the probes.
-void Scene::ReadPoses(vtkChainMailDeformation* filter, LabelVoxels& labels)
+void Scene::ReadPoses(LabelVoxels& labels)
 {
   constexpr double radians = 3.14159265358979323846 / 180.0;
   std::vector<std::pair<std::size_t, vtkTypeInt64>> bodies; // probe, label
@@ -508,7 +480,7 @@ void Scene::ReadPoses(vtkChainMailDeformation* filter, LabelVoxels& labels)
       continue;
     }
     const bool rotates = rotation[0] != 0.0 || rotation[1] != 0.0 || rotation[2] != 0.0;
-    if (rotates && !this->Tissue.Rotations)
+    if (rotates && !this->Properties.Rotations)
     {
       throw chainmail::InputError(this->NameOf(n) + ": the probe prescribes a rotation, for which elements have to be "
                                                     "able to rotate. Turn Rotations on, or remove the point array "
@@ -520,7 +492,7 @@ void Scene::ReadPoses(vtkChainMailDeformation* filter, LabelVoxels& labels)
                                   ": the probe prescribes a rotation, which takes as many waves as it "
                                   "needs. Set PropagationIterations to 0.");
     }
-    probe.turns = this->Tissue.Rotations;
+    probe.turns = this->Properties.Rotations;
     probe.rotation = this->Space.AxialToEngine(rotation);
     for (double& part : probe.rotation)
     {
@@ -542,7 +514,7 @@ void Scene::ReadPoses(vtkChainMailDeformation* filter, LabelVoxels& labels)
   {
     return;
   }
-  vtkDataArray* array = ReadNamed(this->Image->GetPointData(), "BodyArray", filter->GetBodyArray());
+  vtkDataArray* array = ReadNamed(this->Image->GetPointData(), "BodyArray", this->Properties.BodyArray);
   if (!array)
   {
     throw chainmail::InputError(this->NameOf(bodies.front().first) +
@@ -559,7 +531,7 @@ void Scene::ReadPoses(vtkChainMailDeformation* filter, LabelVoxels& labels)
     const LabelVoxels::Body& body = labels.Get(label);
     if (body.Voxels->empty())
     {
-      throw chainmail::InputError(this->NameOf(n) + ": no voxel of the array \"" + filter->GetBodyArray() +
+      throw chainmail::InputError(this->NameOf(n) + ": no voxel of the array \"" + this->Properties.BodyArray +
                                   "\" has the label " + std::to_string(label) + " that the probe is to grip.");
     }
     this->Probes[n].voxels = body.Voxels;

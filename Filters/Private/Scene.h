@@ -10,6 +10,7 @@
 #include "LabelVoxels.h"
 #include "OutputGrid.h"
 #include "Presets.h"
+#include "Properties.h"
 #include "Surfaces.h"
 
 #include "Simulation.h"
@@ -17,14 +18,11 @@
 #include "vtkPiecewiseFunction.h"
 #include "vtkSmartPointer.h"
 
-#include <array>
 #include <string>
 #include <tuple>
 #include <vector>
 
 class vtkAbstractArray;
-class vtkDataArraySelection;
-class vtkChainMailDeformation;
 
 namespace vtkChainMail
 {
@@ -45,13 +43,8 @@ struct TissueSource
   double Threshold = 0.0;
   double HighPadding = 0.0;     // scalars of at least this are padding, not tissue
   std::vector<double> Function; // all that GetValue() of the material function depends on
-  bool AnchorRigid = false;
-  std::array<bool, 6> AnchoredFaces{};
-  std::string Device;
-  chainmail::Index3 BrickSize{};
-  int ModelReduction = 1;
-  bool Rotations = false;
-  double PoissonRatio = 0.0;
+  chainmail::Anchors Anchors;
+  chainmail::Settings Settings;
 
   chainmail::Grid GetGrid() const
   {
@@ -66,8 +59,8 @@ struct TissueSource
     const auto all = [](const TissueSource& t)
     {
       return std::tie(t.Scalars, t.Constraints, t.Bodies, t.JointSize, t.JointConstraint, t.JointMargin, t.Regions,
-        t.Size, t.Spacing, t.Threshold, t.HighPadding, t.Function, t.AnchorRigid, t.AnchoredFaces, t.Device,
-        t.BrickSize, t.ModelReduction, t.Rotations, t.PoissonRatio);
+        t.Size, t.Spacing, t.Threshold, t.HighPadding, t.Function, t.Anchors.rigid, t.Anchors.faces, t.Settings.device,
+        t.Settings.brickSize, t.Settings.modelReduction, t.Settings.rotations, t.Settings.poissonRatio);
     };
     return all(*this) == all(other);
   }
@@ -114,12 +107,13 @@ struct Scene
 {
   /// `tissueBefore`: the tissue of the last update; its arrays with the same times are not read again, nor the labels
   /// cached in `labels`. Throws InputError, whose message says what is wrong with which input or property.
-  Scene(vtkChainMailDeformation* filter, const Inputs& inputs, const ChosenArray& scalars,
+  Scene(const vtkChainMail::Properties& properties, const Inputs& inputs, const ChosenArray& scalars,
     const TissueSource& tissueBefore, LabelVoxels& labels);
 
   /// The name of a probe for messages: "Probes input 0, point 3 at (1, 2, 3)".
   std::string NameOf(std::size_t probe) const;
 
+  const vtkChainMail::Properties& Properties;
   const Inputs& Given;
   vtkImageData* Image;
   Frame Space;
@@ -133,32 +127,26 @@ struct Scene
   std::vector<InputSurface> Cuts;
   std::vector<InputSurface> Carves;
 
-  bool Interactive;
+  bool Interactive = false;
   Method How;
 
   // Texts about what the scalars were taken for, and what is doubtful about it.
   std::string Guess;
   std::string Doubt;
 
-  // The properties of the outputs.
-  vtkDataArraySelection* ModelArrays;
-  bool PropagationTimes;
-  bool PullBack;
-  double ScalarSmoothing;
-  bool SmoothCuts;
-  double BackgroundValue;  // of the scalars
-  double LowPadding = 0.0; // scalars of at most this are padding, not tissue
-  bool AreLabels = false;  // whether the scalars are labels
-  bool Nearest;
-  std::vector<std::string> LabelArrays;
+  // For the outputs.
+  double BackgroundValue;               // of the scalars
+  double LowPadding = 0.0;              // scalars of at most this are padding, not tissue
+  bool AreLabels = false;               // whether the scalars are labels
+  std::vector<std::string> LabelArrays; // also the BodyArray
 
 private:
   void CheckPointArrays() const;
-  void ReadTissue(vtkChainMailDeformation* filter, const ChosenArray& chosen, const TissueSource& before);
-  void ReadBodies(vtkChainMailDeformation* filter, const TissueSource& before);
-  void ReadMaterial(vtkChainMailDeformation* filter);
+  void ReadTissue(const ChosenArray& chosen, const TissueSource& before);
+  void ReadBodies(const TissueSource& before);
+  void ReadMaterial();
   void ReadProbes();
-  void ReadPoses(vtkChainMailDeformation* filter, LabelVoxels& labels);
+  void ReadPoses(LabelVoxels& labels);
   void ReadRegions();
 };
 

@@ -207,17 +207,9 @@ void Session::Build(const Scene& scene)
   material.joints.size = tissue.JointSize;
   material.joints.constraint = tissue.JointConstraint;
   material.joints.margin = tissue.JointMargin;
-  chainmail::Anchors anchors;
-  anchors.rigid = tissue.AnchorRigid;
-  anchors.faces = tissue.AnchoredFaces;
-  chainmail::Settings settings;
-  settings.device = tissue.Device;
-  settings.brickSize = tissue.BrickSize;
-  settings.modelReduction = tissue.ModelReduction;
-  settings.rotations = tissue.Rotations;
-  settings.poissonRatio = tissue.PoissonRatio;
 
-  const auto model = std::make_shared<const chainmail::Model>(tissue.GetGrid(), View(scalars), material, anchors);
+  const auto model =
+    std::make_shared<const chainmail::Model>(tissue.GetGrid(), View(scalars), material, tissue.Anchors);
   if (model->nonFinite() > 0)
   {
     this->Reports.Warn(
@@ -232,7 +224,7 @@ void Session::Build(const Scene& scene)
   std::unique_ptr<chainmail::Simulation> simulation;
   try
   {
-    simulation = std::make_unique<chainmail::Simulation>(model, settings);
+    simulation = std::make_unique<chainmail::Simulation>(model, tissue.Settings);
   }
   catch (const chainmail::MemoryError&)
   {
@@ -290,7 +282,7 @@ void Session::Deform(const Scene& scene)
     this->Done = Stage::Built;
   }
   if (this->Done > Stage::Cut && (!Same(this->Probes, scene.Probes) || !(this->MethodUsed == scene.How) ||
-                                   (scene.PropagationTimes && !this->TimesKept)))
+                                   (scene.Properties.PropagationTimes && !this->TimesKept)))
   {
     this->Done = Stage::Cut;
   }
@@ -440,9 +432,9 @@ void Session::Pull(const Scene& scene, const std::vector<std::size_t>& held)
   }
   this->Simulation->setRelaxation(method.Relaxation, method.ElasticRecovery);
   this->Simulation->setCoarseToFine(method.Settles.CoarseToFine);
-  this->Simulation->setPropagationTimes(scene.PropagationTimes);
+  this->Simulation->setPropagationTimes(scene.Properties.PropagationTimes);
   this->MethodUsed = method;
-  this->TimesKept = scene.PropagationTimes;
+  this->TimesKept = scene.Properties.PropagationTimes;
 
   std::vector<chainmail::Probe> probes;
   for (const std::size_t p : held)
