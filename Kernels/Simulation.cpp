@@ -69,6 +69,7 @@ public:
   void hold(const std::vector<Probe>& probes);
   PropagateResult propagate(int iterations);
   RelaxResult relax(int iterations, double tolerance);
+  UpdateResult update(const Update& update, const std::function<bool(UpdatePart)>& begins);
   std::vector<ProbeResult> probes();
   HeldBy heldBy(std::size_t probe);
   RigidClusters& rigidClusters();
@@ -557,6 +558,43 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
     });
 }
 
+UpdateResult Simulation::Impl::update(const Update& update, const std::function<bool(UpdatePart)>& begins)
+{
+  const auto begin = [&](UpdatePart part)
+  {
+    this->stoppable(
+      [&]
+      {
+        if (begins && !begins(part))
+        {
+          throw Aborted();
+        }
+      });
+  };
+  const Method& method = update.method;
+  UpdateResult result;
+  begin(UpdatePart::Propagate);
+  if (update.fromRest)
+  {
+    this->reset();
+  }
+  if (!this->waves_.isConfigured(method.propagation, method.conflict))
+  {
+    this->setPropagation(method.propagation, method.conflict);
+  }
+  this->setRelaxation(method.relaxation, method.elasticRecovery);
+  this->relaxation_.startCoarse(method.coarseToFine);
+  this->waves_.keepTimes(update.propagationTimes);
+  this->hold(update.probes);
+  result.propagation = this->propagate(method.propagationIterations);
+  begin(UpdatePart::Relax);
+  result.relaxation = this->relax(method.relaxationIterations, method.relaxationTolerance);
+  result.probes = this->probes();
+  begin(UpdatePart::Measure);
+  result.statistics = this->measure();
+  return result;
+}
+
 double Simulation::Impl::energy()
 {
   return energyOf(this->bricks_, measureBricks(this->bricks_, this->elasticity_));
@@ -724,6 +762,11 @@ std::vector<ProbeResult> Simulation::pull(const std::vector<Probe>& probes)
 RelaxResult Simulation::relax(int iterations, double tolerance)
 {
   return this->impl_->called([&] { return this->impl_->relax(iterations, tolerance); });
+}
+
+UpdateResult Simulation::update(const Update& update, const std::function<bool(UpdatePart)>& begins)
+{
+  return this->impl_->called([&] { return this->impl_->update(update, begins); });
 }
 
 std::vector<ProbeResult> Simulation::probes() const

@@ -83,7 +83,7 @@ public:
 
   /// The function that calls invoke several times a second while they wait for the device's compiler; null for none.
   /// They wait where kernels are used for the first time and are not in the cache of compiled kernels. Where it returns
-  /// false, propagate(), relax() and resample() stop as they do for setProgress().
+  /// false, propagate(), relax(), update() and resample() stop as they do for setProgress().
   void setCompiling(std::function<bool()> compiling);
 
   /// How waves that start from now on travel. Finishes a wave that is under way first. Default: Envelope, Limit.
@@ -163,7 +163,18 @@ public:
   /// and Envelope none. Throws InputError where either number is negative.
   RelaxResult relax(int iterations, double tolerance);
 
-  /// The probes of the last hold(), in their order, with what they have reached and their forces.
+  /// Deforms tissue in one call, after cuts and carves. State and results are those of these single calls, bit for
+  /// bit: reset() where Update::fromRest says so; setPropagation() where the method or the policy differs from the
+  /// present one; setRelaxation(), setCoarseToFine(), setPropagationTimes(), hold(), propagate(), relax(), probes() and
+  /// measure(). So without Update::fromRest probes that are already held move on, and waves that are under way
+  /// continue.
+  ///
+  /// `begins` is called when a part begins; the share that setProgress() reports starts at 0 in each part. Where it
+  /// returns false, the call throws Aborted, with tissue at rest and all probes released. Throws what the single calls
+  /// throw. The calls before the one that throws have then had their effect.
+  UpdateResult update(const Update& update, const std::function<bool(UpdatePart)>& begins = nullptr);
+
+  /// The probes of the last hold() or update(), in their order, with what they have reached and their forces.
   std::vector<ProbeResult> probes() const;
 
   /// What keeps a probe, given by its number, from moving further on the axis on which it lacks most [mm]; the nearest

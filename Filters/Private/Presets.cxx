@@ -64,20 +64,26 @@ void GetPresetMaterial(
   GetMaterial(look, range[0], range[1], tissueThreshold, function);
 }
 
-Settling GetSettling(const Properties& properties)
+void ApplyRelaxationPreset(const Properties& properties, chainmail::Method& method)
 {
+  const auto set = [&method](bool coarseToFine, int iterations, double tolerance)
+  {
+    method.coarseToFine = coarseToFine;
+    method.relaxationIterations = iterations;
+    method.relaxationTolerance = tolerance;
+  };
+  // With rotations, and with the published method, relaxation converges more slowly.
+  const bool isSlow = properties.Rotations || properties.RelaxationMethod == chainmail::RelaxationMethod::Paper;
   switch (properties.RelaxationPreset)
   {
   case RelaxationPresets::Fast:
-    return { false, 10, 1e-3 };
+    return set(false, 10, 1e-3);
   case RelaxationPresets::Balanced:
-    return { true, 20, 1e-3 };
+    return set(true, 20, 1e-3);
   case RelaxationPresets::Accurate:
-    // With rotations, and with the published method, relaxation converges more slowly.
-    return { true,
-      properties.Rotations || properties.RelaxationMethod == chainmail::RelaxationMethod::Paper ? 1000 : 170, 1e-5 };
+    return set(true, isSlow ? 1000 : 170, 1e-5);
   default:
-    return { properties.CoarseToFine, properties.RelaxationIterations, properties.RelaxationTolerance };
+    return set(properties.CoarseToFine, properties.RelaxationIterations, properties.RelaxationTolerance);
   }
 }
 

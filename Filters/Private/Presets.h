@@ -28,16 +28,9 @@ void GetMaterial(Look look, double air, double bright, double& tissueThreshold, 
 void GetPresetMaterial(
   MaterialPresets preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function);
 
-/// The parameters of an update's relaxation.
-struct Settling
-{
-  bool CoarseToFine = false;
-  int Iterations = 0;
-  double Tolerance = 0.0;
-};
-
-/// The parameters of the RelaxationPreset or, for Custom, of the three properties.
-Settling GetSettling(const Properties& properties);
+/// Sets coarseToFine, relaxationIterations and relaxationTolerance as the RelaxationPreset says: to its own values or,
+/// for Custom, to those of the properties.
+void ApplyRelaxationPreset(const Properties& properties, chainmail::Method& method);
 
 }
 

@@ -75,7 +75,7 @@ void ProbeWarnings::Clear()
 }
 
 std::string ProbeWarnings::OfSharing(
-  const Method& method, const std::vector<std::size_t>& held, const chainmail::PropagateResult& found)
+  const chainmail::Method& method, const std::vector<std::size_t>& held, const chainmail::PropagateResult& found)
 {
   if (found.iterations == 0)
   {
@@ -83,7 +83,7 @@ std::string ProbeWarnings::OfSharing(
   }
   const bool isNew = found.shared > 0 && !this->Sharing;
   this->Sharing = found.shared > 0;
-  if (!isNew || method.Conflict == chainmail::ConflictPolicy::Share)
+  if (!isNew || method.conflict == chainmail::ConflictPolicy::Share)
   {
     return {};
   }

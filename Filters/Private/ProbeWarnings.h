@@ -51,7 +51,7 @@ public:
     const std::vector<chainmail::ProbeResult>& results, const chainmail::Simulation& simulation);
   /// The warning where probes share although ConflictPolicy is not Share.
   std::string OfSharing(
-    const Method& method, const std::vector<std::size_t>& held, const chainmail::PropagateResult& found);
+    const chainmail::Method& method, const std::vector<std::size_t>& held, const chainmail::PropagateResult& found);
 
 private:
   WarnedProbes Empty;

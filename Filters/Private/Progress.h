@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <optional>
 #include <string>
 
 namespace vtkChainMail
@@ -41,6 +42,7 @@ public:
   void Begin()
   {
     this->Milliseconds.fill(0.0);
+    this->Running.reset();
     this->Shown = 0.0;
   }
 
@@ -48,6 +50,18 @@ public:
   /// within it is mapped to [from, to].
   template <typename F> void Run(Times time, double from, double to, F&& part)
   {
+    if (!this->BeginPart(time, from, to))
+    {
+      throw chainmail::Aborted();
+    }
+    part();
+    this->EndPart();
+  }
+
+  /// Begins a part as Run() does, after the end of the one before. Returns false where somebody has asked to stop.
+  bool BeginPart(Times time, double from, double to)
+  {
+    this->EndPart();
     // Texts for the progress bar.
     static const char* const names[NUMBER_OF_TIMES] = { "ChainMail: reading the tissue", "ChainMail: pulling",
       "ChainMail: settling", "ChainMail: moving the voxels", "ChainMail: reading back" };
@@ -55,11 +69,21 @@ public:
     this->Tell(this->Part);
     this->From = from;
     this->To = to;
-    this->Report(0.0);
-    const auto start = std::chrono::steady_clock::now();
-    part();
-    const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-    this->Milliseconds[time] += elapsed.count();
+    const bool goesOn = this->Show(0.0);
+    this->Running = time;
+    this->Start = std::chrono::steady_clock::now();
+    return goesOn;
+  }
+
+  /// Ends the present part, if there is one.
+  void EndPart()
+  {
+    if (this->Running)
+    {
+      const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - this->Start;
+      this->Milliseconds[*this->Running] += elapsed.count();
+      this->Running.reset();
+    }
   }
 
   /// Sends a progress event. Throws Aborted where somebody has asked to stop.
@@ -104,6 +128,7 @@ public:
     }
     this->IsTelling = false;
     this->IsCompiling = false;
+    this->Running.reset();
   }
 
   /// Sends a warning; none where the text is empty.
@@ -141,6 +166,8 @@ private:
 
   vtkAlgorithm* Filter;
   std::array<double, NUMBER_OF_TIMES> Milliseconds{};
+  std::optional<Times> Running; ///< the component of the present part
+  std::chrono::steady_clock::time_point Start;
   double From = 0.0;
   double To = 1.0;
   double Shown = 0.0;

@@ -45,12 +45,12 @@ std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* 
     text += reduction == 1 ? " voxels" : " elements of " + std::to_string(reduction) + " voxels a side";
   }
   text += " moved; ";
-  const Settling& how = scene.How.Settles;
+  const int sweeps = scene.How.relaxationIterations;
   if (!found.Propagation.finished)
   {
     text += "the pull is still on its way";
   }
-  else if (how.Iterations == 0)
+  else if (sweeps == 0)
   {
     text += "not relaxed";
   }
@@ -60,8 +60,7 @@ std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* 
   }
   else
   {
-    text +=
-      scene.Interactive ? "settling" : "not quite settled after " + std::to_string(how.Iterations) + " iterations";
+    text += scene.Interactive ? "settling" : "not quite settled after " + std::to_string(sweeps) + " iterations";
   }
 
   double seconds = 0.0;
@@ -84,7 +83,7 @@ void Report::Set(const Scene& scene, const Session& session, vtkFieldData* field
   this->Space = scene.Space;
   this->Held = found.Held;
   this->Arrived = found.Propagation.finished;
-  this->Settles = scene.How.Settles.Iterations > 0;
+  this->Settles = scene.How.relaxationIterations > 0;
   this->Probes.assign(scene.Probes.size(), Probe());
   for (std::size_t n = 0; n < this->Held.size(); ++n)
   {

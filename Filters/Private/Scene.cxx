@@ -42,25 +42,25 @@ template <typename E> E Choice(const char* property, E value, const std::vector<
     std::string(property) + " is " + std::to_string(number) + ", which stands for nothing. Choose " + list + ".");
 }
 
-Method ReadMethod(const Properties& properties)
+chainmail::Method ReadMethod(const Properties& properties)
 {
-  Method method;
-  method.Propagation = Choice("PropagationMethod", properties.PropagationMethod, { "Envelope", "Timestamp" });
-  method.Conflict = Choice("ConflictPolicy", properties.ConflictPolicy, { "Limit", "Latest", "Share" });
-  if (method.Conflict == chainmail::ConflictPolicy::Share &&
-      method.Propagation != chainmail::PropagationMethod::Envelope)
+  chainmail::Method method;
+  method.propagation = Choice("PropagationMethod", properties.PropagationMethod, { "Envelope", "Timestamp" });
+  method.conflict = Choice("ConflictPolicy", properties.ConflictPolicy, { "Limit", "Latest", "Share" });
+  if (method.conflict == chainmail::ConflictPolicy::Share &&
+      method.propagation != chainmail::PropagationMethod::Envelope)
   {
     throw chainmail::InputError("The ConflictPolicy Share needs the PropagationMethod Envelope. Choose that, or the "
                                 "ConflictPolicy Limit or Latest.");
   }
-  method.PropagationIterations = properties.PropagationIterations;
-  method.Relaxation = Choice("RelaxationMethod", properties.RelaxationMethod, { "Projected", "Paper" });
+  method.propagationIterations = properties.PropagationIterations;
+  method.relaxation = Choice("RelaxationMethod", properties.RelaxationMethod, { "Projected", "Paper" });
   Choice("RelaxationPreset", properties.RelaxationPreset, { "Custom", "Fast", "Balanced", "Accurate" });
-  method.Settles = GetSettling(properties);
-  method.ElasticRecovery = properties.ElasticRecovery;
+  ApplyRelaxationPreset(properties, method);
+  method.elasticRecovery = properties.ElasticRecovery;
   if (properties.Rotations &&
-      (method.Propagation != chainmail::PropagationMethod::Envelope ||
-        method.Relaxation != chainmail::RelaxationMethod::Projected || method.ElasticRecovery != 1.0))
+      (method.propagation != chainmail::PropagationMethod::Envelope ||
+        method.relaxation != chainmail::RelaxationMethod::Projected || method.elasticRecovery != 1.0))
   {
     throw chainmail::InputError("Rotations need the PropagationMethod Envelope, the RelaxationMethod Projected and an "
                                 "ElasticRecovery of 1. Choose these, or turn Rotations off.");
@@ -486,7 +486,7 @@ void Scene::ReadPoses(LabelVoxels& labels)
                                                     "able to rotate. Turn Rotations on, or remove the point array "
                                                     "\"Rotation\".");
     }
-    if (rotates && this->How.PropagationIterations != 0)
+    if (rotates && this->How.propagationIterations != 0)
     {
       throw chainmail::InputError(this->NameOf(n) +
                                   ": the probe prescribes a rotation, which takes as many waves as it "

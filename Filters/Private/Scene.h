@@ -66,27 +66,6 @@ struct TissueSource
   }
 };
 
-/// The methods and their parameters. The defaults are those of a new simulation.
-struct Method
-{
-  chainmail::PropagationMethod Propagation = chainmail::PropagationMethod::Envelope;
-  chainmail::ConflictPolicy Conflict = chainmail::ConflictPolicy::Limit;
-  int PropagationIterations = 0;
-  chainmail::RelaxationMethod Relaxation = chainmail::RelaxationMethod::Projected;
-  Settling Settles;
-  double ElasticRecovery = 1.0;
-
-  bool operator==(const Method& other) const
-  {
-    const auto all = [](const Method& m)
-    {
-      return std::tie(m.Propagation, m.Conflict, m.PropagationIterations, m.Relaxation, m.Settles.CoarseToFine,
-        m.Settles.Iterations, m.Settles.Tolerance, m.ElasticRecovery);
-    };
-    return all(*this) == all(other);
-  }
-};
-
 /// The source of a probe, for messages.
 struct ProbeOrigin
 {
@@ -128,7 +107,7 @@ struct Scene
   std::vector<InputSurface> Carves;
 
   bool Interactive = false;
-  Method How;
+  chainmail::Method How;
 
   // Texts about what the scalars were taken for, and what is doubtful about it.
   std::string Guess;

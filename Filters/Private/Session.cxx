@@ -33,31 +33,32 @@ template <typename T> bool Same(const std::vector<T>& a, const std::vector<T>& b
     a.begin(), a.end(), b.begin(), b.end(), [](const T& one, const T& other) { return Same(one, other); });
 }
 
-/// For each element of `present`: whether it was in `before`. Afterwards `before` has only the elements that were
-/// found. Both are multisets: n equal elements match at most n others, in any order.
-template <typename T> std::vector<bool> Recognize(const std::vector<T>& present, std::vector<T>& before)
+/// The numbers of the elements of `present` that are not in `before`. Afterwards `before` has only the elements that
+/// were found. Both are multisets: n equal elements match at most n others, in any order.
+template <typename T> std::vector<std::size_t> FindNew(const std::vector<T>& present, std::vector<T>& before)
 {
-  std::vector<bool> known;
+  std::vector<std::size_t> added;
   std::vector<T> kept;
   std::vector<bool> gone(before.size(), false);
   std::size_t next = 0; // start of the search: mostly the order is as before
-  for (const T& one : present)
+  for (std::size_t n = 0; n < present.size(); ++n)
   {
     std::size_t tried = 0;
-    while (tried < before.size() && (gone[next] || !Same(one, before[next])))
+    while (tried < before.size() && (gone[next] || !Same(present[n], before[next])))
     {
       ++tried;
       next = (next + 1) % before.size();
     }
-    known.push_back(tried < before.size());
-    if (known.back())
+    if (tried == before.size())
     {
-      kept.push_back(std::move(before[next]));
-      gone[next] = true;
+      added.push_back(n);
+      continue;
     }
+    kept.push_back(std::move(before[next]));
+    gone[next] = true;
   }
   before = std::move(kept);
-  return known;
+  return added;
 }
 
 /// The first and last voxel along an axis within `radius` of a place; first > last where there is none.
@@ -180,7 +181,7 @@ void Session::Stop()
 bool Session::IsUnsettled() const
 {
   return this->Interacting && (!this->Found.Propagation.finished ||
-                                (this->MethodUsed.Settles.Iterations > 0 && !this->Found.Relaxation.converged));
+                                (this->Last.method.relaxationIterations > 0 && !this->Found.Relaxation.converged));
 }
 
 void Session::Build(const Scene& scene)
@@ -245,7 +246,6 @@ void Session::Build(const Scene& scene)
   this->Simulation = std::move(simulation);
   ++this->Builds;
   this->AboutProbes.Clear();
-  this->MethodUsed = Method(); // the defaults of the new simulation
   this->Tissue = tissue;
   this->Done = Stage::Built;
 }
@@ -281,8 +281,8 @@ void Session::Deform(const Scene& scene)
   {
     this->Done = Stage::Built;
   }
-  if (this->Done > Stage::Cut && (!Same(this->Probes, scene.Probes) || !(this->MethodUsed == scene.How) ||
-                                   (scene.Properties.PropagationTimes && !this->TimesKept)))
+  if (this->Done > Stage::Cut && (!Same(this->Last.probes, scene.Probes) || this->Last.method != scene.How ||
+                                   (scene.Properties.PropagationTimes && !this->Last.propagationTimes)))
   {
     this->Done = Stage::Cut;
   }
@@ -303,16 +303,7 @@ void Session::Deform(const Scene& scene)
   {
     std::vector<std::size_t> all(scene.Probes.size());
     std::iota(all.begin(), all.end(), 0);
-    this->Reports.Run(PROPAGATE, 0.2, 0.45,
-      [&]
-      {
-        this->Simulation->reset();
-        this->Pull(scene, all);
-      });
-    this->Reports.Run(RELAX, 0.45, 0.75, [&] { this->Relax(scene, all); });
-    this->Reports.Run(DOWNLOAD, 0.75, 0.75, [&] { this->Found.Statistics = this->Simulation->measure(); });
-    this->Warn(scene, all);
-    this->Probes = scene.Probes;
+    this->Move(scene, all, true);
     this->Done = Stage::Relaxed;
   }
 }
@@ -339,39 +330,19 @@ void Session::Interact(const Scene& scene)
     this->ResetRequested = false;
   }
 
-  std::vector<std::size_t> held;
-  this->Reports.Run(PROPAGATE, 0.15, 0.45,
+  this->Reports.Run(PROPAGATE, 0.15, 0.2,
     [&]
     {
-      const std::vector<bool> made = Recognize(scene.Cuts, this->Cuts);
-      for (std::size_t n = 0; n < made.size(); ++n)
+      for (const std::size_t n : FindNew(scene.Cuts, this->Cuts))
       {
-        if (!made[n])
-        {
-          this->Cut(scene.Cuts[n]);
-        }
+        this->Cut(scene.Cuts[n]);
       }
-      const std::vector<bool> carved = Recognize(scene.Carves, this->Carves);
-      for (std::size_t n = 0; n < carved.size(); ++n)
+      for (const std::size_t n : FindNew(scene.Carves, this->Carves))
       {
-        if (!carved[n])
-        {
-          this->Carve(scene.Carves[n]);
-        }
+        this->Carve(scene.Carves[n]);
       }
-      const std::vector<bool> released = Recognize(scene.Probes, this->Released);
-      for (std::size_t n = 0; n < released.size(); ++n)
-      {
-        if (!released[n])
-        {
-          held.push_back(n);
-        }
-      }
-      this->Pull(scene, held);
     });
-  this->Reports.Run(RELAX, 0.45, 0.75, [&] { this->Relax(scene, held); });
-  this->Reports.Run(DOWNLOAD, 0.75, 0.75, [&] { this->Found.Statistics = this->Simulation->measure(); });
-  this->Warn(scene, held);
+  this->Move(scene, FindNew(scene.Probes, this->Released), false);
 }
 
 void Session::Mend()
@@ -422,48 +393,44 @@ void Session::Carve(const InputSurface& surface)
   this->Reports.Warn(this->CarveHistory.Worked(surface, elements));
 }
 
-/// Holds exactly the probes with these numbers, and propagates their waves.
-void Session::Pull(const Scene& scene, const std::vector<std::size_t>& held)
+/// Holds exactly the probes with these numbers, lets tissue follow them, and relaxes it.
+void Session::Move(const Scene& scene, const std::vector<std::size_t>& held, bool fromRest)
 {
-  const Method& method = scene.How;
-  if (method.Propagation != this->MethodUsed.Propagation || method.Conflict != this->MethodUsed.Conflict)
-  {
-    this->Simulation->setPropagation(method.Propagation, method.Conflict); // completes the waves that are under way
-  }
-  this->Simulation->setRelaxation(method.Relaxation, method.ElasticRecovery);
-  this->Simulation->setCoarseToFine(method.Settles.CoarseToFine);
-  this->Simulation->setPropagationTimes(scene.Properties.PropagationTimes);
-  this->MethodUsed = method;
-  this->TimesKept = scene.Properties.PropagationTimes;
-
-  std::vector<chainmail::Probe> probes;
+  this->Last = { fromRest, scene.How, scene.Properties.PropagationTimes, {} };
   for (const std::size_t p : held)
   {
-    probes.push_back(scene.Probes[p]);
+    this->Last.probes.push_back(scene.Probes[p]);
   }
+  const auto begins = [this](chainmail::UpdatePart part)
+  {
+    switch (part)
+    {
+    case chainmail::UpdatePart::Propagate:
+      return this->Reports.BeginPart(PROPAGATE, 0.2, 0.45);
+    case chainmail::UpdatePart::Relax:
+      return this->Reports.BeginPart(RELAX, 0.45, 0.75);
+    default:
+      return this->Reports.BeginPart(DOWNLOAD, 0.75, 0.75);
+    }
+  };
+  chainmail::UpdateResult found;
   try
   {
-    this->Simulation->hold(probes);
+    found = this->Simulation->update(this->Last, begins);
   }
   catch (const chainmail::ProbeError& error)
   {
     // The message has to name the probe of the scene, in world axes.
     throw chainmail::InputError(scene.NameOf(held[error.probe]) + ": the probe " + error.problem);
   }
-  this->Found.Propagation = this->Simulation->propagate(this->MethodUsed.PropagationIterations);
-}
-
-void Session::Relax(const Scene& scene, const std::vector<std::size_t>& held)
-{
-  this->Found.Relaxation =
-    this->Simulation->relax(this->MethodUsed.Settles.Iterations, this->MethodUsed.Settles.Tolerance);
-  const std::vector<chainmail::ProbeResult> results = this->Simulation->probes();
-  this->Found.Probes.assign(scene.Probes.size(), chainmail::ProbeResult());
-  this->Found.Held = held;
+  this->Reports.EndPart();
+  this->Found = { std::vector<chainmail::ProbeResult>(scene.Probes.size()), held, found.propagation, found.relaxation,
+    found.statistics };
   for (std::size_t n = 0; n < held.size(); ++n)
   {
-    this->Found.Probes[held[n]] = results[n];
+    this->Found.Probes[held[n]] = found.probes[n];
   }
+  this->Warn(scene, held);
 }
 
 void Session::Warn(const Scene& scene, const std::vector<std::size_t>& held)

@@ -83,8 +83,7 @@ private:
   void Mend();
   void Cut(const InputSurface& surface);
   void Carve(const InputSurface& surface);
-  void Pull(const Scene& scene, const std::vector<std::size_t>& held);
-  void Relax(const Scene& scene, const std::vector<std::size_t>& held);
+  void Move(const Scene& scene, const std::vector<std::size_t>& held, bool fromRest);
   void Warn(const Scene& scene, const std::vector<std::size_t>& held);
   void WarnAboutRegions(const Scene& scene, const chainmail::Model& model);
 
@@ -113,9 +112,7 @@ private:
   // applied.
   std::vector<InputSurface> Cuts;
   std::vector<InputSurface> Carves;
-  std::vector<chainmail::Probe> Probes;
-  Method MethodUsed;
-  bool TimesKept = false;
+  chainmail::Update Last; // what the engine was given last
 
   // In an interactive state: the geometry of the image, and the probes that are still connected but were released by a
   // reset.

@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace chainmail
@@ -80,6 +81,47 @@ enum class RelaxationMethod
 {
   Projected, ///< three-colour over-relaxation within the limits of the links (relax.cl)
   Paper      ///< the published method: all elements at once to the weighted mean, limits ignored (paper.cl)
+};
+
+/// How tissue deforms in Simulation::update(). The defaults are those of a new simulation, and no relaxation.
+struct Method
+{
+  PropagationMethod propagation = PropagationMethod::Envelope;
+  ConflictPolicy conflict = ConflictPolicy::Limit;
+  int propagationIterations = 0; ///< the most of an update; 0: until all waves have come to their end
+  RelaxationMethod relaxation = RelaxationMethod::Projected;
+  double elasticRecovery = 1.0;     ///< [0, 1], see Simulation::setRelaxation()
+  bool coarseToFine = false;        ///< see Simulation::setCoarseToFine()
+  int relaxationIterations = 0;     ///< the most of an update
+  double relaxationTolerance = 0.0; ///< largest move after which relaxation stops, as a fraction of the spacing
+
+  bool operator==(const Method& other) const
+  {
+    const auto all = [](const Method& m)
+    {
+      return std::tie(m.propagation, m.conflict, m.propagationIterations, m.relaxation, m.elasticRecovery,
+        m.coarseToFine, m.relaxationIterations, m.relaxationTolerance);
+    };
+    return all(*this) == all(other);
+  }
+  bool operator!=(const Method& other) const { return !(*this == other); }
+};
+
+/// What Simulation::update() has to do.
+struct Update
+{
+  bool fromRest = false; ///< first put everything back to its rest place and release all probes
+  Method method;
+  bool propagationTimes = false; ///< see Simulation::setPropagationTimes()
+  std::vector<Probe> probes;     ///< all that are held from now on, see Simulation::hold()
+};
+
+/// The parts of Simulation::update(), in their order.
+enum class UpdatePart
+{
+  Propagate, ///< also holds the probes
+  Relax,     ///< also determines the forces of the probes
+  Measure
 };
 
 /// What a propagation did.
@@ -171,6 +213,15 @@ struct Statistics
   std::size_t displaced = 0;  ///< elements away from their rest place
   std::size_t allocated = 0;  ///< element places, also in air, whose displacement is stored on the device
   std::size_t deviceBytes = 0;
+};
+
+/// What an update did.
+struct UpdateResult
+{
+  PropagateResult propagation;
+  RelaxResult relaxation;
+  std::vector<ProbeResult> probes; ///< in the order of Update::probes
+  Statistics statistics;
 };
 
 /// How a resampling shows the surfaces along which tissue was cut or carved.

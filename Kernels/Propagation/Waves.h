@@ -22,6 +22,10 @@ public:
 
   /// No wave may be under way when this is called.
   void configure(PropagationMethod method, ConflictPolicy policy);
+  bool isConfigured(PropagationMethod method, ConflictPolicy policy) const
+  {
+    return method == this->method_ && policy == this->policy_;
+  }
   void keepTimes(bool wanted) { this->times_ = wanted; }
 
   /// Queues the waves of probes that moved. Tissue of released probes stays held until no wave is under way.
