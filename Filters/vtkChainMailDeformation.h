@@ -3,162 +3,26 @@
  * @class   vtkChainMailDeformation
  * @brief   deform a volume like tissue: grab it with probes, cut it with blades, carve parts away
  *
- * Every voxel of the input whose scalar is at least TissueThreshold becomes a ChainMail element; the others are air. An
- * element follows its face neighbours with some slack. Let D_a(i) be the constraint of element i along axis a of the
- * image: a fraction of the spacing in [0, 1), from MaterialFunction or ConstraintArray, times the spacing. With the
- * displacement u(i), every link between two elements i and j obeys
+ * Every voxel whose scalar is at least TissueThreshold becomes a ChainMail element; the others are air. An element
+ * follows its face neighbours with some slack: with the displacement u(i), and the constraint D_a(i) of element i along
+ * axis a, a fraction of the spacing in [0, 1) times the spacing, every link obeys
  *
  *     |u_a(i) - u_a(j)| <= D_a(i,j) = (D_a(i) + D_a(j)) / 2                 (C)
  *
- * Linked elements with D = 0 (bone) are rigid and move as one. An update takes four steps. With MODE_FROM_REST every
- * update begins at rest, so its result depends on the inputs and properties alone.
+ * Linked elements with D = 0 (bone) are rigid and move as one. An update takes four steps:
  *
- * 1. Cuts and carves: removes every link whose segment crosses a polygon of the `Cuts` input, and every element inside
- *    a closed surface of the `Carves` input, with its links.
- * 2. Probes: holds all probes k at their displacements t_k at once. Tissue follows by as little as (C) allows, to
- *    u_a(i) = clamp(u0_a(i), max_k(t_k - d_a(k,i)), min_k(t_k + d_a(k,i))). Here u0 is the displacement before (0 at
- *    rest), and d_a(k,i) the length of the shortest path from k to i, with D_a as the length of a link. `ProbeReached`
- *    is the displacement that each probe reached. When its wave has ended, a probe that reached less than half of its
- *    displacement or rotation is warned about, with what holds it.
- * 3. Relaxation: lowers the energy, the sum over links and axes of (u_a(i) - u_a(j))^2 / D_a(i,j), in at most
- *    RelaxationIterations steps. (C) holds, and probes and anchors stay where they are. Soft probes, those with a
- *    tolerance T, hold nothing: each element i that a soft probe grips adds (u_a(i) - t_a)^2 / T to the energy, for
- *    every axis.
- * 4. Resampling: output voxel y shows the material at X with X + u(X) = y. Voxels that did not change are copies of the
- *    input, bit for bit; voxels that tissue left show BackgroundValue. Voxels at cut and carved surfaces show a mixture
- *    of tissue and background (SmoothCuts).
+ * 1. `Cuts` remove the links that they cross, and `Carves` the elements inside them.
+ * 2. `Probes` hold tissue at their displacements. All other tissue follows by as little as (C) allows.
+ * 3. Relaxation lowers the energy, the sum over links and axes of (u_a(i) - u_a(j))^2 / D_a(i,j). (C) holds, and probes
+ *    and anchors stay where they are.
+ * 4. Resampling: voxel y of output 0 shows the material at X with X + u(X) = y. Output 1 is the model at rest.
  *
  * The method follows "Parallel deformation of heterogeneous ChainMail models: application to interactive deformation of
  * large medical volumes" by Rodriguez, Leon and Arroyo. Its propagation and relaxation are PROPAGATION_TIMESTAMP and
  * RELAXATION_PAPER; the other methods are this library's own (Data/Method.md). All run on an OpenCL device, see Device.
  *
- * @section vtkChainMailDeformation-interactive Interactive use
- *
- * With MODE_INTERACTIVE the state is kept from one update to the next. Only changes since the last update are applied,
- * to the tissue in its present deformed state, in this order:
- *
- * 1. Every `Cuts` surface that is new since the last update, or has moved, cuts. Removing a surface changes nothing.
- * 2. Every `Carves` surface that is new or has moved carves. A surface of either input that returns to a place where it
- *    was since rest, for example by Undo in ParaView, is warned about once: it restores no tissue; Reset() does.
- * 3. Probes. A probe with the position and radius of one that is already held is that same probe. It moves to its
- *    present `Displacement`, which counts from the place of its tissue when it was grabbed. Any other probe grabs the
- *    tissue that is at its position now. Probes that are no longer connected release their tissue where it is.
- * 4. Waves travel for at most PropagationIterations, then relaxation runs for at most RelaxationIterations. This
- *    happens in every update that a changed input or Modified() triggers. GetNeedsUpdate() tells whether there is more
- *    to do, and makes the next Update() do it:
- * `do { filter->Update(); show(); } while (filter->GetNeedsUpdate());`
- *
- * A change of the tissue (the image, its scalars, place or spacing, material, bodies, anchors, ModelReduction, Device,
- * BrickSize), or a switch to this mode, starts from rest and applies everything that is connected. New arrays with
- * equal values, for example from a reader that ran again, are the same tissue: the state is kept.
- *
- * An update that fails leaves the state usable: the next update continues from it, without repeating a cut that was
- * made before the failure. An update that is stopped (AbortExecute) releases all probes and leaves tissue at rest, with
- * its cuts and carves.
- *
- * @section vtkChainMailDeformation-errors Errors
- *
- * An update that fails reports one error and sets the error code (GetErrorCode()). A number without a meaning in an
- * enumerated property is an error, too. Both outputs are then the last good ones. Where none fits the image, output 0
- * is the image as it is, and output 1 its grid without point arrays. The message is in the field array `Error` of both.
- * The pipeline counts the update as done.
- *
- * @section vtkChainMailDeformation-inputs Input ports
- *
- * All positions and vectors are in world axes and in the image's physical units (mm for medical data).
- *
- * - 0, the image: vtkImageData with point scalars of any numeric type, volume or single slice. Of scalars with several
- *   components the first is read. Scalars that are NaN or infinite are air; a warning gives their number once. Padding
- *   above all other scalars is air, too, see vtkChainMailScanStatistics. The direction matrix has to be orthonormal;
- *   flipped axes are fine. Cell data alone are an error: convert them with vtkCellDataToPointData.
- * - 1, `Probes` (optional, repeatable): vtkPointSet; every point is a probe that grabs tissue. Point arrays:
- *   `Displacement` (3 components, [mm]; needed unless every point is an anchor), `Radius` (optional, [mm], default 0:
- *   the nearest element), `Anchor` (optional, default 0; not 0: the tissue is held where it is), `Tolerance` (optional,
- *   [mm], default 0; above 0 the probe is soft: relaxation weighs it against the tissue, so it moves nothing with
- *   RelaxationIterations 0). With the point array `Rotation` (3 components: a rotation vector, along the axis and as
- *   long as the angle [degrees], of any length) a probe also rotates what it grabs, about `Centre` (3 components,
- *   optional, [mm], default the point itself): x moves to Centre + Displacement + R (x - Centre). Such a probe grips
- *   the whole rigid cluster of each rigid element that it grabs. The cluster reaches exactly this pose unless the probe
- *   is soft; relaxation determines the rotations of all other elements. `Body` (optional) is a label of BodyArray: the
- *   probe grips the voxels with this label, and the rigid clusters that they belong to, instead of what is at the
- *   point; -1: what is at the point. A rotation needs Rotations, a constraint that is the same along all axes and
- *   PropagationIterations 0. An element has one holder, and any number of soft probes besides. For a soft probe
- *   `ProbeReached` is the mean over its elements, and `ProbeForce` the force with which the probe pulls them. A probe
- *   whose tissue is held by other probes, or was carved away, moves nothing and is warned about once. Warnings give the
- *   number of the probes concerned and name the first few.
- * - 2, `Cuts` (optional, repeatable): vtkPolyData; polygons and triangle strips are blades.
- * - 3, `Carves` (optional, repeatable): vtkPolyData; each input is one closed surface of polygons and triangle strips,
- *   of any number of parts. Elements inside any part are removed and show BackgroundValue; normals may point outwards
- *   or inwards. A part that lies within others and faces the other way is a hollow: what is inside it stays. If the
- *   triangles of a part face both ways, every part within others is a hollow. Both cases are warned about once. A
- *   surface that is not closed is an error.
- * - 4, `Regions` (optional, repeatable): vtkPointSet; every point is the centre of a ball with the radius in the point
- *   array `Radius` [mm]. Tissue in the ball gets the constraint in `Constraint`. Where balls overlap the later one
- *   counts. A ball without tissue is warned about.
- *
- * A surface that meets no tissue is warned about once, until it meets some, and named in GetReport(). A polygon that
- * crosses itself is warned about. The inputs 1 to 4 may be composite datasets, which count as the list of their
- * datasets. Each closed dataset of `Carves` is a surface of its own, and all open ones together form one surface. A
- * composite image is an error. The outputs have the time steps of all inputs together.
- *
- * @section vtkChainMailDeformation-outputs Output ports
- *
- * - 0, the deformed image: the input's geometry, extended by OutputPadding, finer by OutputMagnification and limited by
- *   OutputBounds, and all its point arrays, each resampled in its own type. Global ids become an ordinary array. Cell
- *   arrays are not passed on, which is warned about once. With PullBack it also has `PullBack` (3 floats, world axes,
- *   [mm]): the vector from a voxel to where its material was at rest, 0 where nothing moved, NaN in the background. An
- *   input array of that name is then not passed on. With ScalarSmoothing it also has the smoothed scalars (float),
- *   named like the scalars with " smooth" appended. They replace an input array of that name, too. A smoothed value is
- *   the mean of the scalars, weighted by the Gaussian up to three standard deviations away. Values that are not finite,
- *   and paddings of a scanner, stay as they are and have no weight for other voxels. Marks of ghost and blank voxels
- *   and cells (`vtkGhostType`) belong to the grid and stay in place; voxels added by OutputPadding have none.
- * - 1, the model at rest on the input's grid, with those point arrays that were chosen (ModelArrays): `Displacement` (3
- *   floats, world axes, [mm]), `Element` (unsigned char: 0 air or carved away, 1 tissue), `Constraint` (float, fraction
- *   of the spacing; 1 component, or 3 along the image's axes; 0 in air) and `Cluster` (int, number of the rigid
- *   cluster, -1 none; components as `Constraint`). The active scalars are `Displacement`, because some writers write no
- *   other array; without it `Element`. With PropagationTimes it also has `PropagationTime` (float, components as
- *   `Constraint`: the length of the path from its probe by which the last wave came to the element, as the sum of D
- *   along its links [mm]; with 1 component along the image's x axis; -1: no wave came) and `Wavefront` (int, components
- *   as `Constraint`: the number of that wave since rest, from 1 on; 0 none). Where something is cut or carved,
- *   `Displacement` comes with `Links` (unsigned char), by which vtkChainMailCarry tells the sides of a cut apart. It is
- *   the sum of 1 for a link to the neighbour at x-, 2 for x+, 4 for y-, 8 for y+, 16 for z- and 32 for z+; 64 where
- *   tissue was carved away; 0 in air.
- *
- * Both have the input's field data, except arrays of the names below, and these field arrays: `ProbeReached` (3 per
- * probe: its displacement since it grabbed, world axes, [mm]), `ProbeForce` (3 per probe: the gradient of the energy by
- * the displacement of the elements it holds, which is the force it pulls them with, world axes, no unit), `ProbeTurned`
- * (3 per probe: its rotation vector since it grabbed [degrees], world axes; 0 without `Rotation`; with it,
- * `ProbeReached` is the displacement of `Centre`), `ProbeTorque` (3 per probe: the gradient of the energy by its
- * rotation about the displaced `Centre`, per radian, world axes; 0 without `Rotation`), `Energy` [mm] (with
- * ElasticRecovery r below 1 only strain of more than (1 - r) D counts), `MaxLinkExcess` (largest violation of (C),
- * fraction of the spacing), `PropagationIterationsUsed`, `RelaxationIterationsUsed`, `CoarseToFineStep` (the share of
- * the correction by coarser grids that was applied: 1 all, 0 none; -1 where the last relaxation did not start on
- * coarser grids), `DisplacedElements` (number of elements away from their rest place), `Milliseconds` (upload,
- * propagate, relax, resample, download; 0 for steps that were not needed),
- * `PeakDeviceMemory` (the peak during this update of the memory that all filters of this class in the process held on
- * the device [MB]) and `DeviceName`. With BodyArray or JointSize there are also, one row for each number of `Cluster`,
- * `BodyVoxels`, `BodyLabel` (with BodyArray) and `BodyHeldBy` (0 nothing, 1 a face of the image, 2 AnchorRigid, 3 a
- * probe). Where `Cluster` has 3 components, these rows are about the clusters along x.
- *
- * @section vtkChainMailDeformation-parallel Pieces and processes
- *
- * Any piece of the outputs equals that piece of the whole, bit for bit. Every update requests all of all inputs and
- * computes the whole, once for all its pieces. The processes of a parallel server (see SetController()) send their
- * inputs to the first process, which computes and distributes the pieces. Equal datasets of several processes count
- * once; other datasets are joined in order of the processes. Errors and field data are the same everywhere. As with all
- * images in VTK, neighbouring pieces share a plane of points: filters that count points (Histogram) count such planes
- * twice.
- *
- * @section vtkChainMailDeformation-limitations Limitations
- *
- * Constraints are geometric limits, not moduli: forces have no physical unit. Links join face neighbours only, so
- * stiffness depends on the direction relative to the grid. With constraints above 1/3, or between flaps that a cut
- * separates, tissue can fold over itself; the resampling then shows one layer. Where two cut surfaces meet in a cell
- * they are shown in steps of a voxel, and vtkChainMailCarry follows these steps. There may be at most 2^31 voxels with
- * padding. OutputMagnification shows displacements and cuts finer; between the scan's voxels its values are
- * interpolated. More processes make updates no faster and allow no larger image. A blade that moves between two updates
- * cuts where updates find it, not along its path. A saved pipeline does not contain the state of MODE_INTERACTIVE: it
- * starts from rest.
+ * The manual is in Data/: Using.md (modes, errors), Arrays.md (ports and their arrays), Bones.md, Output.md and
+ * Processes.md. The README lists the limitations.
  * @sa vtkChainMailProbeSource vtkChainMailCarry
  */
 
@@ -340,7 +204,7 @@ public:
   ///@{
   /**
    * MODE_FROM_REST (0): an update computes from rest, as a function of the inputs and properties alone.
-   * MODE_INTERACTIVE (1): an update continues from the state of the last one, see "Interactive use" above. Default:
+   * MODE_INTERACTIVE (1): an update continues from the state of the last one, see Data/Using.md. Default:
    * MODE_FROM_REST.
    */
   vtkSetMacro(Mode, int);

@@ -61,8 +61,7 @@ public:
   ///@{
   /**
    * How near tissue has to come to Target [mm], [0, VTK_DOUBLE_MAX]. 0: exactly, as far as it stretches. Above 0 the
-   * probe is soft: relaxation weighs the distance to Target against the tissue's energy, see vtkChainMailDeformation.
-   * Default: 0.
+   * probe is soft: relaxation weighs the distance to Target against the tissue's energy (Data/Bones.md). Default: 0.
    */
   vtkSetClampMacro(Tolerance, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(Tolerance, double);

@@ -16,7 +16,7 @@ import xml.etree.ElementTree as ElementTree
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, os.pardir))
 ROOMS = ("Data", "Filters", "Kernels", "Plugin", "Testing")
-COMMAND_PAGES = ("README.md", "CONTRIBUTING.md", "Data/Install.md", "Data/Using.md", "Data/Bones.md", "Data/Output.md", "Data/Processes.md",
+COMMAND_PAGES = ("README.md", "CONTRIBUTING.md", "Data/Install.md", "Data/Using.md", "Data/Bones.md", "Data/Output.md", "Data/Processes.md", "Data/Arrays.md",
                  "Data/InAndOut.md", "Data/Landmarks.md", "Data/Poses.md", "Data/Choosing.md", "Data/Gallery.md", "Data/Pictures.md")
 MOST_LINES = {"README.md": 160, "CONTRIBUTING.md": 180}
 
