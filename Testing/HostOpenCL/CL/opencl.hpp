@@ -64,8 +64,8 @@ public:
     }
     else
     {
-      static_assert(
-        Name == CL_DEVICE_MAX_COMPUTE_UNITS || Name == CL_DEVICE_AVAILABLE || Name == CL_DEVICE_COMPILER_AVAILABLE,
+      static_assert(Name == CL_DEVICE_MAX_COMPUTE_UNITS || Name == CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT ||
+                      Name == CL_DEVICE_AVAILABLE || Name == CL_DEVICE_COMPILER_AVAILABLE,
         "not emulated");
       return cl_uint(1);
     }
@@ -205,6 +205,7 @@ public:
     static_assert(Name == CL_EVENT_COMMAND_EXECUTION_STATUS, "not emulated");
     return CL_COMPLETE;
   }
+  void wait() const {}
   void setCallback(cl_int status, void (*notify)(cl_event, cl_int, void*), void* data)
   {
     notify(nullptr, status, data);
