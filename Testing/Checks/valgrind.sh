@@ -17,7 +17,8 @@ export HOST_OPENCL_FLAGS="-O1 -fsanitize=undefined -fno-sanitize-recover=all"
 rm -f "$build/kernels"
 HOST_OPENCL_TRACE=$build/kernels "$program" >"$build/undefined.out" 2>&1 ||
   { echo "FAILED: undefined behaviour"; tail -n 40 "$build/undefined.out"; exit 1; }
-all=$(sed -n 's/^kernel void \([A-Za-z0-9_]*\).*/\1/p' "$source"/Kernels/*/*.cl | sort -u)
+# relaxBatch and turnClusters are for CPUs, and the device of kernels as C++ is a GPU.
+all=$(sed -n 's/^kernel void \([A-Za-z0-9_]*\).*/\1/p' "$source"/Kernels/*/*.cl | grep -vx -e relaxBatch -e turnClusters | sort -u)
 [ -n "$all" ] || { echo "FAILED: no kernels were found"; exit 1; }
 missing=$(comm -23 <(echo "$all") <(sort -u "$build/kernels"))
 [ -z "$missing" ] || { echo "FAILED: the scenes do not use these kernels:" $missing; exit 1; }

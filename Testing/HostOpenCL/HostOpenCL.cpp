@@ -51,16 +51,27 @@ std::string hashOf(const std::string& text)
   return hex.str();
 }
 
-/// The C++ text of an OpenCL text: vectors are made by constructors, and every kernel gets an entry.
+/// The C++ text of an OpenCL text: vectors are made by constructors, and every kernel gets an entry. The entries stand
+/// at the end, within copies of the conditions of the preprocessor: a kernel that these leave out gets no entry.
 std::string translated(const std::string& source)
 {
   static const std::regex literal("\\((u?int|float)([234])\\)[ ]*\\(");
-  static const std::regex kernel("\\bkernel\\s+void\\s+(\\w+)\\s*\\(");
-  std::string text = std::regex_replace(source, literal, "$1$2(");
+  static const std::regex condition("^\\s*#\\s*(if|ifdef|ifndef|elif|else|endif)\\b");
+  static const std::regex kernel("^kernel\\s+void\\s+(\\w+)\\s*\\(");
+  const std::string text = std::regex_replace(source, literal, "$1$2(");
   std::string entries;
-  for (std::sregex_iterator found(text.begin(), text.end(), kernel), end; found != end; ++found)
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
   {
-    entries += "HOST_OPENCL_ENTRY(" + (*found)[1].str() + ")\n";
+    std::smatch found;
+    if (std::regex_search(line, condition))
+    {
+      entries += line + '\n';
+    }
+    else if (std::regex_search(line, found, kernel))
+    {
+      entries += "HOST_OPENCL_ENTRY(" + found[1].str() + ")\n";
+    }
   }
   return text + "\n#line 1 \"entries\"\n" + entries;
 }

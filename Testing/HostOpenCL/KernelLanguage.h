@@ -24,6 +24,14 @@ typedef unsigned long ulong;
 
 template <typename T, int N> struct Vector;
 
+/// Components of a vector in another order, to be read. `Result` is a parameter because its operators then apply.
+template <typename T, int N, typename Result, int... Order> struct Swizzle
+{
+  T s[N];
+
+  operator Result() const { return Result(this->s[Order]...); }
+};
+
 template <typename T, int N> struct Components;
 template <typename T> struct alignas(2 * sizeof(T)) Components<T, 2>
 {
@@ -58,6 +66,10 @@ template <typename T> struct alignas(4 * sizeof(T)) Components<T, 4>
     };
     Vector<T, 2> xy;
     Vector<T, 3> xyz;
+    Swizzle<T, 4, Vector<T, 4>, 1, 1, 2, 3> yyzw;
+    Swizzle<T, 4, Vector<T, 4>, 1, 2, 0, 3> yzxw;
+    Swizzle<T, 4, Vector<T, 4>, 1, 2, 2, 3> yzzw;
+    Swizzle<T, 4, Vector<T, 4>, 2, 0, 1, 3> zxyw;
     T s[4];
   };
 };
