@@ -1,6 +1,5 @@
-# Builds the engine with the OpenCL of this folder (CL/opencl.hpp) in place of the system's. Its kernels are compiled
-# when a program asks for them, by the compiler and with the sanitizers of the engine itself, and with the options that
-# the environment variable HOST_OPENCL_FLAGS holds, -O1 without it.
+# Builds the engine with the OpenCL of this folder instead of the system's; CL/opencl.hpp says what it is. The runtime
+# compiles kernels into the folder HostKernels of the build, by the compiler and with the sanitizers of the engine.
 
 set(folder "${PROJECT_BINARY_DIR}/HostKernels")
 file(MAKE_DIRECTORY "${folder}")
@@ -11,6 +10,10 @@ endif ()
 
 target_sources(ChainMailKernels PRIVATE "${CMAKE_CURRENT_LIST_DIR}/HostOpenCL.cpp")
 target_include_directories(ChainMailKernels BEFORE PRIVATE "${CMAKE_CURRENT_LIST_DIR}")
-set_source_files_properties("${CMAKE_CURRENT_LIST_DIR}/HostOpenCL.cpp" PROPERTIES COMPILE_DEFINITIONS
-  "HOST_OPENCL_FOLDER=\"${folder}\";HOST_OPENCL_COMPILER=\"${CMAKE_CXX_COMPILER}\";HOST_OPENCL_FLAGS=\"${flags}\";HOST_OPENCL_LANGUAGE=\"${CMAKE_CURRENT_LIST_DIR}/KernelLanguage.h\"")
+set(definitions
+  "HOST_OPENCL_FOLDER=\"${folder}\""
+  "HOST_OPENCL_COMPILER=\"${CMAKE_CXX_COMPILER}\""
+  "HOST_OPENCL_FLAGS=\"${flags}\""
+  "HOST_OPENCL_LANGUAGE=\"${CMAKE_CURRENT_LIST_DIR}/KernelLanguage.h\"")
+set_source_files_properties("${CMAKE_CURRENT_LIST_DIR}/HostOpenCL.cpp" PROPERTIES COMPILE_DEFINITIONS "${definitions}")
 target_link_libraries(ChainMailKernels PUBLIC ${CMAKE_DL_LIBS})

@@ -1,9 +1,12 @@
-// OpenCL C, as much of it as the kernels use, for a C++ compiler that is given a kernel's text (HostOpenCL.cpp).
-// Included before that text; the qualifiers become macros, so nothing of C++ may be included after it.
+// OpenCL C for a C++ compiler, as much of it as the kernels use: vector types, built-in functions, work-item functions
+// and qualifiers. CL/opencl.hpp says what is missing. The compiler includes this header before a program
+// (HostOpenCL.cpp). The qualifiers are macros (`kernel`, `global`, ...), so no header of C++ may be included after it.
 //
-// A kernel works by the item, and asks for its global number, or by the group, and asks for its place in the group and
-// for the group's size, which may then be any. By the group, a group has a single item here: it meets all barriers
-// alone.
+// Work-items run one after the other. That decides how the two kinds of kernels run:
+//   - Kernels of independent work-items call get_global_id(). They run once for each work-item.
+//   - Kernels of cooperating work-items call get_local_id(), get_local_size() or barrier(). They work with any size of
+//     the work-group. Here it is 1, whatever the launch says, so barriers need not wait.
+// A kernel shows its kind by the functions that it calls. One that calls functions of both kinds is an error.
 
 #include "Launch.h"
 
@@ -24,7 +27,8 @@ typedef unsigned long ulong;
 
 template <typename T, int N> struct Vector;
 
-/// Components of a vector in another order, to be read. `Result` is a parameter because its operators then apply.
+/// Components of a vector of N components in another order, read only. Operators of the vector type `Result` take it:
+/// C++ looks for operators in the template parameters of their operands.
 template <typename T, int N, typename Result, int... Order> struct Swizzle
 {
   T s[N];
@@ -32,6 +36,7 @@ template <typename T, int N, typename Result, int... Order> struct Swizzle
   operator Result() const { return Result(this->s[Order]...); }
 };
 
+/// The components by name and by number. Size and alignment are those of OpenCL: float3 has the size of float4.
 template <typename T, int N> struct Components;
 template <typename T> struct alignas(2 * sizeof(T)) Components<T, 2>
 {
@@ -76,16 +81,17 @@ template <typename T> struct alignas(4 * sizeof(T)) Components<T, 4>
 
 template <typename T, int N> struct Vector : Components<T, N>
 {
-  using Truth = Vector<int, N>; // of a comparison: -1 or 0
+  using Mask = Vector<int, N>; ///< the result of a comparison: -1 where it is true, 0 where it is false
 
   Vector() = default;
-  Vector(T everywhere)
+  Vector(T scalar) ///< for all components
   {
     for (int n = 0; n < N; ++n)
     {
-      this->s[n] = everywhere;
+      this->s[n] = scalar;
     }
   }
+  /// From scalars and vectors, whose components follow each other.
   template <typename A, typename B, typename... More> Vector(const A& a, const B& b, const More&... more)
   {
     int n = 0;
@@ -94,7 +100,8 @@ template <typename T, int N> struct Vector : Components<T, N>
     (this->append(n, more), ...);
   }
 
-  template <typename F> static Vector each(const F& f)
+  /// The vector of components f(n).
+  template <typename F> static Vector generate(const F& f)
   {
     Vector v;
     for (int n = 0; n < N; ++n)
@@ -107,7 +114,7 @@ template <typename T, int N> struct Vector : Components<T, N>
 #define HOST_OPERATOR(op)                                                                                              \
   friend Vector operator op(const Vector& a, const Vector& b)                                                          \
   {                                                                                                                    \
-    return each([&](int n) { return a.s[n] op b.s[n]; });                                                              \
+    return generate([&](int n) { return a.s[n] op b.s[n]; });                                                          \
   }                                                                                                                    \
   friend Vector& operator op##=(Vector& a, const Vector& b)                                                            \
   {                                                                                                                    \
@@ -122,9 +129,9 @@ template <typename T, int N> struct Vector : Components<T, N>
   HOST_OPERATOR(|)
 #undef HOST_OPERATOR
 #define HOST_OPERATOR(op)                                                                                              \
-  friend Truth operator op(const Vector& a, const Vector& b)                                                           \
+  friend Mask operator op(const Vector& a, const Vector& b)                                                            \
   {                                                                                                                    \
-    return Truth::each([&](int n) { return a.s[n] op b.s[n] ? -1 : 0; });                                              \
+    return Mask::generate([&](int n) { return a.s[n] op b.s[n] ? -1 : 0; });                                           \
   }
   HOST_OPERATOR(==)
   HOST_OPERATOR(!=)
@@ -137,11 +144,11 @@ template <typename T, int N> struct Vector : Components<T, N>
 #undef HOST_OPERATOR
   friend Vector operator-(const Vector& a)
   {
-    return each([&](int n) { return -a.s[n]; });
+    return generate([&](int n) { return -a.s[n]; });
   }
-  friend Truth operator!(const Vector& a)
+  friend Mask operator!(const Vector& a)
   {
-    return Truth::each([&](int n) { return a.s[n] ? 0 : -1; });
+    return Mask::generate([&](int n) { return a.s[n] ? 0 : -1; });
   }
 
 private:
@@ -171,7 +178,7 @@ typedef Vector<float, 2> float2;
 typedef Vector<float, 3> float3;
 typedef Vector<float, 4> float4;
 
-// --- Functions
+// --- Built-in functions
 
 #define HOST_FUNCTIONS(T)                                                                                              \
   inline T min(T a, T b)                                                                                               \
@@ -201,11 +208,11 @@ HOST_FUNCTIONS(double)
 #define HOST_FUNCTIONS(V)                                                                                              \
   inline V min(const V& a, const V& b)                                                                                 \
   {                                                                                                                    \
-    return V::each([&](int n) { return min(a.s[n], b.s[n]); });                                                        \
+    return V::generate([&](int n) { return min(a.s[n], b.s[n]); });                                                    \
   }                                                                                                                    \
   inline V max(const V& a, const V& b)                                                                                 \
   {                                                                                                                    \
-    return V::each([&](int n) { return max(a.s[n], b.s[n]); });                                                        \
+    return V::generate([&](int n) { return max(a.s[n], b.s[n]); });                                                    \
   }                                                                                                                    \
   inline V clamp(const V& v, const V& low, const V& high)                                                              \
   {                                                                                                                    \
@@ -225,7 +232,7 @@ HOST_FUNCTIONS(float4)
 #define HOST_FUNCTION(name)                                                                                            \
   template <int N> Vector<float, N> name(const Vector<float, N>& a)                                                    \
   {                                                                                                                    \
-    return Vector<float, N>::each([&](int n) { return name(a.s[n]); });                                                \
+    return Vector<float, N>::generate([&](int n) { return name(a.s[n]); });                                            \
   }
 HOST_FUNCTION(fabs)
 HOST_FUNCTION(floor)
@@ -237,7 +244,7 @@ HOST_FUNCTION(sqrt)
 #define HOST_FUNCTION(name)                                                                                            \
   template <int N> Vector<int, N> name(const Vector<float, N>& a)                                                      \
   {                                                                                                                    \
-    return Vector<int, N>::each([&](int n) { return name(a.s[n]) ? -1 : 0; });                                         \
+    return Vector<int, N>::generate([&](int n) { return name(a.s[n]) ? -1 : 0; });                                     \
   }
 HOST_FUNCTION(isnan)
 HOST_FUNCTION(isinf)
@@ -247,30 +254,31 @@ HOST_FUNCTION(signbit)
 
 template <int N> int any(const Vector<int, N>& a)
 {
-  bool found = false;
+  bool result = false;
   for (const int component : a.s)
   {
-    found = found || component < 0;
+    result = result || component < 0;
   }
-  return found;
+  return result;
 }
 template <int N> int all(const Vector<int, N>& a)
 {
-  bool whole = true;
+  bool result = true;
   for (const int component : a.s)
   {
-    whole = whole && component < 0;
+    result = result && component < 0;
   }
-  return whole;
+  return result;
 }
-template <typename T> T select(T a, T b, int choice)
+// A scalar condition is true unless it is 0, a component of a vector where its highest bit is set.
+template <typename T> T select(T a, T b, int condition)
 {
-  return choice ? b : a;
+  return condition ? b : a;
 }
 template <typename T, int N>
-Vector<T, N> select(const Vector<T, N>& a, const Vector<T, N>& b, const Vector<int, N>& choice)
+Vector<T, N> select(const Vector<T, N>& a, const Vector<T, N>& b, const Vector<int, N>& condition)
 {
-  return Vector<T, N>::each([&](int n) { return choice.s[n] < 0 ? b.s[n] : a.s[n]; });
+  return Vector<T, N>::generate([&](int n) { return condition.s[n] < 0 ? b.s[n] : a.s[n]; });
 }
 
 template <int N> float dot(const Vector<float, N>& a, const Vector<float, N>& b)
@@ -290,31 +298,31 @@ template <int N> float length(const Vector<float, N>& a)
 {
   return sqrt(dot(a, a));
 }
-inline float mix(float a, float b, float s)
+inline float mix(float a, float b, float t)
 {
-  return a + (b - a) * s;
+  return a + (b - a) * t;
 }
 inline float sign(float a)
 {
   return a > 0.0f ? 1.0f : a < 0.0f ? -1.0f : a;
 }
 
-template <typename To, typename From> To converted(const From& from)
+template <typename To, typename From> To convertVector(const From& from)
 {
-  return To::each([&](int n) { return static_cast<std::decay_t<decltype(To::s[0])>>(from.s[n]); });
+  return To::generate([&](int n) { return static_cast<std::decay_t<decltype(To::s[0])>>(from.s[n]); });
 }
 #define HOST_CONVERT(N)                                                                                                \
   template <typename T> int##N convert_int##N(const Vector<T, N>& a)                                                   \
   {                                                                                                                    \
-    return converted<int##N>(a);                                                                                       \
+    return convertVector<int##N>(a);                                                                                   \
   }                                                                                                                    \
   template <typename T> uint##N convert_uint##N(const Vector<T, N>& a)                                                 \
   {                                                                                                                    \
-    return converted<uint##N>(a);                                                                                      \
+    return convertVector<uint##N>(a);                                                                                  \
   }                                                                                                                    \
   template <typename T> float##N convert_float##N(const Vector<T, N>& a)                                               \
   {                                                                                                                    \
-    return converted<float##N>(a);                                                                                     \
+    return convertVector<float##N>(a);                                                                                 \
   }
 HOST_CONVERT(2)
 HOST_CONVERT(3)
@@ -333,24 +341,24 @@ template <typename T> float convert_float(T a)
   return static_cast<float>(a);
 }
 
-template <typename To, typename From> To sameBits(const From& from)
+template <typename To, typename From> To reinterpretBits(const From& from)
 {
-  static_assert(sizeof(To) == sizeof(From), "as_type() keeps the size");
+  static_assert(sizeof(To) == sizeof(From), "as_type() needs types of the same size");
   To to;
   memcpy(&to, &from, sizeof(to));
   return to;
 }
 template <typename T> int as_int(T a)
 {
-  return sameBits<int>(a);
+  return reinterpretBits<int>(a);
 }
 template <typename T> uint as_uint(T a)
 {
-  return sameBits<uint>(a);
+  return reinterpretBits<uint>(a);
 }
 template <typename T> float as_float(T a)
 {
-  return sameBits<float>(a);
+  return reinterpretBits<float>(a);
 }
 
 template <typename T> T popcount(T a)
@@ -362,48 +370,48 @@ template <typename T> T abs_diff(T a, T b)
   return a < b ? b - a : a - b;
 }
 
-#define HOST_MEMORY(N)                                                                                                 \
-  template <typename T> Vector<T, N> vload##N(size_t at, const T* from)                                                \
+#define HOST_LOAD_STORE(N)                                                                                             \
+  template <typename T> Vector<T, N> vload##N(size_t offset, const T* from)                                            \
   {                                                                                                                    \
-    return Vector<T, N>::each([&](int n) { return from[at * N + n]; });                                                \
+    return Vector<T, N>::generate([&](int n) { return from[offset * N + n]; });                                        \
   }                                                                                                                    \
-  template <typename T> void vstore##N(const Vector<T, N>& v, size_t at, T* to)                                        \
+  template <typename T> void vstore##N(const Vector<T, N>& v, size_t offset, T* to)                                    \
   {                                                                                                                    \
     for (int n = 0; n < N; ++n)                                                                                        \
     {                                                                                                                  \
-      to[at * N + n] = v.s[n];                                                                                         \
+      to[offset * N + n] = v.s[n];                                                                                     \
     }                                                                                                                  \
   }
-HOST_MEMORY(2)
-HOST_MEMORY(3)
-HOST_MEMORY(4)
-#undef HOST_MEMORY
+HOST_LOAD_STORE(2)
+HOST_LOAD_STORE(3)
+HOST_LOAD_STORE(4)
+#undef HOST_LOAD_STORE
 
-// One item at a time: a plain access is atomic.
+// Ordinary accesses do, because one work-item runs at a time.
 #define HOST_ATOMIC(name, result)                                                                                      \
-  template <typename T> T name(volatile T* at, std::common_type_t<T> value)                                            \
+  template <typename T> T name(volatile T* address, std::common_type_t<T> value)                                       \
   {                                                                                                                    \
-    const T before = *at;                                                                                              \
-    *at = result;                                                                                                      \
-    return before;                                                                                                     \
+    const T old = *address;                                                                                            \
+    *address = result;                                                                                                 \
+    return old;                                                                                                        \
   }
-HOST_ATOMIC(atomic_add, before + value)
-HOST_ATOMIC(atomic_sub, before - value)
-HOST_ATOMIC(atomic_min, min(before, value))
-HOST_ATOMIC(atomic_max, max(before, value))
-HOST_ATOMIC(atomic_or, before | value)
-HOST_ATOMIC(atomic_and, before& value)
+HOST_ATOMIC(atomic_add, old + value)
+HOST_ATOMIC(atomic_sub, old - value)
+HOST_ATOMIC(atomic_min, min(old, value))
+HOST_ATOMIC(atomic_max, max(old, value))
+HOST_ATOMIC(atomic_or, old | value)
+HOST_ATOMIC(atomic_and, old& value)
 HOST_ATOMIC(atomic_xchg, value)
 #undef HOST_ATOMIC
-template <typename T> T atomic_inc(volatile T* at)
+template <typename T> T atomic_inc(volatile T* address)
 {
-  return atomic_add(at, T(1));
+  return atomic_add(address, T(1));
 }
-template <typename T> T atomic_cmpxchg(volatile T* at, std::common_type_t<T> expected, std::common_type_t<T> value)
+template <typename T> T atomic_cmpxchg(volatile T* address, std::common_type_t<T> expected, std::common_type_t<T> value)
 {
-  const T before = *at;
-  *at = before == expected ? value : before;
-  return before;
+  const T old = *address;
+  *address = old == expected ? value : old;
+  return old;
 }
 
 // --- Work-items
@@ -411,93 +419,97 @@ template <typename T> T atomic_cmpxchg(volatile T* at, std::common_type_t<T> exp
 namespace host_opencl
 {
 
-struct Place
+/// The work-item that runs, and which kind of kernel it is of (see the head of this file).
+struct WorkItem
 {
-  size_t group = 0;
-  size_t groups = 0;
-  size_t item = 0;
-  size_t items = 0;
-  bool byItem = false;
-  bool byGroup = false;
+  size_t groupId = 0;
+  size_t groupCount = 0;
+  size_t idInGroup = 0;
+  size_t groupSize = 0;
+  bool independent = false; ///< it has called get_global_id() or get_global_size()
+  bool cooperating = false; ///< it has called get_local_id(), get_local_size() or barrier()
 };
-static Place place;
+static WorkItem workItem;
 
-template <typename A> bool fits(const Argument& argument)
+/// Whether an argument may be passed for a parameter of type P. Pointers are memory, all else are values.
+template <typename P> bool fits(const Argument& argument)
 {
-  return std::is_pointer<A>::value ? argument.memory != nullptr : argument.value && argument.bytes == sizeof(A);
+  return std::is_pointer<P>::value ? argument.memory != nullptr : argument.value && argument.bytes == sizeof(P);
 }
-template <typename A> A valueOf(const Argument& argument)
+template <typename P> P parameter(const Argument& argument)
 {
-  if constexpr (std::is_pointer<A>::value)
+  if constexpr (std::is_pointer<P>::value)
   {
-    return static_cast<A>(argument.memory);
+    return static_cast<P>(argument.memory);
   }
   else
   {
-    A value;
+    P value;
     memcpy(&value, argument.value, sizeof(value));
     return value;
   }
 }
 
-template <typename... A, size_t... N>
-const char* run(void (*kernel)(A...), const Launch& launch, std::index_sequence<N...>)
+/// Runs a kernel over an NDRange. `function` has parameters of the types P, I are their numbers.
+template <typename... P, size_t... I>
+const char* run(void (*function)(P...), const Launch& launch, std::index_sequence<I...>)
 {
-  if (launch.count != sizeof...(A) || !(fits<A>(launch.arguments[N]) && ...))
+  if (launch.argumentCount != sizeof...(P) || !(fits<P>(launch.arguments[I]) && ...))
   {
-    return "the arguments are not those that the kernel takes";
+    return "the number, kinds or sizes of the arguments differ from the kernel's parameters";
   }
-  place = Place();
-  place.groups = launch.groups;
-  place.items = launch.items;
-  for (place.group = 0; place.group < launch.groups; ++place.group)
+  workItem = WorkItem();
+  workItem.groupCount = launch.groupCount;
+  workItem.groupSize = launch.groupSize;
+  for (workItem.groupId = 0; workItem.groupId < launch.groupCount; ++workItem.groupId)
   {
-    for (place.item = 0; place.item < launch.items && !place.byGroup; ++place.item)
+    // The first work-item of a group shows whether the kernel's work-items cooperate. If so, the group has no other.
+    workItem.cooperating = false;
+    for (workItem.idInGroup = 0; workItem.idInGroup < launch.groupSize && !workItem.cooperating; ++workItem.idInGroup)
     {
-      kernel(valueOf<A>(launch.arguments[N])...);
-      if (place.byItem && place.byGroup)
+      function(parameter<P>(launch.arguments[I])...);
+      if (workItem.independent && workItem.cooperating)
       {
-        return "the kernel works by the item and by the group at once, which is not emulated";
+        return "a kernel that calls get_global_id() and also get_local_id() or barrier() is not implemented";
       }
     }
-    place.byGroup = false;
   }
   return nullptr;
 }
 
-template <typename... A> const char* run(void (*kernel)(A...), const Launch& launch)
+template <typename... P> const char* run(void (*function)(P...), const Launch& launch)
 {
-  return run(kernel, launch, std::index_sequence_for<A...>());
+  return run(function, launch, std::index_sequence_for<P...>());
 }
 
 }
 
 inline size_t get_global_id(uint)
 {
-  host_opencl::place.byItem = true;
-  return host_opencl::place.group * host_opencl::place.items + host_opencl::place.item;
+  host_opencl::workItem.independent = true;
+  return host_opencl::workItem.groupId * host_opencl::workItem.groupSize + host_opencl::workItem.idInGroup;
 }
 inline size_t get_global_size(uint)
 {
-  host_opencl::place.byItem = true;
-  return host_opencl::place.groups * host_opencl::place.items;
+  host_opencl::workItem.independent = true;
+  return host_opencl::workItem.groupCount * host_opencl::workItem.groupSize;
 }
 inline size_t get_group_id(uint)
 {
-  return host_opencl::place.group;
+  return host_opencl::workItem.groupId;
 }
 inline size_t get_num_groups(uint)
 {
-  return host_opencl::place.groups;
+  return host_opencl::workItem.groupCount;
 }
 inline size_t get_local_id(uint)
 {
-  host_opencl::place.byGroup = true;
+  host_opencl::workItem.cooperating = true;
   return 0;
 }
 inline size_t get_local_size(uint)
 {
-  host_opencl::place.byGroup = true;
+  host_opencl::workItem.cooperating = true;
   return 1;
 }
 
@@ -505,17 +517,20 @@ inline size_t get_local_size(uint)
 #define CLK_GLOBAL_MEM_FENCE 2
 inline void barrier(int)
 {
-  host_opencl::place.byGroup = true;
+  host_opencl::workItem.cooperating = true;
 }
 inline void mem_fence(int)
 {
 }
 
+// The entry point of a kernel, which the host finds by its name (dlsym).
 #define HOST_OPENCL_ENTRY(name)                                                                                        \
   extern "C" __attribute__((visibility("default"))) const char* host_opencl_##name(const host_opencl::Launch& launch)  \
   {                                                                                                                    \
     return host_opencl::run(&name, launch);                                                                            \
   }
+
+// --- Qualifiers
 
 #define kernel extern "C"
 #define global

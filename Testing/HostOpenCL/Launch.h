@@ -2,26 +2,29 @@
 
 #include <cstddef>
 
-/// What the host hands to a kernel that was compiled as C++ (KernelLanguage.h), and gets back.
+/// The interface between the host and a kernel that was compiled as C++: HostOpenCL.cpp calls, KernelLanguage.h
+/// answers.
 namespace host_opencl
 {
 
+/// An argument of a kernel: a value, or memory of the address space global or local.
 struct Argument
 {
-  const void* value = nullptr; ///< of a plain argument
-  void* memory = nullptr;      ///< of a buffer or of local memory
-  std::size_t bytes = 0;       ///< of either
+  const void* value = nullptr; ///< the bytes of a scalar or of a vector
+  void* memory = nullptr;      ///< a buffer, or local memory
+  std::size_t bytes = 0;       ///< size of the value or of the memory
 };
 
+/// A one-dimensional NDRange with the arguments of its kernel.
 struct Launch
 {
   const Argument* arguments = nullptr;
-  std::size_t count = 0; ///< of the arguments
-  std::size_t groups = 0;
-  std::size_t items = 0; ///< of a group
+  std::size_t argumentCount = 0;
+  std::size_t groupCount = 0; ///< work-groups
+  std::size_t groupSize = 0;  ///< work-items of a work-group
 };
 
-/// Null, or what is wrong.
-using Entry = const char* (*)(const Launch&);
+/// Runs a kernel over an NDRange. Returns null, or a message that says what is wrong.
+using EntryPoint = const char* (*)(const Launch&);
 
 }
