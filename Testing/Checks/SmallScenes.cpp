@@ -1,10 +1,9 @@
-// Small scenes that make the engine run every kernel, in all variants that the tissue chooses, for tools that make
-// everything many hundred times slower (oclgrind.sh, valgrind.sh). Whether the results are right is for the unit tests;
-// here only what must hold of any state is looked at.
+// Small scenes that run every kernel in every variant. They are for tools that make a program several hundred times
+// slower (oclgrind.sh, valgrind.sh). The unit tests check the results; the scenes check only what holds of any state.
 //
-//     SmallScenes            plays all
-//     SmallScenes NUMBER     plays one, from 0 on
-//     SmallScenes --count    prints how many there are
+//     SmallScenes            plays all scenes
+//     SmallScenes NUMBER     plays one scene, counted from 0
+//     SmallScenes --count    prints the number of scenes
 
 #include "../Unit/Random.h"
 #include "Simulation.h"
@@ -12,7 +11,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <functional>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
@@ -32,7 +30,7 @@ void require(bool holds, const char* what)
   }
 }
 
-/// Tissue of random constraints with bone and holes.
+/// Tissue with random constraints, bone and holes.
 class Tissue
 {
 public:
@@ -87,13 +85,14 @@ Probe probe(const Vector3& position, const Vector3& displacement, double radius 
   return probe;
 }
 
-/// A rectangle across the grid at this x [mm].
+/// A rectangle across the grid at x [mm].
 Surface blade(double x)
 {
   return { { { x, -1.0, -1.0 }, { x, 2.2, -1.0 }, { x, 2.2, 40.0 }, { x, -1.0, 40.0 } },
     { { { 0, 1, 2 } }, { { 0, 2, 3 } } } };
 }
 
+/// With centre c and radius r [mm].
 Surface octahedron(const Vector3& c, double r)
 {
   return { { { c[0] - r, c[1], c[2] }, { c[0] + r, c[1], c[2] }, { c[0], c[1] - r, c[2] }, { c[0], c[1] + r, c[2] },
@@ -102,8 +101,8 @@ Surface octahedron(const Vector3& c, double r)
       { { 3, 1, 5 } }, { { 0, 3, 5 } } } };
 }
 
-/// Reads all that can be read of the model.
-void lookAt(const Simulation& simulation)
+/// Reads the whole state of the model. Numbers in it must be finite.
+void readState(const Simulation& simulation)
 {
   const std::size_t voxels = simulation.model().grid().voxels();
   const std::size_t axes = static_cast<std::size_t>(simulation.model().axes());
@@ -143,73 +142,181 @@ void resample(const Simulation& simulation)
   require(covered > 0, "no voxel changed");
 }
 
-/// What of the engine a scene uses.
-struct Way
+constexpr Index3 smallBrick{ 4, 2, 2 };
+constexpr Index3 largeBrick{ 8, 4, 8 };
+
+/// The tissue of a scene and how the engine treats it.
+struct Scene
 {
-  Index3 brick;
-  int axes;
-  PropagationMethod propagation;
-  ConflictPolicy policy;
-  RelaxationMethod relaxation;
-  double recovery;
-  bool coarseToFine;
-  int reduction;
+  const char* description = "";
+  Index3 voxels{ 7, 6, 4 };
+  int axes = 1; ///< constraints of a voxel: one, or one for each of three axes
+
+  Index3 brick = smallBrick;
+  int modelReduction = 1;
+  PropagationMethod propagation = PropagationMethod::Envelope;
+  ConflictPolicy conflicts = ConflictPolicy::Limit;
+  RelaxationMethod relaxation = RelaxationMethod::Projected;
+  double elasticRecovery = 1.0;
+  bool coarseToFine = false;
   bool rotations = false;
   double poissonRatio = 0.0;
 };
 
-void play(const Way& way, const Index3& size)
+/// oclgrind.sh names some scenes by their numbers, so new ones come last.
+std::vector<Scene> allScenes()
 {
-  const Tissue tissue(size, way.axes);
+  std::vector<Scene> scenes;
+  const auto add = [&](const char* description) -> Scene&
+  {
+    Scene& scene = scenes.emplace_back();
+    scene.description = description;
+    return scene;
+  };
+  {
+    add("defaults");
+  }
+  {
+    Scene& scene = add("the latest probe wins, plastic tissue, anisotropic constraints");
+    scene.axes = 3;
+    scene.brick = largeBrick;
+    scene.conflicts = ConflictPolicy::Latest;
+    scene.elasticRecovery = 0.7;
+  }
+  {
+    Scene& scene = add("probes share, coarse to fine");
+    scene.voxels = { 9, 6, 4 };
+    scene.brick = largeBrick;
+    scene.conflicts = ConflictPolicy::Share;
+    scene.coarseToFine = true;
+  }
+  {
+    Scene& scene = add("timestamps and the published relaxation, anisotropic constraints");
+    scene.axes = 3;
+    scene.propagation = PropagationMethod::Timestamp;
+    scene.relaxation = RelaxationMethod::Paper;
+    scene.elasticRecovery = 0.7;
+  }
+  {
+    Scene& scene = add("timestamps and the published relaxation, the latest probe wins");
+    scene.brick = largeBrick;
+    scene.propagation = PropagationMethod::Timestamp;
+    scene.conflicts = ConflictPolicy::Latest;
+    scene.relaxation = RelaxationMethod::Paper;
+  }
+  {
+    Scene& scene = add("coarse to fine");
+    scene.voxels = { 9, 6, 4 };
+    scene.coarseToFine = true;
+  }
+  {
+    Scene& scene = add("timestamps, coarse to fine, plastic tissue, anisotropic constraints");
+    scene.voxels = { 9, 6, 4 };
+    scene.axes = 3;
+    scene.brick = largeBrick;
+    scene.propagation = PropagationMethod::Timestamp;
+    scene.conflicts = ConflictPolicy::Latest;
+    scene.elasticRecovery = 0.7;
+    scene.coarseToFine = true;
+  }
+  {
+    Scene& scene = add("a slice");
+    scene.voxels = { 7, 6, 1 };
+  }
+  {
+    Scene& scene = add("a slice, timestamps and the published relaxation, anisotropic constraints");
+    scene.voxels = { 7, 6, 1 };
+    scene.axes = 3;
+    scene.propagation = PropagationMethod::Timestamp;
+    scene.conflicts = ConflictPolicy::Latest;
+    scene.relaxation = RelaxationMethod::Paper;
+    scene.elasticRecovery = 0.5;
+  }
+  {
+    Scene& scene = add("a reduced model");
+    scene.voxels = { 14, 12, 4 };
+    scene.modelReduction = 2;
+  }
+  {
+    Scene& scene = add("rotations");
+    scene.rotations = true;
+  }
+  {
+    Scene& scene = add("rotations and Poisson's ratio, coarse to fine");
+    scene.voxels = { 9, 6, 4 };
+    scene.brick = largeBrick;
+    scene.conflicts = ConflictPolicy::Latest;
+    scene.coarseToFine = true;
+    scene.rotations = true;
+    scene.poissonRatio = 0.3;
+  }
+  {
+    Scene& scene = add("a slice, rotations and Poisson's ratio, anisotropic constraints");
+    scene.voxels = { 7, 6, 1 };
+    scene.axes = 3;
+    scene.brick = largeBrick;
+    scene.rotations = true;
+    scene.poissonRatio = 0.45;
+  }
+  return scenes;
+}
+
+void play(const Scene& scene)
+{
+  const Tissue tissue(scene.voxels, scene.axes);
   Settings settings;
   const char* device = std::getenv("CHAINMAIL_TEST_DEVICE");
   settings.device = device ? device : "";
-  settings.brickSize = way.brick;
-  settings.modelReduction = way.reduction;
-  settings.rotations = way.rotations;
-  settings.poissonRatio = way.poissonRatio;
-  Simulation simulation(tissue.model(way.axes == 1), settings);
-  simulation.setPropagation(way.propagation, way.policy);
+  settings.brickSize = scene.brick;
+  settings.modelReduction = scene.modelReduction;
+  settings.rotations = scene.rotations;
+  settings.poissonRatio = scene.poissonRatio;
+  const bool anchored = scene.axes == 1;
+  Simulation simulation(tissue.model(anchored), settings);
+  simulation.setPropagation(scene.propagation, scene.conflicts);
   simulation.setPropagationTimes(true);
-  simulation.setRelaxation(way.relaxation, way.recovery);
-  simulation.setCoarseToFine(way.coarseToFine);
-  const double depth = size[2] > 1 ? 4.0 : 0.0; // [mm]
+  simulation.setRelaxation(scene.relaxation, scene.elasticRecovery);
+  simulation.setCoarseToFine(scene.coarseToFine);
+  const bool isSlice = scene.voxels[2] == 1;
+  const double depth = isSlice ? 0.0 : 4.0; // [mm]
 
-  // Apart, so that they are in conflict, and one of them by the bone.
-  const std::vector<Probe> apart{ probe({ 3.0, 1.0, depth }, { -0.9, 0.3, 0.0 }),
+  // Two probes in conflict: they pull apart. The first one holds tissue at the bone.
+  const std::vector<Probe> probes{ probe({ 3.0, 1.0, depth }, { -0.9, 0.3, 0.0 }),
     probe({ 6.0, 1.0, depth }, { 2.5, 0.2, 0.0 }, 0.0) };
-  simulation.pull(apart);
+  simulation.pull(probes);
   simulation.relax(3, 0.0);
-  lookAt(simulation);
+  readState(simulation);
   resample(simulation);
 
-  // Cut and carved as it is now, then further on, step by step, with tissue relaxing in between.
+  // Cuts and carves the deformed tissue. Then the probes pull on, with relaxation between the steps of the wave.
   require(simulation.cut(blade(4.7)) > 0, "nothing was cut");
-  if (size[2] > 1)
+  if (!isSlice)
   {
     require(simulation.carve(octahedron({ 1.0, 2.0, depth + 2.0 }, 1.3)) > 0, "nothing was carved");
   }
-  simulation.hold({ probe({ 3.0, 1.0, depth }, { -1.4, 0.0, 0.0 }), apart[1] });
+  simulation.hold({ probe({ 3.0, 1.0, depth }, { -1.4, 0.0, 0.0 }), probes[1] });
   for (int step = 0; step < 3 && !simulation.propagate(1).finished; ++step)
   {
     simulation.relax(1, 0.0);
   }
   simulation.propagate();
   simulation.relax(3, 0.0);
-  lookAt(simulation);
+  readState(simulation);
   resample(simulation);
 
+  // Releases the tissue, restores it, and pulls again.
   simulation.hold({});
   simulation.relax(2, 0.0);
   simulation.restoreTopology();
-  simulation.pull({ apart[0] });
-  lookAt(simulation);
-  if (way.coarseToFine && !way.rotations)
+  simulation.pull({ probes[0] });
+  readState(simulation);
+  if (scene.coarseToFine && !scene.rotations)
   {
-    // Tissue that has settled is known better by the finest grid than by coarser ones: the way back is gone in part.
+    // After a small pull, settled tissue is nearer to the optimum than its coarser grids can tell. So only a part of
+    // their correction is kept.
     simulation.relax(30, 0.0);
     simulation.pull({ probe({ 3.0, 1.0, depth }, { -0.901, 0.3, 0.0 }) });
-    require(simulation.relax(4, 0.0).coarseStep.value_or(1.0) < 1.0, "coarser grids mend what had settled");
+    require(simulation.relax(4, 0.0).coarseStep.value_or(1.0) < 1.0, "the whole correction of coarser grids is kept");
   }
 }
 
@@ -217,53 +324,7 @@ void play(const Way& way, const Index3& size)
 
 int main(int argc, char** argv)
 {
-  using P = PropagationMethod;
-  using C = ConflictPolicy;
-  using R = RelaxationMethod;
-  const Index3 small{ 4, 2, 2 };
-  const Index3 large{ 8, 4, 8 };
-  const Index3 block{ 7, 6, 4 };
-  const std::vector<std::function<void()>> scenes{
-    [&] {
-      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false, 1 }, block);
-    },
-    [&] {
-      play({ large, 3, P::Envelope, C::Latest, R::Projected, 0.7, false, 1 }, block);
-    },
-    [&] {
-      play({ large, 1, P::Envelope, C::Share, R::Projected, 1.0, true, 1 }, { 9, 6, 4 });
-    },
-    [&] {
-      play({ small, 3, P::Timestamp, C::Limit, R::Paper, 0.7, false, 1 }, block);
-    },
-    [&] {
-      play({ large, 1, P::Timestamp, C::Latest, R::Paper, 1.0, false, 1 }, block);
-    },
-    [&] {
-      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, true, 1 }, { 9, 6, 4 });
-    },
-    [&] {
-      play({ large, 3, P::Timestamp, C::Latest, R::Projected, 0.7, true, 1 }, { 9, 6, 4 });
-    },
-    [&] {
-      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false, 1 }, { 7, 6, 1 });
-    },
-    [&] {
-      play({ small, 3, P::Timestamp, C::Latest, R::Paper, 0.5, false, 1 }, { 7, 6, 1 });
-    },
-    [&] {
-      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false, 2 }, { 14, 12, 4 });
-    },
-    [&] {
-      play({ small, 1, P::Envelope, C::Limit, R::Projected, 1.0, false, 1, true }, block);
-    },
-    [&] {
-      play({ large, 1, P::Envelope, C::Latest, R::Projected, 1.0, true, 1, true, 0.3 }, { 9, 6, 4 });
-    },
-    [&] {
-      play({ large, 3, P::Envelope, C::Limit, R::Projected, 1.0, false, 1, true, 0.45 }, { 7, 6, 1 });
-    },
-  };
+  const std::vector<Scene> scenes = allScenes();
   const std::string argument = argc > 1 ? argv[1] : "";
   if (argument == "--count")
   {
@@ -277,8 +338,8 @@ int main(int argc, char** argv)
     {
       if (only < 0 || n == only)
       {
-        std::cout << "scene " << n << std::endl;
-        scenes[n]();
+        std::cout << "scene " << n << ": " << scenes[n].description << std::endl;
+        play(scenes[n]);
       }
     }
   }
