@@ -6,7 +6,13 @@ fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
 
 [ -n "${DISPLAY:-}" ] || { echo "SKIPPED: there is no X display; Testing/run-all.sh starts one"; exit 125; }
 
-# The dialog that the manager of plugins opens, which lost its name after ParaView 5.11.
+# The widgets that events name often: the render view, the panel of the source's properties, its button Apply, the pipeline browser.
+main=pqClientMainWindow
+view=$main/centralwidget/MultiViewWidget/CoreWidget/qt_tabwidget_stackedwidget/MultiViewWidget1/Container/Frame.0/CentralWidgetFrame/Viewport
+panel=$main/propertiesDock/propertiesPanel/scrollArea/qt_scrollarea_viewport/scrollAreaWidgetContents/PropertiesFrame/ProxyPanel
+apply=$main/propertiesDock/propertiesPanel/Accept
+browser=$main/pipelineBrowserDock/pipelineBrowser
+# The dialog that the manager of plugins opens. After ParaView 5.11 it has no name of its own.
 dialog=1pqFileDialog0
 case $CHAINMAIL_PLUGIN in */paraview-5.11/*) dialog=pqFileDialog ;; esac
 
@@ -29,15 +35,15 @@ pauses() {
   for ((n = 0; n < $1; ++n)); do printf '<pqevent object="pqClientMainWindow" command="pause" arguments="%s" />' "${2-50}"; done
 }
 
-# fill FOLDER [edits by sed]: makes FOLDER/events.xml of what comes in, with the names of files that every test has.
+# fill FOLDER [edits by sed]: makes FOLDER/events.xml of the standard input, with the files that every test has.
 fill() {
   sed -e "s|@PLUGIN@|$CHAINMAIL_PLUGIN|; s|@SCAN@|$output/scan.vti|; s|@OUTPUT@|$1|" -e "${2-}" >"$1/events.xml"
 }
 
-# play FOLDER [options of ParaView]: plays FOLDER/events.xml, with nothing of the user's settings; @DIALOG@ is the one
-# above. The result is the status, and FOLDER/log.txt.
+# play FOLDER [options of ParaView]: fills in the widgets above (@VIEW@, ...) and plays FOLDER/events.xml, without the user's
+# settings. The result is the status, and FOLDER/log.txt.
 play() {
-  sed -i "s|@DIALOG@|$dialog|" "$1/events.xml"
+  sed -i "s|@VIEW@|$view|; s|@PANEL@|$panel|; s|@APPLY@|$apply|; s|@BROWSER@|$browser|; s|@DIALOG@|$dialog|" "$1/events.xml"
   mkdir -p -m 700 "$1/home"
   HOME="$1/home" XDG_RUNTIME_DIR="$1/home" timeout 840 \
     "$CHAINMAIL_PARAVIEW" --dr "${@:2}" --test-directory="$1" --test-script="$1/events.xml" --exit >"$1/log.txt" 2>&1
