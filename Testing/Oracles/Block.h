@@ -1,6 +1,6 @@
 #pragma once
 
-// Independent oracles: double precision, one thread, no code of the engine. Slow and plain on purpose.
+// Independent oracles: double precision, one thread, no code of the engine. They are simple rather than fast.
 
 #include <algorithm>
 #include <array>
@@ -59,7 +59,7 @@ struct Block
   }
 };
 
-/// What the soft links of a block cost in a state [fractions of the spacing], in mm.
+/// The energy [mm] of a block's soft links in a state [fractions of the spacing].
 inline double softEnergy(const Block& block, const std::vector<Vector3>& state)
 {
   double sum = 0.0;
@@ -67,8 +67,8 @@ inline double softEnergy(const Block& block, const std::vector<Vector3>& state)
   {
     for (int a = 0; a < 3; ++a)
     {
-      const double way = block.spacing[a] * (state[soft.voxel][a] - soft.target[a]);
-      sum += way * way / soft.tolerance;
+      const double distance = block.spacing[a] * (state[soft.voxel][a] - soft.target[a]);
+      sum += distance * distance / soft.tolerance;
     }
   }
   return sum;
@@ -131,8 +131,8 @@ inline std::vector<std::vector<Neighbour>> graph(const Block& block, int axis)
   return result;
 }
 
-/// Numbers the connected parts of a block, in order of their first voxels; air is -1.
-/// `accept` says which links connect.
+/// Numbers the connected components of a block in the order of their first voxels; air is -1. Only links for which
+/// `accept` is true connect.
 template <typename Accept> std::vector<int> parts(const Block& block, Accept&& accept, int* number = nullptr)
 {
   std::vector<std::vector<std::size_t>> neighbours(block.count());
@@ -176,15 +176,15 @@ template <typename Accept> std::vector<int> parts(const Block& block, Accept&& a
   return label;
 }
 
-/// The parts that a flood over all links finds.
+/// The components by all links.
 inline std::vector<int> parts(const Block& block, int* number = nullptr)
 {
   return parts(
     block, [](const Link&) { return true; }, number);
 }
 
-/// Rigid clusters on one axis: parts connected by links of limit 0, numbered by their first voxels among rigid
-/// elements; -1 where the element is not rigid.
+/// Rigid clusters on one axis: components by links of limit 0, numbered in the order of their first rigid voxels; -1
+/// where the element is not rigid.
 inline std::vector<int> clusters(const Block& block, int axis)
 {
   const std::vector<int> all = parts(block, [&](const Link& link) { return limit(block, link, axis) == 0.0; });

@@ -8,8 +8,8 @@
 namespace oracle
 {
 
-/// What a naive test of a segment against triangles finds. `margin` says how sure it is: how much the nearest decision
-/// (side of a plane or of an edge, in barycentric and segment parameters) would have to move to turn over.
+/// The result of a simple test of a segment against a triangle. `margin` is the distance to the nearest other result:
+/// the least change of a barycentric or segment parameter that reverses the decision.
 struct Crossing
 {
   bool crosses = false;
@@ -29,8 +29,8 @@ inline double dot(const Vector3& a, const Vector3& b)
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Where the segment's line meets the triangle's plane, solved for (s along the segment, barycentric v and w), in
-/// plain double precision. Meant for surfaces in general position; nothing here handles a tie.
+/// Intersects the segment's line with the triangle's plane: t along the segment, barycentric v and w, in double
+/// precision. For surfaces in general position; ties are not handled.
 inline Crossing crossing(const Vector3& p, const Vector3& q, const Vector3& a, const Vector3& b, const Vector3& c)
 {
   const Vector3 direction = minus(q, p), e1 = minus(b, a), e2 = minus(c, a);
@@ -45,13 +45,13 @@ inline Crossing crossing(const Vector3& p, const Vector3& q, const Vector3& a, c
   const double v = dot(s, h) / determinant;
   const double w = dot(direction, r) / determinant;
   const double t = dot(e2, r) / determinant;
-  // Inside where all five are positive.
+  // They cross where all five are positive.
   const double least = std::min({ v, w, 1.0 - v - w, t, 1.0 - t });
   return { least > 0.0, std::abs(least) };
 }
 
-/// Removes the links of the block whose segment between the current places of its elements crosses a triangle.
-/// Returns, per voxel and direction, how sure each decision is (see Crossing).
+/// Removes the links whose segment between the current places of their elements crosses a triangle. Returns the margin
+/// of each decision (see Crossing), per voxel and direction.
 inline std::vector<Vector3> cut(Block& block, const std::vector<Vector3>& state, const std::vector<Vector3>& points,
   const std::vector<std::array<int, 3>>& triangles)
 {
@@ -84,7 +84,7 @@ inline std::vector<Vector3> cut(Block& block, const std::vector<Vector3>& state,
         unsure = std::min(unsure, one.margin);
       }
     }
-    // A sure crossing needs no other; no crossing is as sure as its nearest miss.
+    // One crossing is enough, so the largest of their margins counts. Without a crossing the smallest margin counts.
     margin[link.from][link.direction] = crosses ? sure : unsure;
     if (crosses)
     {

@@ -8,8 +8,8 @@
 namespace oracle
 {
 
-/// How often a closed surface of consistently turned triangles winds around a place: the sum of the triangles' solid
-/// angles over 4 pi. Source: Van Oosterom and Strackee 1983, doi:10.1109/TBME.1983.325207.
+/// The winding number of a closed, consistently oriented surface around a place: the sum of the triangles' solid angles
+/// over 4 pi. Source: Van Oosterom and Strackee 1983, doi:10.1109/TBME.1983.325207.
 inline double winding(
   const Vector3& place, const std::vector<Vector3>& points, const std::vector<std::array<int, 3>>& triangles)
 {
@@ -23,8 +23,7 @@ inline double winding(
   return sum / (4.0 * std::acos(-1.0));
 }
 
-/// 1 inside (where a surface winds around, however often), 0 outside, -1 where the place is within `margin` of where
-/// that changes.
+/// 1 inside (where the winding number is not 0), 0 outside, -1 within `margin` of a change between the two.
 inline int inside(const Vector3& place, double margin, const std::vector<Vector3>& points,
   const std::vector<std::array<int, 3>>& triangles)
 {

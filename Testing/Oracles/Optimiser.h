@@ -8,8 +8,9 @@
 namespace oracle
 {
 
-/// The minimum of the energy under the link limits, with proof: the optimum of the convex problem lies between `bound`
-/// (the value of a feasible point of the dual problem) and `energy` (that of a feasible point of the primal one).
+/// The minimum of the energy under the link limits, with proof. The problem is convex. Its optimum lies between
+/// `bound`, the value of a feasible point of the dual problem, and `energy`, the value of a feasible point of the
+/// primal problem.
 struct Optimum
 {
   std::vector<Vector3> state; ///< feasible
@@ -106,23 +107,33 @@ private:
 namespace detail
 {
 
-/// One axis of the problem: minimise sum of w max(0, |y| - s)^2 over links, y = u(to) - u(from), |y| <= D, some u held;
-/// s = slack D; plus v (u - t)^2 for each soft link. It is convex, so the value of the minimum is unique; where s > 0,
-/// the state need not be.
+/// One axis of the problem, with u given at held elements:
 ///
-/// Alternating directions (ADMM) on the splitting y = A u with penalty rho(l) = c w(l): the step in u is one linear
-/// system, whose matrix never changes, the step in y has a closed form per link. After the step in u the multiplier z
-/// satisfies A_free^T z = 0 exactly, except at elements with soft links: it is a flow, a feasible point of the dual
-/// problem
-///     max  -sum phi*(z) + (flow out of held elements) * (their values),   phi*(z) = max over |y| <= D of
-/// z y - w max(0, |y| - s)^2. An element with soft links, of weight v in all and mean place t, may have any flow
-/// g = A^T z, which adds min over u of g u + v (u - t)^2 = g t - g^2 / (4 v). So the value of z is a lower bound of the
-/// optimum whatever the state of convergence. The upper bound is the energy of u made feasible: clamped between the
-/// cones of the held elements, then the mean of its two Lipschitz envelopes.
+///     minimise  sum over links l of w(l) max(0, |y(l)| - s(l))^2  +  sum over soft links of v (u - t)^2
+///     subject to  y = A u (y(l) = u(to) - u(from)),  |y(l)| <= D(l),  where s = slack D.
+///
+/// It is convex, so the value of the minimum is unique. With s > 0 several states may have it.
+///
+/// The method is ADMM (alternating direction method of multipliers) on the splitting y = A u, with penalties
+/// rho(l) = c w(l). The step in u is a linear system with a constant matrix. The step in y has a closed form for each
+/// link.
+///
+/// Lower bound: after the step in u the multiplier z satisfies A^T z = 0 at free elements without soft links. So z is
+/// feasible in the dual problem
+///
+///     maximise  -sum over links of phi*(z)  +  sum over held elements of (flow out of the element) * (its u),
+///     phi*(z) = max over |y| <= D of  z y - w max(0, |y| - s)^2.
+///
+/// An element with soft links of total weight v and mean target t may have any flow g = A^T z. It adds
+/// min over u of g u + v (u - t)^2 = g t - g^2 / (4 v). The value of z is a lower bound after every iteration,
+/// converged or not.
+///
+/// Upper bound: the energy of u after projection to a feasible state. u is clamped between the cones of the held
+/// elements, then replaced by the mean of its two Lipschitz envelopes.
 inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& held, const std::vector<Vector3>& start,
   double gap, double epsilon, Optimum& result)
 {
-  // Unknowns: free elements one by one, rigid clusters as a whole (last, as their rows are long).
+  // Unknowns: one for a free element, one for a rigid cluster. Clusters are last, because their rows are long.
   const std::vector<int> group = parts(block, [&](const Link& link) { return limit(block, link, axis) == 0.0; });
   const int groups = 1 + *std::max_element(group.begin(), group.end());
   std::vector<int> members(groups, 0);
@@ -174,7 +185,7 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
     softPlace[g] /= softWeight[g] > 0.0 ? softWeight[g] : 1.0;
   }
 
-  // A part of the tissue that nothing holds keeps its energy at 0 where it is; hold one unknown of it.
+  // A component that nothing holds is free to move as a whole. One of its unknowns is held to make the matrix regular.
   int number = 0;
   const std::vector<int> part = parts(block, &number);
   std::vector<char> grounded(number, 0);
@@ -259,8 +270,8 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
     double sum = 0.0;
     for (const Soft& soft : block.soft)
     {
-      const double way = x[group[soft.voxel]] - soft.target[axis];
-      sum += block.spacing[axis] / soft.tolerance * way * way;
+      const double distance = x[group[soft.voxel]] - soft.target[axis];
+      sum += block.spacing[axis] / soft.tolerance * distance * distance;
     }
     for (const Edge& e : edges)
     {
@@ -337,12 +348,12 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
           lower += flow[g] * softPlace[g] - flow[g] * flow[g] / (4.0 * softWeight[g]);
         }
       }
-      // What soft links cost at least: where their places differ, and at held elements.
+      // The part of the soft links' energy that does not depend on the free unknowns.
       for (const Soft& soft : block.soft)
       {
         const int g = group[soft.voxel];
-        const double way = (unknown[g] < 0 ? value[g] : softPlace[g]) - soft.target[axis];
-        lower += block.spacing[axis] / soft.tolerance * way * way;
+        const double distance = (unknown[g] < 0 ? value[g] : softPlace[g]) - soft.target[axis];
+        lower += block.spacing[axis] / soft.tolerance * distance * distance;
       }
       bound = std::max(bound, lower);
 
@@ -382,10 +393,10 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
     for (std::size_t l = 0; l < edges.size(); ++l)
     {
       const Edge& e = edges[l];
-      const double wanted = u[e.to] - u[e.from] + dual[l];
-      const double beyond = std::max(0.0, std::abs(wanted) - e.slack);
-      const double size = std::min(std::abs(wanted) - beyond + beyond * c / (2.0 + c), e.limit);
-      y[l] = std::copysign(size, wanted);
+      const double unclamped = u[e.to] - u[e.from] + dual[l];
+      const double beyond = std::max(0.0, std::abs(unclamped) - e.slack);
+      const double size = std::min(std::abs(unclamped) - beyond + beyond * c / (2.0 + c), e.limit);
+      y[l] = std::copysign(size, unclamped);
     }
   }
 
@@ -403,8 +414,8 @@ inline void minimiseAxis(const Block& block, int axis, const std::vector<char>& 
 
 }
 
-/// Minimises the energy of a block whose `held` elements stay where `start` has them. Meant for up to 16^3 elements.
-/// The caller must look at gap(): the result is only as good as its proof.
+/// Minimises the energy of a block whose `held` elements keep their displacements in `start`. For up to 16^3 elements.
+/// The caller must check gap().
 inline Optimum minimise(const Block& block, const std::vector<char>& held, const std::vector<Vector3>& start,
   double gap = 1e-6, double epsilon = 1e-6)
 {

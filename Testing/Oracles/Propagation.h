@@ -47,7 +47,8 @@ inline std::vector<double> shortest(
   return distance;
 }
 
-/// A handle, as the oracle sees it: these elements go to one displacement (fractions of the spacing), or stay.
+/// The elements that a probe holds, and their common displacement [fractions of the spacing]. An anchor keeps them in
+/// place.
 struct Handle
 {
   std::vector<std::size_t> elements;
@@ -58,18 +59,18 @@ struct Handle
 struct Propagated
 {
   std::vector<Vector3> state;
-  std::vector<Vector3> reached; ///< per handle; for an anchor what its first element has
+  std::vector<Vector3> reached; ///< displacement of each handle; of an anchor that of its first element
 };
 
-/// Formula (P*): u0 clamped between the largest t_k - d(k, i) and the smallest t_k + d(k, i), with policy Limit: a
-/// handle gives way to earlier ones and to anchored tissue. A handle's target is clamped to the bounds of what is held
-/// already at each of its elements.
+/// Formula (P*): u(i) = u0(i) clamped between the largest t_k - d(k, i) and the smallest t_k + d(k, i) over held
+/// elements k. With policy Limit earlier handles and anchored tissue have precedence: a handle's target is first
+/// clamped to the bounds that these set at each of its elements.
 inline Propagated propagate(const Block& block, const std::vector<Vector3>& before, const std::vector<Handle>& handles)
 {
   Propagated result{ before, std::vector<Vector3>(handles.size()) };
   for (int axis = 0; axis < 3; ++axis)
   {
-    // value of every held element: min of value + d is the upper envelope, max of value - d = -(min of -value + d).
+    // Sources for shortest(). Upper envelope: min over k of t_k + d. Lower: max of t_k - d = -(min of -t_k + d).
     std::vector<std::pair<std::size_t, double>> up, down;
     const auto hold = [&](std::size_t voxel, double value)
     {
@@ -83,7 +84,7 @@ inline Propagated propagate(const Block& block, const std::vector<Vector3>& befo
         hold(v, before[v][axis]);
       }
     }
-    // Tissue that a handle only holds is where it is already, so it is compatible with everything held.
+    // An anchor does not move its elements, so it is compatible with everything that is held.
     for (const Handle& handle : handles)
     {
       for (const std::size_t v : handle.elements)
@@ -135,8 +136,8 @@ inline Propagated propagate(const Block& block, const std::vector<Vector3>& befo
   return result;
 }
 
-/// The same with policy Share: requests are clamped to what anchored tissue allows, and become the mean of the least
-/// and the greatest feasible extension of all of them. Elements of one handle may part.
+/// The same with policy Share: requests are clamped to the bounds of anchored tissue, then replaced by the mean of the
+/// least and the greatest Lipschitz extension of all requests. Elements of one handle may get different displacements.
 inline Propagated share(const Block& block, const std::vector<Vector3>& before, const std::vector<Handle>& handles)
 {
   using Sources = std::vector<std::pair<std::size_t, double>>;
@@ -209,8 +210,8 @@ inline Propagated share(const Block& block, const std::vector<Vector3>& before, 
   return result;
 }
 
-/// The elements a probe grabs: all within `radius` of `position`, or the nearest one. Empty: none within half a voxel
-/// diagonal.
+/// The elements that a probe grabs: all within `radius` of `position`, else the nearest one if it is within half a
+/// voxel diagonal.
 inline std::vector<std::size_t> grab(const Block& block, const Vector3& position, double radius)
 {
   std::vector<std::size_t> within;

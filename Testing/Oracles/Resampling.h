@@ -5,8 +5,8 @@
 namespace oracle
 {
 
-/// u(X) = gradient X + shift, all in voxels (spacing 1). The material seen at y is X with X + u(X) = y: solved as a
-/// 3x3 system by Cramer's rule.
+/// u(X) = gradient X + shift, in voxels (spacing 1). The voxel y shows the material X with X + u(X) = y, a 3 x 3 system
+/// solved by Cramer's rule.
 struct LinearField
 {
   std::array<Vector3, 3> gradient{}; ///< rows: gradient[a][b] = d u_a / d X_b

@@ -7,8 +7,8 @@
 namespace oracle
 {
 
-/// The published propagation, algorithms 1 and 2, element by element: simultaneous iterations over the whole block with
-/// a copy of everything. One time for all axes. As in the engine, an element passes a wave on when it had to shift.
+/// The published propagation, algorithms 1 and 2: Jacobi iterations over all elements of the block, with one time for
+/// all axes. As in the engine, only an element that the wave displaces passes the wave on.
 class TimestampWaves
 {
 public:
@@ -56,7 +56,7 @@ public:
           e.time = arrival;
           for (int a = 0; a < 3; ++a)
           {
-            // From where it was: an earlier arrival in this iteration does not count.
+            // From the displacement before this iteration: an earlier arrival in the same iteration does not count.
             e.u[a] = std::min(std::max(old[i].u[a], n.u[a] - neighbour.limit), n.u[a] + neighbour.limit);
           }
           e.active = e.u != old[i].u;

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-/// A sheet over the columns of a grid: vertices at every multiple of `step` in x and y from `low` on, at the height
-/// that `height(x, y)` says [mm]; two triangles a square.
+/// A sheet z = height(x, y) [mm], with two triangles for each square of edge `step`, nx x ny squares from (lowX, lowY)
+/// on.
 template <typename F> chainmail::Surface sheet(double lowX, double lowY, double step, int nx, int ny, F&& height)
 {
   chainmail::Surface surface;
@@ -29,7 +29,7 @@ template <typename F> chainmail::Surface sheet(double lowX, double lowY, double 
   return surface;
 }
 
-/// A closed sphere of rings and sectors.
+/// A closed sphere, divided by latitude into rings and by longitude into sectors.
 inline chainmail::Surface sphere(const chainmail::Vector3& centre, double radius, int rings, int sectors)
 {
   chainmail::Surface surface;
@@ -79,7 +79,7 @@ inline chainmail::Surface box(const chainmail::Vector3& low, const chainmail::Ve
   return surface;
 }
 
-/// A rectangle across x at `x` [mm], far larger than any grid here.
+/// A rectangle at x [mm], larger than any grid of these tests.
 inline chainmail::Surface planeAcrossX(double x)
 {
   return { { { x, -60.0, -50.0 }, { x, 110.0, -50.0 }, { x, -60.0, 110.0 }, { x, 110.0, 110.0 } },
@@ -118,7 +118,7 @@ inline chainmail::Surface torus(const chainmail::Vector3& centre, double ring, d
   return surface;
 }
 
-/// Every triangle with points of its own, as STL files have them.
+/// The triangles without common points, as in STL files.
 inline chainmail::Surface soup(const chainmail::Surface& surface)
 {
   chainmail::Surface result;
@@ -134,7 +134,7 @@ inline chainmail::Surface soup(const chainmail::Surface& surface)
   return result;
 }
 
-/// The other side of every triangle.
+/// With the opposite orientation of every triangle.
 inline chainmail::Surface inverted(chainmail::Surface surface)
 {
   for (std::array<int, 3>& t : surface.triangles)

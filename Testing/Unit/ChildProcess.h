@@ -4,19 +4,20 @@
 #include <map>
 #include <string>
 
-/// A test that needs another environment (no OpenCL platform, little device memory) runs a part of itself in a child
-/// process, because drivers read their environment once.
+/// Child processes for tests that need another environment (no OpenCL platform, little device memory). Drivers read
+/// their environment once, so a test that changes it needs a new process.
 
 struct ChildResult
 {
-  int status = -1; ///< exit status; -1 where it did not exit by itself
+  int status = -1; ///< exit status; -1 after a signal
   std::string output;
 };
 
-/// Runs the part called `name` in a child whose environment has these variables more.
+/// Runs the part called `name` in a child process with additional variables in its environment.
 ChildResult runChild(const std::map<std::string, std::string>& environment, const std::string& name);
 
-/// Makes a part known: define one at namespace scope. `run` prints what the test looks at and returns the exit status.
+/// Registers a part; to be defined at namespace scope. `run` prints the results for the test and returns the exit
+/// status.
 struct ChildPart
 {
   ChildPart(const std::string& name, std::function<int()> run);

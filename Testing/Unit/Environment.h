@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-/// An environment variable with another value, or none, as long as this lives.
+/// Sets an environment variable, or removes it (null), until its destruction.
 class Variable
 {
 public:
@@ -25,7 +25,7 @@ private:
   void set(const char* value) const
   {
 #ifdef _WIN32
-    _putenv_s(this->name_.c_str(), value ? value : ""); // an empty one is none there
+    _putenv_s(this->name_.c_str(), value ? value : ""); // Windows has no empty variables
 #else
     value ? setenv(this->name_.c_str(), value, 1) : unsetenv(this->name_.c_str());
 #endif

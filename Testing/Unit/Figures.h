@@ -21,7 +21,7 @@ inline void record(const std::string& name, double figure, const std::string& un
   std::cout << "NUMERICS: " << name << " | " << text << (unit.empty() ? "" : " " + unit) << std::endl;
 }
 
-/// Checks a figure against what is allowed, and records it.
+/// Checks that a figure is at most `allowed`, and records it.
 inline void expectAtMost(const std::string& name, double figure, double allowed, const std::string& unit = "")
 {
   EXPECT_LE(figure, allowed) << name; // false for NaN

@@ -15,7 +15,7 @@ inline Scene inclusionScene(int n, int axes, std::uint64_t seed, double air = 0.
       scene.give(i, j, middle, 0.0f);
     }
   }
-  // A second body that only the wave moves.
+  // A second body, without a probe.
   for (int k = 2; k < 5; ++k)
   {
     for (int j = 2; j < 5; ++j)
@@ -37,7 +37,7 @@ inline chainmail::Probe corner(const Scene& scene, const chainmail::Vector3& dis
   return probe;
 }
 
-/// How far the element of corner() can go, per axis, as a fraction of the spacing.
+/// The largest displacement of the element of corner() on each axis, as a fraction of the spacing.
 inline chainmail::Vector3 reachOfCorner(const Scene& scene)
 {
   const oracle::Block block = scene.block();
@@ -46,7 +46,7 @@ inline chainmail::Vector3 reachOfCorner(const Scene& scene)
   return oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), { handle }).reached[0];
 }
 
-/// A pull at the corner by these shares of what the tissue allows.
+/// A pull of corner() by shares of its largest displacement.
 inline chainmail::Probe pullBy(const Scene& scene, const chainmail::Vector3& shares)
 {
   const chainmail::Vector3 reach = reachOfCorner(scene);
@@ -58,7 +58,7 @@ inline chainmail::Probe pullBy(const Scene& scene, const chainmail::Vector3& sha
   return corner(scene, displacement);
 }
 
-/// inclusionScene() with tissue where corner() grabs.
+/// inclusionScene() with tissue at the element that corner() grabs.
 inline Scene cornerScene(int n, int axes, std::uint64_t seed)
 {
   Scene scene = inclusionScene(n, axes, seed);

@@ -1,4 +1,4 @@
-// The tests' main: as GoogleTest's own, and `--child=NAME` runs a part of a test, see ChildProcess.h.
+// GoogleTest's main function. The option `--child=NAME` runs a part of a test, see ChildProcess.h.
 
 #include "ChildProcess.h"
 #include "Environment.h"
@@ -16,7 +16,7 @@
 namespace
 {
 
-std::string program; // this one's path
+std::string program; // path of this program
 
 std::map<std::string, std::function<int()>>& childParts()
 {
@@ -86,7 +86,7 @@ int main(int argc, char** argv)
       return 121;
     }
   }
-  // What may be anything in a new buffer is something, in child processes, too.
+  // New buffers are poisoned (Testing/README.md), in child processes, too.
   const Variable poison("CHAINMAIL_POISON_BUFFERS", "1");
   testing::InitGoogleTest(&argc, argv);
   return RUN_ALL_TESTS();

@@ -5,17 +5,17 @@
 
 #include <numeric>
 
-/// A motion of a whole scene: its axes permuted and flipped, then put somewhere into a larger grid of air, then all
-/// lengths scaled. What is computed of the moved scene must be what is computed of the scene, moved.
+/// A motion of a whole scene: it permutes and flips the axes, moves the scene into a larger grid of air and scales all
+/// lengths. The result of the moved scene must be the moved result of the scene.
 struct Motion
 {
   std::string name;
   chainmail::Index3 axis{ 0, 1, 2 }; ///< axis a of the image is axis axis[a] of the scene
   std::array<bool, 3> flip{};        ///< of the scene's axes
-  chainmail::Index3 low{ 0, 0, 0 };  ///< voxels of air before, along the image's axes
-  chainmail::Index3 high{ 0, 0, 0 }; ///< and after
+  chainmail::Index3 low{ 0, 0, 0 };  ///< voxels of air before the scene, along the image's axes
+  chainmail::Index3 high{ 0, 0, 0 }; ///< voxels of air behind the scene
   double scale = 1.0;                ///< of lengths
-  chainmail::Grid from{};            ///< the scene's; set by operator()(Scene)
+  chainmail::Grid from{};            ///< of the scene; set by operator()(Scene)
   chainmail::Vector3 spacing() const
   {
     const auto& h = this->from.spacing;
@@ -32,7 +32,7 @@ struct Motion
     }
     return q;
   }
-  /// Of displacements, in lengths or, with `lengths` false, in fractions of the spacing.
+  /// Moves a displacement: a length, or a fraction of the spacing if `lengths` is false.
   template <typename T> std::array<T, 3> vector(const std::array<T, 3>& v, bool lengths = true) const
   {
     std::array<T, 3> w;
@@ -152,7 +152,7 @@ inline std::vector<Motion> mirrorsAndPermutations()
   return motions;
 }
 
-/// Places in a larger grid: multiples of brick sizes and others, even and odd.
+/// Translations within a larger grid: by multiples of brick sizes and by other numbers, even and odd.
 inline std::vector<Motion> translations()
 {
   std::vector<Motion> motions;

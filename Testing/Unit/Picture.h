@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-/// Everything resample() said of the voxels that it makes: 0 where it said nothing.
+/// The output of resample(): an offset and a coverage for each voxel. Unvisited voxels have offset 0 and coverage 1.
 struct Picture
 {
-  chainmail::Index3 first{}; ///< the lowest of them
+  chainmail::Index3 first{}; ///< lowest voxel
   chainmail::Index3 size{};
   std::vector<float> offset;
-  std::vector<float> coverage; ///< 1 where it said nothing
+  std::vector<float> coverage;
   std::vector<int> visits;
 
   std::size_t at(int i, int j, int k) const
@@ -36,7 +36,7 @@ struct Picture
     const float* o = offset.data() + 3 * this->at(i, j, k);
     return { o[0], o[1], o[2] };
   }
-  /// The share of a voxel that shows something.
+  /// The share of a voxel that shows tissue.
   double covered(int i, int j, int k) const { return this->vacated(i, j, k) ? 0.0 : this->coverage[this->at(i, j, k)]; }
   bool vacated(int i, int j, int k) const { return std::isnan(offset[3 * this->at(i, j, k)]); }
 

@@ -23,14 +23,14 @@ public:
   /// Uniform in low .. high.
   int between(int low, int high) { return low + this->below(high - low + 1); }
 
-  /// All orders of magnitude from low to high alike.
+  /// Log-uniform in [low, high).
   double logarithmic(double low, double high) { return std::exp((*this)(std::log(low), std::log(high))); }
 
-  /// True so often.
+  /// True with the probability `share`.
   bool chance(double share) { return (*this)(0.0, 1.0) < share; }
   bool oneIn(int n) { return this->below(n) == 0; }
 
-  /// One of these.
+  /// One of the values, all equally likely.
   template <typename T> T of(std::initializer_list<T> values)
   {
     return values.begin()[this->below(static_cast<int>(values.size()))];

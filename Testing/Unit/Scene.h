@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-/// A block of tissue that the engine and the oracles are both given: constraints as fractions of the spacing, air where
-/// `scalar` is 0. Nothing is anchored unless a test says so.
+/// A block of tissue for the engine and for the oracles. Constraints are fractions of the spacing; voxels of scalar 0
+/// are air. Nothing is anchored by default.
 struct Scene
 {
   chainmail::Grid grid;
@@ -65,7 +65,7 @@ struct Scene
     return { i * this->grid.spacing[0], j * this->grid.spacing[1], k * this->grid.spacing[2] };
   }
 
-  /// The scene must outlive what is made of it: a model reads these arrays.
+  /// The model reads the arrays of the scene, so the scene must outlive the model.
   std::shared_ptr<const chainmail::Model> model(const chainmail::Joints& joints = {}) const
   {
     chainmail::Material material;
@@ -109,7 +109,7 @@ struct Scene
   }
 };
 
-/// The device the tests run on: the best one, or the one that the environment variable CHAINMAIL_TEST_DEVICE names.
+/// The device of the tests: the best one, or the one that the environment variable CHAINMAIL_TEST_DEVICE names.
 inline std::string testDevice()
 {
   const char* name = std::getenv("CHAINMAIL_TEST_DEVICE");
@@ -124,13 +124,13 @@ inline chainmail::Simulation simulate(const Scene& scene, const chainmail::Index
   return chainmail::Simulation(scene.model(), settings);
 }
 
-/// Three brick sizes: the smallest, a middle one that is no cube, a large one.
+/// Three brick sizes: the smallest, an anisotropic one of medium size, a large one.
 inline std::vector<chainmail::Index3> brickSizes()
 {
   return { { 4, 2, 2 }, { 8, 4, 8 }, { 32, 16, 4 } };
 }
 
-/// What resample() is to be given so that f(voxel, offset) is called for every voxel of every box.
+/// A visitor for resample() that calls f(voxel, offset) for every voxel of every box.
 template <typename F> chainmail::BoxVisitor visitEach(F f)
 {
   return [f](const std::vector<chainmail::ResampledBox>& boxes)
@@ -142,7 +142,7 @@ template <typename F> chainmail::BoxVisitor visitEach(F f)
   };
 }
 
-/// The engine's displacements as it reports them [mm].
+/// The engine's displacements [mm].
 inline std::vector<float> displacements(const chainmail::Simulation& simulation)
 {
   std::vector<float> u(simulation.model().grid().voxels() * 3);
@@ -150,7 +150,7 @@ inline std::vector<float> displacements(const chainmail::Simulation& simulation)
   return u;
 }
 
-/// The same as fractions of the spacing, in the form of the oracles.
+/// The engine's displacements as fractions of the spacing, in the oracles' types.
 inline std::vector<oracle::Vector3> state(const chainmail::Simulation& simulation)
 {
   const std::vector<float> u = displacements(simulation);
@@ -176,7 +176,7 @@ inline std::vector<int> clusters(const chainmail::Simulation& simulation)
   return labels;
 }
 
-/// Removes from the block the links that the engine says are gone.
+/// Removes from the block the links that are missing in the engine's bits.
 inline void takeLinks(oracle::Block& block, const std::vector<std::uint8_t>& bits)
 {
   for (const oracle::Link& link : oracle::links(block))
@@ -193,7 +193,7 @@ inline bool sameBits(const std::vector<float>& a, const std::vector<float>& b)
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
-/// FNV-1a of the bits of what a scene has come to.
+/// FNV-1a of the bits of the values.
 template <typename T> std::uint64_t hashOfBits(const std::vector<T>& values)
 {
   const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
@@ -221,7 +221,7 @@ inline double largestDifference(
   return worst;
 }
 
-/// Random tissue: constraints in [0, 0.5) in smooth patches and noise, a share of exactly rigid elements, air holes.
+/// Random tissue: constraints in [0, 0.5) from patches and noise, shares of rigid elements and of air.
 inline Scene randomScene(
   const chainmail::Index3& size, int axes, std::uint64_t seed, double airShare = 0.15, double rigidShare = 0.1)
 {
@@ -268,7 +268,7 @@ inline chainmail::Probe probeAt(
   return probe;
 }
 
-/// The probes as the oracle takes them. An element has one holder: an anchor, else the first probe that grabs it.
+/// The probes as handles of the oracle. An element has one holder: an anchor, else the first probe that grabs it.
 inline std::vector<oracle::Handle> handles(const oracle::Block& block, const std::vector<chainmail::Probe>& probes)
 {
   std::vector<oracle::Handle> result;
@@ -294,8 +294,8 @@ inline std::vector<oracle::Handle> handles(const oracle::Block& block, const std
   return result;
 }
 
-/// `count` probes on random elements whose displacements the tissue allows together, with room for rounding. With a
-/// `largestRadius` [mm] every other one holds what is within a random radius of a place that is off the centre.
+/// `count` compatible probes on random elements: the tissue allows all their displacements together, with a margin for
+/// rounding. With a `largestRadius` [mm] every other probe has a random radius and a position off the voxel's centre.
 inline std::vector<chainmail::Probe> compatibleProbes(
   const Scene& scene, int count, double reach, std::uint64_t seed, double largestRadius = 0.0)
 {
@@ -331,8 +331,8 @@ inline std::vector<chainmail::Probe> compatibleProbes(
     std::vector<oracle::Handle> all = before;
     all.push_back(handle);
     const auto allowed = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), all).reached.back();
-    // Halfway between what was wished and what is allowed lies outside; 0.98 of what is allowed may, too, where an
-    // earlier probe pulls far: such a draw is not compatible and another is made.
+    // The target is 0.98 of the allowed displacement. If an earlier probe pulls far, 0 is not allowed, and the target
+    // may not be allowed either. Such a probe is drawn anew.
     for (int a = 0; a < 3; ++a)
     {
       all.back().target[a] = handle.target[a] = 0.98 * allowed[a];

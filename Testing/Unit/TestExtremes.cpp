@@ -1,5 +1,5 @@
-// The ends of what may be asked for: what still holds there, and how well. Each test prints what it measured as
-// "NUMERICS: name | figure"; Testing/Numerics.md lists them.
+// Extreme inputs: which properties still hold, and how well.
+// Each test prints its measurements as "NUMERICS: name | figure"; Testing/Numerics.md lists them.
 
 #include "Blades.h"
 #include "Figures.h"
@@ -28,7 +28,7 @@ private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Pulls from rest; returns the largest distance from formula (P*), in fractions of the spacing.
+/// Pulls from rest. Returns the largest distance from formula (P*), in fractions of the spacing.
 double pullAgainstFormula(Simulation& simulation, const oracle::Block& block, const std::vector<Probe>& probes)
 {
   simulation.pull(probes);
@@ -36,7 +36,7 @@ double pullAgainstFormula(Simulation& simulation, const oracle::Block& block, co
   return largestDifference(block, state(simulation), expected.state);
 }
 
-/// Relaxes sweep by sweep; the energy must fall and links stay within their limits. Returns the largest excess.
+/// Relaxes sweep by sweep: the energy must fall, and links must keep within their limits. Returns the largest excess.
 double relaxAndWatch(Simulation& simulation, const oracle::Block& block, int sweeps, double unit)
 {
   double before = oracle::energy(block, state(simulation)), excess = 0.0;
@@ -45,7 +45,7 @@ double relaxAndWatch(Simulation& simulation, const oracle::Block& block, int swe
     simulation.relax(1, 0.0);
     const Values now = state(simulation);
     const double energy = oracle::energy(block, now);
-    // Displacements are rounded by `unit`, at most as much as that changes every link's share.
+    // Displacements are rounded by at most `unit`, which changes each link's energy.
     EXPECT_LE(energy, before * (1.0 + 1e-6) + unit * unit * 1e6) << "sweep " << sweep;
     before = energy;
     excess = std::max(excess, oracle::maxLinkExcess(block, now));
@@ -53,7 +53,7 @@ double relaxAndWatch(Simulation& simulation, const oracle::Block& block, int swe
   return excess;
 }
 
-// Constraints of 9e-7 and 0.9 next to each other: lumps and a rod that hardly give, in tissue that gives nearly all.
+// Constraints of 9e-7 and 0.9 next to each other: nearly rigid lumps and a rod in tissue of the softest kind.
 TEST(Extremes, StiffnessOfOneToAMillion)
 {
   Scene scene({ 15, 13, 12 }, 0.9f);
@@ -92,16 +92,17 @@ TEST(Extremes, StiffnessOfOneToAMillion)
   EXPECT_GT(energy, 0.9999 * best.bound);
   record("stiffness 1 : 1e6, gap of the oracle's proof", best.gap(), "");
   record("stiffness 1 : 1e6, energy over the optimum after 100 sweeps", few / best.energy, "");
-  // Not a good figure: lumps that give a millionth hold each other where they are, as rigid elements would that did not
-  // move as one. Such tissue is better called rigid. 1.28 is what is left of the 1.36 after 100 sweeps: above 1.32 the
-  // other 5000 do next to nothing, and below 1.2 such tissue is solved better than Numerics.md says.
+  // This is not a good result. Nearly rigid lumps hold each other in place, like rigid elements that do not move as
+  // one. Such tissue should be made rigid. After 100 sweeps the energy is 1.36 times the optimum, in the end 1.28
+  // times. Above 1.32 the other 5000 sweeps would change almost nothing. Below 1.2 the solution would be better than
+  // Numerics.md says.
   expectAtMost("stiffness 1 : 1e6, energy over the optimum after 5100 sweeps", energy / best.energy, 1.32);
   EXPECT_GT(energy / best.energy, 1.2);
   Simulation coarse = simulate(scene);
   coarse.setCoarseToFine(true);
   coarse.pull(probes);
   coarse.relax(100, 0.0);
-  // Coarser grids move lumps as wholes, which leaves a third of that.
+  // Coarser grids move lumps as a whole, which leaves a third of that.
   expectAtMost("stiffness 1 : 1e6, energy over the optimum after 100 sweeps from coarser grids",
     oracle::energy(block, state(coarse)) / best.energy, 1.15);
   EXPECT_GT(oracle::energy(block, state(coarse)) / best.energy, 1.05);
@@ -109,9 +110,9 @@ TEST(Extremes, StiffnessOfOneToAMillion)
   {
     float stiff;
     const char* name;
-    double allowed; ///< of the energy over the optimum, which the oracle knows to 1e-4
+    double allowed; ///< ratio of the energy to the optimum, which the oracle knows to 1e-4
   };
-  // The stiffer the lumps the slower they move, until they are one body: 1.02, 1.00 and 1.00 are measured.
+  // Stiffer lumps move more slowly, up to a single body: measured 1.02, 1.00 and 1.00.
   for (const Ratio& ratio : { Ratio{ 9e-5f, "stiffness 1 : 1e4", 1.04 }, Ratio{ 9e-3f, "stiffness 1 : 100", 1.005 },
          Ratio{ 0.0f, "rigid", 1.001 } })
   {
@@ -132,7 +133,7 @@ TEST(Extremes, StiffnessOfOneToAMillion)
   }
 }
 
-// A millionth of the spacing, in tissue so stiff that it travels.
+// A pull of 1e-6 of the spacing, in tissue so stiff that it propagates.
 TEST(Extremes, DisplacementOfAMillionthOfTheSpacing)
 {
   Scene scene({ 24, 9, 8 }, 1e-7f);
@@ -164,7 +165,7 @@ TEST(Extremes, DisplacementOfAThousandSpacings)
   const Index3 p = randomElement(scene, random);
   const std::vector<Probe> probes{ probeAt(scene, p, { 1e3, -1e3, 1e3 }) };
   expectAtMost("displacement 1e3 spacings, propagation against Dijkstra", pullAgainstFormula(simulation, block, probes),
-    1e-3, "spacings"); // a unit in the last place is 6e-5, paths are some fifteen links long
+    1e-3, "spacings"); // a unit in the last place is 6e-5; paths have about fifteen links
   expectAtMost("displacement 1e3 spacings, link excess over 100 sweeps", relaxAndWatch(simulation, block, 100, 6.2e-5),
     2e-4, "spacings");
 }
@@ -197,7 +198,7 @@ TEST(Extremes, SpacingsFromAThousandthToAMillion)
     char name[96];
     std::snprintf(name, sizeof name, "spacing %g x %g x %g, ", spacing[0], spacing[1], spacing[2]);
     expectAtMost(std::string(name) + "propagation against Dijkstra", formula, 1e-5, "spacings");
-    // Displacement / spacing may round otherwise by a unit in the last place; 30 sweeps carry that on.
+    // Displacement / spacing may round differently by a unit in the last place. 30 sweeps propagate the difference.
     expectAtMost(std::string(name) + "relaxed against spacing 1",
       largestDifference(scene.block(), state(simulation), expected), 1e-5, "spacings");
     std::size_t offsets = 0, wrong = 0;
@@ -237,7 +238,7 @@ TEST(Extremes, NothingGives)
   EXPECT_EQ(*std::min_element(label.begin(), label.end()), 0);
   EXPECT_EQ(*std::max_element(label.begin(), label.end()), 0);
 
-  // Held at one end and pulled at the other, nothing moves at all.
+  // Held at one end and pulled at the other, rigid tissue does not move at all.
   scene.anchors.faces[0] = true;
   Simulation held = simulate(scene);
   const auto results = held.pull({ probeAt(scene, { 39, 0, 13 }, { 123.456, -0.001, 7.0 }) });
@@ -269,7 +270,7 @@ TEST(Extremes, ASheetOf512Squared)
   const Stopwatch watch;
   expectAtMost("512 x 512 x 1, propagation against Dijkstra",
     pullAgainstFormula(simulation, block, { probeAt(scene, { 255, 256, 0 }, { 40.0, -35.0, 20.0 }) }), 1e-4,
-    "spacings"); // paths of some 200 links, each rounded to 4e-6 at most
+    "spacings"); // paths of about 200 links, each rounded to at most 4e-6
   EXPECT_GT(simulation.measure().displaced, 30000u);
   const double before = oracle::energy(block, state(simulation));
   simulation.relax(40, 1e-3);
@@ -293,7 +294,7 @@ TEST(Extremes, AChainOf512)
     const std::string name = std::string("chain of 512 along ") + "xyz"[axis];
     expectAtMost(name + ", propagation against Dijkstra",
       pullAgainstFormula(simulation, block, { probeAt(scene, held, { 70.0, -100.0, 153.0 }) }), 2e-3,
-      "spacings"); // 511 sums of the same limit near 100, each off by up to 4e-6, most of them to the same side
+      "spacings"); // 511 sums of the same limit near 100, each with an error of up to 4e-6, mostly of the same sign
     simulation.relax(40, 0.0);
     expectAtMost(
       name + ", link excess after 40 sweeps", oracle::maxLinkExcess(block, state(simulation)), 3e-5, "spacings");
@@ -302,7 +303,7 @@ TEST(Extremes, AChainOf512)
 
 TEST(Extremes, SixteenMillionElements)
 {
-  // Homogeneous, so that distances have a closed form: links along the three axes.
+  // Homogeneous, so distances have a closed form: links along the three axes.
   const int n = 256;
   Grid grid;
   grid.size = { n, n, n };
@@ -387,7 +388,7 @@ TEST(Extremes, AThousandProbes)
     c = std::max(c, 0.05f);
   }
   const oracle::Block block = scene.block();
-  // Places of a field that no link of 0.05 minds.
+  // Targets from a field whose strain is below all limits of 0.05.
   const auto field = [](const Index3& p, int a)
   { return 0.9 * std::sin(0.03 * p[0] + a) + 0.7 * std::cos(0.025 * p[1] - a) + 0.02 * p[2]; };
   Random random(1041);
@@ -416,7 +417,7 @@ TEST(Extremes, AThousandProbes)
     }
   }
   expectAtMost("1000 compatible probes, places not reached exactly", static_cast<double>(wrong), 0.0);
-  // All at once: formula (P*) with every probe a source.
+  // All probes at once: formula (P*) with each probe as a source.
   double worst = 0.0;
   const Values got = state(simulation);
   for (int a = 0; a < 3; ++a)
@@ -442,15 +443,15 @@ TEST(Extremes, AThousandProbes)
   expectAtMost("1000 compatible probes, link excess after 20 sweeps", oracle::maxLinkExcess(block, state(simulation)),
     1e-5, "spacings");
 
-  // And where they all contradict each other, in turn.
+  // All probes in conflict, one after the other.
   for (Probe& probe : probes)
   {
     probe.displacement = { random(-9.0, 9.0), random(-9.0, 9.0), random(-9.0, 9.0) };
   }
   Simulation against = simulate(scene);
-  const Stopwatch turns;
+  const Stopwatch pulls;
   against.pull(probes);
-  record("1000 contradicting probes, pull", turns.seconds(), "s");
+  record("1000 contradicting probes, pull", pulls.seconds(), "s");
   expectAtMost(
     "1000 contradicting probes, link excess", oracle::maxLinkExcess(block, state(against)), 2e-5, "spacings");
 }
@@ -505,7 +506,7 @@ TEST(Extremes, TwoHundredCuts)
 
 // --- Long use
 
-/// The memory of this process; 0 on systems that do not tell it in /proc.
+/// The memory of this process; 0 on systems without /proc.
 std::size_t residentBytes()
 {
   std::ifstream status("/proc/self/status");
@@ -557,13 +558,13 @@ TEST(Extremes, ManyUpdates)
   EXPECT_EQ(simulation.measure().deviceBytes, bytes);
   const double growth = static_cast<double>(residentBytes()) - static_cast<double>(resident);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  (void)growth; // says nothing there
+  (void)growth; // not known on such systems
 #else
   expectAtMost("many updates, growth of the process after the first tenth", std::max(0.0, growth / 1e6), 8.0, "MB");
 #endif
   EXPECT_EQ(simulation.probes()[0].elements, 1u);
 
-  // There is one optimum: settled, nothing is left of the way that led there.
+  // The optimum is unique, so the relaxed state does not depend on the path.
   simulation.relax(5000, 1e-6);
   Simulation fresh = simulate(scene);
   fresh.pull({ probe });
@@ -579,7 +580,7 @@ TEST(Extremes, ManyUpdates)
 
 // --- Folding
 
-/// Signed volume that three links of an element, to its lower neighbours, span.
+/// Signed volume of the parallelepiped of an element's links to its three lower neighbours.
 double volumeAt(const Scene& scene, const Values& u, int i, int j, int k)
 {
   const auto along = [&](int a)
@@ -593,14 +594,14 @@ double volumeAt(const Scene& scene, const Values& u, int i, int j, int k)
   return oracle::dot(oracle::cross(along(0), along(1)), along(2));
 }
 
-// Above a constraint of 1/3 cells may turn inside out. With all faces held, tissue still covers every voxel at least
-// once, as its map is continuous: nothing may be vacated, every voxel must show tissue that really lies there, and
-// which of several does not depend on bricks or runs.
+// Above a constraint of 1/3 cells may invert. With all faces held the map is continuous, so tissue covers every voxel
+// at least once. Nothing may be vacated, and every voxel must show tissue that is there. Which of several places it
+// shows depends on neither bricks nor runs.
 TEST(Extremes, FoldedTissueIsWholeAndTheSameEveryTime)
 {
   Scene scene({ 20, 18, 16 }, 0.95f);
   scene.anchors.faces.fill(true);
-  // Compatible: where probes contradict each other, bricks decide on the last bit.
+  // The probes are compatible: for probes in conflict the last bit depends on bricks.
   const std::vector<Probe> probes = compatibleProbes(scene, 5, 5.0, 1060, 1.2);
   std::vector<float> first;
   for (int run = 0; run < 4; ++run)
@@ -612,7 +613,7 @@ TEST(Extremes, FoldedTissueIsWholeAndTheSameEveryTime)
     const Picture picture = resample(simulation);
     if (run > 0)
     {
-      EXPECT_TRUE(sameBits(picture.offset, first)) << "run " << run; // no NaN among them, see below
+      EXPECT_TRUE(sameBits(picture.offset, first)) << "run " << run; // none is NaN, see below
       continue;
     }
     first = picture.offset;
@@ -651,8 +652,8 @@ TEST(Extremes, FoldedTissueIsWholeAndTheSameEveryTime)
           worst = std::max(worst, std::abs(moved - (a == 0 ? i : a == 1 ? j : k)));
         }
       });
-    // On either side of a cell's face the local coordinates may be off by 1e-4, and displacements differ by up to 0.95
-    // of that per axis.
+    // Near a face of a cell the local coordinates may have an error of 1e-4, and displacements differ by up to 0.95 of
+    // that on each axis.
     expectAtMost("folded tissue, how far the material shown is from its voxel", worst, 1e-3, "voxels");
   }
 }

@@ -1,4 +1,4 @@
-// Grids of a billion voxels, of which nearly all is air. Rows are made when they are asked for, so no memory is needed.
+// Grids of a billion voxels, most of them air. Rows are computed on request, so they need no memory.
 
 #include "Scene.h"
 
@@ -10,10 +10,10 @@ namespace
 
 using namespace chainmail;
 
-constexpr int width = 32; // of the small grid
-constexpr int margin = 5; // of air around the tissue in it
+constexpr int width = 32; // width of the small grid [voxels]
+constexpr int margin = 5; // air around the tissue in the small grid [voxels]
 
-/// A cube of tissue with a rod of bone, in a grid that holds `corner` voxels more before it on every axis.
+/// A cube of tissue with a rod of bone, in a grid with `corner` further voxels before it on every axis.
 std::shared_ptr<const Model> cube(int corner)
 {
   Grid grid;
@@ -34,7 +34,8 @@ std::shared_ptr<const Model> cube(int corner)
     });
 }
 
-/// What a pull of the cube does to the output: the offsets of all voxels that change, by their place from the corner.
+/// The change of the output by a pull of the cube: the offsets of all changed voxels, by their place relative to the
+/// corner.
 std::map<Index3, std::array<float, 3>> pulled(int corner)
 {
   Simulation simulation(cube(corner), {});

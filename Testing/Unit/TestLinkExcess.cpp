@@ -1,6 +1,7 @@
-// By how much links exceed their limits, which float32 lets grow with the displacement: README and Numerics.md say so.
+// The excess of links over their limits, which grows with the displacement in float32: README and Numerics.md have its
+// bounds.
 
-#include "TurningScene.h"
+#include "RotationScene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,8 +17,8 @@ struct Life
   double largest = 0.0; ///< largest displacement [spacings]
 };
 
-/// Tissue with bones that two probes pull by `far` voxels and `apart` voxels from each other, in steps; then it
-/// settles.
+/// Tissue with bones. Two probes pull it by `far` voxels, and from each other by `apart` voxels, in steps; then it
+/// relaxes.
 Life live(double far, double apart, bool rotations, std::uint64_t seed)
 {
   Scene scene = randomScene({ 13, 11, 9 }, 1, seed, 0.05, 0.05);
@@ -58,7 +59,7 @@ Life live(double far, double apart, bool rotations, std::uint64_t seed)
 
 TEST(LinkExcess, GrowsWithTheDisplacement)
 {
-  const double unit = std::pow(2.0, -23); // in the last place of 1
+  const double unit = std::pow(2.0, -23); // a unit in the last place of 1
   for (const bool rotations : { false, true })
   {
     for (const double apart : { 1.0, 30.0 })
@@ -68,17 +69,17 @@ TEST(LinkExcess, GrowsWithTheDisplacement)
       for (const double far : { 10.0, 49.0, 1000.0, 3e5 })
       {
         SCOPED_TRACE(testing::Message() << "rotations " << rotations << ", apart " << apart << ", far " << far);
-        double most = 0.0; // of the largest displacement
+        double most = 0.0; // largest excess relative to the largest displacement
         for (std::uint64_t seed = 1; seed <= 3; ++seed)
         {
           const Life life = live(far, apart, rotations, seed);
           ASSERT_TRUE(life.largest >= far && life.largest < far + 3.0) << life.largest;
           most = std::max(most, life.excess / life.largest);
         }
-        // An element goes to the rounded sum of its neighbour's displacement and the limit: half a unit. Where tissue
-        // turns, the rest offset is a third term, and rounded itself.
+        // An element gets the rounded sum of its neighbour's displacement and the limit: an error of half a unit. With
+        // rotations the rest offset is a third term, which is rounded, too.
         const double rounding = (rotations ? 1.5 : 0.5) * unit;
-        // By so much handles may strain a link and still agree (Waves.cpp).
+        // Handles count as compatible up to this strain of a link (Waves.cpp).
         const double tolerance = agree ? 0.0 : 2e-6;
         EXPECT_LE(most, rounding + tolerance);
         EXPECT_GE(most, 0.2 * unit) << "nothing is rounded: a poor test";
@@ -86,7 +87,7 @@ TEST(LinkExcess, GrowsWithTheDisplacement)
       }
       std::printf("NUMERICS: link excess, %s, rotations %s | %.2g of the displacement\n",
         agree ? "probes agree" : "probes contradict each other", rotations ? "on" : "off", worst);
-      // Both parts of the bound are there.
+      // Both parts of the bound are reached.
       EXPECT_GE(worst, (agree ? 0.3 : 1.6) * unit);
     }
   }

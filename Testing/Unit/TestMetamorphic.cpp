@@ -1,7 +1,7 @@
 // Moved scenes give moved results: mirrored and permuted axes, translation within a larger grid, scaled lengths.
 //
-// Exact to the bit: everything under translation that keeps the colours of elements and under scaling by powers of two;
-// propagation, cuts and what probes hold under every motion. Testing/Numerics.md has the whole table.
+// Exact to the bit: everything under translations that preserve the colours of elements and under scaling by powers of
+// two; propagation, cuts and handles under every motion. Testing/Numerics.md has the whole table.
 
 #include "Motion.h"
 
@@ -23,7 +23,7 @@ std::vector<Motion> together(const std::vector<std::vector<Motion>>& groups)
   return all;
 }
 
-/// What can be read of a simulation.
+/// The results of a simulation.
 struct Outcome
 {
   std::vector<float> u; ///< [mm]
@@ -60,7 +60,7 @@ double difference(const Scene& scene, const Motion& motion, const Scene& image, 
   return worst;
 }
 
-/// Links and rigid clusters are the moved ones; clusters may be numbered in another order.
+/// Links and rigid clusters are moved, too. Clusters may have other numbers.
 void expectMovedTopology(
   const Scene& scene, const Motion& motion, const Scene& image, const Outcome& got, const Outcome& moved)
 {
@@ -101,13 +101,13 @@ void expectMovedProbes(const Motion& motion, const Outcome& got, const Outcome& 
     }
     for (int a = 0; exact == 0.0 && a < 3; ++a)
     {
-      // Forces are sums in double over the links of what is held, in the order of voxels.
+      // Forces are sums in double over the links of held tissue, in the order of voxels.
       EXPECT_NEAR(moved.probes[p].force[a], force[a], 1e-9 * (1.0 + std::abs(force[a]))) << "probe " << p;
     }
   }
 }
 
-/// Propagation, cuts and the rest of what must be exact.
+/// Propagation, cuts and all other exact results.
 void expectMovedExactly(
   const Scene& scene, const Motion& motion, const Scene& image, const Outcome& got, const Outcome& moved)
 {
@@ -120,7 +120,7 @@ void expectMovedExactly(
   EXPECT_EQ(got.figures.maxLinkExcess, moved.figures.maxLinkExcess);
 }
 
-/// A blade in general position: no place of an element lies on it, so that no tie has to be broken.
+/// A blade in general position: no element lies on it, so there are no ties.
 Surface wavyBlade(const Scene& scene, double share)
 {
   const Vector3 size = scene.place(scene.grid.size[0] - 1, scene.grid.size[1] - 1, scene.grid.size[2] - 1);
@@ -132,7 +132,7 @@ Surface wavyBlade(const Scene& scene, double share)
 
 // --- Propagation and cuts
 
-/// Pull, cut what is deformed, pull something else from there, let go.
+/// Pulls, cuts the deformed tissue, pulls another place and releases it.
 std::vector<Outcome> pullCutPull(const Scene& scene, const Motion* motion, const Index3& brick,
   const std::vector<Probe>& first, const std::vector<Probe>& second, const Surface& blade)
 {
@@ -181,7 +181,8 @@ TEST(Metamorphic, PropagationAndCutsMoveExactly)
   }
 }
 
-/// The largest difference of arrival times, in fractions of the spacing, and how many are known in one only.
+/// The largest difference of arrival times, in fractions of the spacing, and the number of times that are known in one
+/// of them only.
 std::pair<double, std::size_t> differenceOfTimes(
   const Scene& scene, const Motion& motion, const Scene& image, const Simulation& simulation, const Simulation& moved)
 {
@@ -205,8 +206,8 @@ std::pair<double, std::size_t> differenceOfTimes(
   return result;
 }
 
-// A wave of timestamps takes the earliest arrival; in tissue without rigid elements no two come at the same time, of
-// which a mirror might choose the other.
+// A wave of timestamps uses the earliest arrival. In tissue without rigid elements no two arrivals have the same time.
+// With equal times a mirrored scene might use the other one.
 TEST(Metamorphic, TimestampsAndCarvesMove)
 {
   for (const int axes : { 1, 3 })
@@ -214,7 +215,7 @@ TEST(Metamorphic, TimestampsAndCarvesMove)
     Scene scene = randomScene({ 16, 13, 12 }, axes, 940 + axes, 0.1, 0.0);
     scene.grid.spacing = { 0.7, 1.3, 2.9 };
     const std::vector<Probe> first = compatibleProbes(scene, 2, 2.5, 941);
-    std::vector<Probe> second; // far from what is carved
+    std::vector<Probe> second; // far from the carved tissue
     for (std::uint64_t seed = 943; second.empty() || second[0].position[0] < 8.0; ++seed)
     {
       second = compatibleProbes(scene, 1, 2.0, seed);
@@ -249,8 +250,8 @@ TEST(Metamorphic, TimestampsAndCarvesMove)
   }
 }
 
-// Anchored faces move with the scene; where probes ask for more than the tissue gives, how much they get is found by
-// trial from float32 waves, so it is exact only to the rounding of what was asked.
+// Anchored faces move with the scene. The result of probes in conflict is computed iteratively from float32 waves, so
+// it is exact only to the rounding of the requested displacement.
 TEST(Metamorphic, AnchorsAndConflictsMove)
 {
   Scene scene = randomScene({ 16, 13, 11 }, 1, 910, 0.1, 0.05);
@@ -271,7 +272,7 @@ TEST(Metamorphic, AnchorsAndConflictsMove)
     Simulation other = simulate(image);
     other.pull(motion(probes));
     const Outcome moved = outcome(other);
-    // 3e-6 of the displacement asked, as in TestEnvelopePropagation: at most 37 spacings here.
+    // 3e-6 of the requested displacement, as in TestEnvelopePropagation; it is at most 37 spacings here.
     EXPECT_LT(difference(scene, motion, image, expected.u, moved.u), 3e-6 * 37.5);
     expectMovedProbes(motion, expected, moved, 3e-6 * 37.5);
   }
@@ -294,10 +295,10 @@ TEST(Metamorphic, RelaxationMovesExactlyUnderTranslationAndScaling)
   for (const double rigid : { 0.0, 0.1 })
   {
     Scene scene = randomScene({ 15, 14, 13 }, 1, 920, 0.1, rigid);
-    scene.grid.spacing = { 0.5, 1.0, 2.0 }; // so that places in the larger grid are exact
+    scene.grid.spacing = { 0.5, 1.0, 2.0 }; // powers of two, so places in the larger grid are exact
     const std::vector<Probe> probes = compatibleProbes(scene, 3, 2.0, 921);
     const Surface blade = wavyBlade(scene, 0.5);
-    for (const int sweeps : { 7, 120 }) // 120: past the turns of blocked groups
+    for (const int sweeps : { 7, 120 }) // 120: after solves of blocked groups
     {
       const std::vector<float> expected = relaxed(scene, nullptr, probes, blade, sweeps, 1e-5);
       for (Motion& motion : together({ translations(), scalings() }))
@@ -312,7 +313,7 @@ TEST(Metamorphic, RelaxationMovesExactlyUnderTranslationAndScaling)
         }
         else if (sweeps == 7)
         {
-          // Red elements became black: the sweeps go another way, to the same place (see below).
+          // Red elements became black, so the sweeps take another path to the same optimum (see below).
           EXPECT_GT(d, 1e-3);
         }
       }
@@ -320,16 +321,16 @@ TEST(Metamorphic, RelaxationMovesExactlyUnderTranslationAndScaling)
   }
 }
 
-// Under a mirror or a permutation the six neighbours of an element come in another order. Sums of six floats then round
-// differently, except where x- and x+ swap, the two that are added first; so do the sums over the links of a rigid
-// cluster.
+// Under a mirror or a permutation the six neighbours of an element have another order. So sums of six floats round
+// differently, except for a mirror along x, whose two neighbours are added first. The same holds for the sums over the
+// links of a rigid cluster.
 TEST(Metamorphic, RelaxationMovesToRoundingWithMirroredAndPermutedAxes)
 {
   for (const int axes : { 1, 3 })
   {
     for (const double rigid : { 0.0, 0.1 })
     {
-      Scene scene = randomScene({ 15, 13, 11 }, axes, 920, 0.1, rigid); // odd: colours stay
+      Scene scene = randomScene({ 15, 13, 11 }, axes, 920, 0.1, rigid); // odd, so colours are preserved
       const std::vector<Probe> probes = compatibleProbes(scene, 3, 2.0, 921);
       const Surface blade = wavyBlade(scene, 0.5);
       const std::vector<float> few = relaxed(scene, nullptr, probes, blade, 7, 0.0);
@@ -347,8 +348,8 @@ TEST(Metamorphic, RelaxationMovesToRoundingWithMirroredAndPermutedAxes)
           EXPECT_EQ(afterFew, 0.0);
           EXPECT_EQ(afterMany, 0.0);
         }
-        // A unit in the last place of displacements near 2 is 2.4e-7, a sweep adds one or two and the next takes most
-        // of it back. A neighbour left out or counted twice would show as 1e-2.
+        // A unit in the last place of displacements near 2 is 2.4e-7. A sweep adds one or two units, and the next
+        // removes most of them. A neighbour that is missing or counted twice would change the result by 1e-2.
         EXPECT_LT(afterFew, 3e-6);
         EXPECT_LT(afterMany, 2e-5);
       }
@@ -356,7 +357,7 @@ TEST(Metamorphic, RelaxationMovesToRoundingWithMirroredAndPermutedAxes)
   }
 }
 
-// Along an axis of even size a mirror swaps the colours, so sweeps go another way. There is only one optimum.
+// Along an axis of even size a mirror swaps the colours, so sweeps take another path. The optimum is unique.
 TEST(Metamorphic, RelaxationReachesTheMovedOptimumWhereColoursSwap)
 {
   for (const double rigid : { 0.0, 0.1 })
@@ -377,7 +378,7 @@ TEST(Metamorphic, RelaxationReachesTheMovedOptimumWhereColoursSwap)
       ++swapped;
       SCOPED_TRACE(motion.name + ", rigid share " + std::to_string(rigid));
       EXPECT_GT(difference(scene, motion, image, few, relaxed(image, &motion, probes, blade, 1, 0.0)), 1e-3);
-      // A tolerance of 1e-6 a sweep leaves some ten times as much on either way.
+      // With a tolerance of 1e-6 for a sweep the error of each path is about ten times as large.
       EXPECT_LT(difference(scene, motion, image, expected, relaxed(image, &motion, probes, blade, 3000, 1e-6)), 1e-4);
     }
     EXPECT_GT(swapped, 5);
@@ -386,7 +387,7 @@ TEST(Metamorphic, RelaxationReachesTheMovedOptimumWhereColoursSwap)
 
 // --- Resampling
 
-/// A lump of tissue in air whose cells cannot fold: constraints stay below 1/3.
+/// A lump of tissue in air. Its constraints are below 1/3, so no cell can fold.
 Scene unfoldedScene(std::uint64_t seed)
 {
   Scene scene({ 23, 21, 19 }, 0.0f);
@@ -414,7 +415,8 @@ Picture resampled(
   return resample(simulation);
 }
 
-/// Far enough that tissue leaves voxels, and compatible: the result of a conflict is only exact to rounding.
+/// A pull so large that tissue vacates voxels. It is compatible, because the result of a conflict is exact only to
+/// rounding.
 std::vector<Probe> pulls(const Scene& scene)
 {
   return compatibleProbes(scene, 3, 2.5, 932, 1.3);
@@ -448,8 +450,8 @@ TEST(Metamorphic, OffsetsOfResamplingMoveExactlyUnderTranslationAndScaling)
   }
 }
 
-/// How far two results of Newton's iteration for the same place may be apart, in voxels: it stops at a residual of
-/// 1e-6, or 1e-5 where it cannot do better.
+/// The largest difference of two results of Newton's iteration for the same place [voxels]. It stops at a residual of
+/// 1e-6, or 1e-5 if it cannot converge further.
 constexpr double samePlace = 5e-5;
 
 bool isSamePlace(const Vector3& a, const Vector3& b)
@@ -457,8 +459,7 @@ bool isSamePlace(const Vector3& a, const Vector3& b)
   return std::abs(a[0] - b[0]) < samePlace && std::abs(a[1] - b[1]) < samePlace && std::abs(a[2] - b[2]) < samePlace;
 }
 
-/// What an output voxel shows: 0 what it showed before, 1 tissue, 2 air that tissue at the border takes along, 3
-/// nothing.
+/// The content of an output voxel: 0 unchanged, 1 tissue, 2 air that moves with tissue at the border, 3 nothing.
 int shows(const Scene& scene, const Picture& picture, const Index3& p)
 {
   if (picture.vacated(p[0], p[1], p[2]))
@@ -476,10 +477,10 @@ int shows(const Scene& scene, const Picture& picture, const Index3& p)
   return tissue ? 1 : isSamePlace(o, { 0, 0, 0 }) ? 0 : 2;
 }
 
-// Newton's iteration goes through a cell's corners in one order, so the same place is found to the accuracy of the
-// inversion. Air around tissue is different: each cell at the border takes its own along, several may bring some to a
-// voxel, and the lowest one has it, which a mirror changes. So it is along the lips of a cut: which side takes the air
-// of a cell along is decided by the lowest corner.
+// Newton's iteration visits the corners of a cell in a fixed order, so the same place is found to the accuracy of the
+// inversion. Air around tissue is different. Each cell at the border moves its own air, several cells may reach a
+// voxel, and the lowest one is shown, which differs in a mirror. The same holds at the lips of a cut: the lowest corner
+// of a cell decides which side moves its air.
 TEST(Metamorphic, OffsetsOfResamplingMoveWithMirroredAndPermutedAxes)
 {
   for (const bool cut : { false, true })

@@ -1,4 +1,4 @@
-// The oracles are checked first, against closed forms and each other: without the engine.
+// The oracles are tested without the engine: against closed forms and each other.
 
 #include "../Oracles/Resampling.h"
 #include "Scene.h"
@@ -6,7 +6,7 @@
 namespace
 {
 
-/// A chain of elements along x with these constraints.
+/// A chain of elements along x with the given constraints.
 oracle::Block chain(const std::vector<double>& give)
 {
   oracle::Block block({ static_cast<int>(give.size()), 1, 1 });
@@ -61,7 +61,7 @@ TEST(Oracles, DistancesGoAroundRemovedLinks)
   EXPECT_TRUE(std::isinf(oracle::shortest(block, 0, { { 0, 0.0 } })[block.at(2, 0, 0)]));
 }
 
-// The paper's propagation shifts link by link, in any order. Its fixed point from the source must be (P*).
+// The paper's propagation shifts one link at a time, in any order. Its fixed point from the source must be (P*).
 TEST(Oracles, ClampFormulaEqualsLinkByLinkShifting)
 {
   const Scene scene = randomScene({ 7, 6, 5 }, 3, 1);
@@ -78,8 +78,8 @@ TEST(Oracles, ClampFormulaEqualsLinkByLinkShifting)
   shifted[handle.elements[0]] = handle.target;
   for (int axis = 0; axis < 3; ++axis)
   {
-    // Elements enter in order of their distance from the source, each shifted into the box of the one it was reached
-    // by.
+    // Elements in the order of their distance from the source. Each is clamped into the box of the element that the
+    // path comes from.
     const std::vector<double> d = oracle::shortest(block, axis, { { handle.elements[0], 0.0 } });
     const auto neighbours = oracle::graph(block, axis);
     std::vector<std::size_t> order;
@@ -154,7 +154,7 @@ TEST(Oracles, OptimumOfAChainByHand)
   EXPECT_NEAR(full.state[2][0], 0.65, 1e-6);
 }
 
-// A quarter of every limit costs nothing: what is left of the strain is shared as before.
+// A quarter of every limit has no energy; the rest of the strain is distributed as before.
 TEST(Oracles, OptimumOfAPlasticChainByHand)
 {
   oracle::Block block = chain({ 0.4, 0.4, 0.4, 0.4 });
@@ -163,11 +163,12 @@ TEST(Oracles, OptimumOfAPlasticChainByHand)
   start[3] = { 0.6, -0.9, 0.2 };
   const oracle::Optimum best = oracle::minimise(block, { 1, 0, 0, 1 }, start, 1e-10);
   const double w = 1.0 / (0.4 + 1e-6);
-  EXPECT_NEAR(best.energy, 3.0 * w * (0.1 * 0.1 + 0.2 * 0.2), 1e-8); // strains 0.2, 0.3 and 0.067, 0.1 of each free
+  EXPECT_NEAR(
+    best.energy, 3.0 * w * (0.1 * 0.1 + 0.2 * 0.2), 1e-8); // strains 0.2, 0.3, of which 0.067, 0.1 have no energy
   EXPECT_NEAR(best.bound, best.energy, 1e-8);
   EXPECT_NEAR(oracle::energy(block, best.state), best.energy, 1e-8);
 
-  // At its full length every link is at its limit and pays for three quarters of it.
+  // At its full length every link is at its limit, and three quarters of its strain have energy.
   start[3] = { 1.2, 0.0, 0.0 };
   const oracle::Optimum full = oracle::minimise(block, { 1, 0, 0, 1 }, start, 1e-10);
   EXPECT_NEAR(full.energy, 3.0 * w * 0.3 * 0.3, 1e-8);
@@ -197,8 +198,8 @@ TEST(Oracles, OptimumWithAnActiveLimitByHand)
   EXPECT_LE(best.gap(), 1e-7);
 }
 
-// Independent of how it was found: the state is feasible, its energy is what it says, and no random feasible change
-// of it is better.
+// Properties of the optimum itself: the state is feasible, its energy is the reported one, and no random feasible
+// change lowers it.
 TEST(Oracles, OptimumIsProvenAndNoTrialBeatsIt)
 {
   Scene scene = randomScene({ 6, 6, 6 }, 1, 5, 0.1, 0.2);
@@ -213,7 +214,7 @@ TEST(Oracles, OptimumIsProvenAndNoTrialBeatsIt)
   held[handle.elements[0]] = 1;
   const oracle::Optimum best = oracle::minimise(block, held, pulled.state);
   EXPECT_LE(best.gap(), 1e-5);
-  EXPECT_GE(best.gap(), -1e-9); // a bound above a feasible energy would be a wrong proof
+  EXPECT_GE(best.gap(), -1e-9); // a bound above a feasible energy would be wrong
   EXPECT_LT(oracle::maxLinkExcess(block, best.state), 1e-12);
   EXPECT_NEAR(oracle::energy(block, best.state), best.energy, 1e-9 * best.energy);
   EXPECT_LT(best.energy, 0.9 * oracle::energy(block, pulled.state));
@@ -221,7 +222,7 @@ TEST(Oracles, OptimumIsProvenAndNoTrialBeatsIt)
   Random random(6);
   for (int trial = 0; trial < 200; ++trial)
   {
-    // On the way from the optimum to some feasible state everything is feasible: (P*) of another pull from there.
+    // All states between the optimum and another feasible state are feasible. The other one is (P*) of another pull.
     oracle::Handle other;
     const chainmail::Index3 p = randomElement(scene, random);
     other.elements.assign(1, block.at(p[0], p[1], p[2]));
@@ -242,7 +243,7 @@ TEST(Oracles, SegmentMeetsTriangle)
   EXPECT_TRUE(oracle::crossing({ 1, 0, 0 }, { -1, 0, 0 }, c, b, a).crosses);
   EXPECT_FALSE(oracle::crossing({ -1, 0, 0 }, { -0.1, 0, 0 }, a, b, c).crosses); // ends before
   EXPECT_FALSE(oracle::crossing({ 0.1, 0, 0 }, { 1, 0, 0 }, a, b, c).crosses);   // begins behind
-  EXPECT_FALSE(oracle::crossing({ -1, 1, 1 }, { 1, 1, 1 }, a, b, c).crosses);    // passes beside the long edge
+  EXPECT_FALSE(oracle::crossing({ -1, 1, 1 }, { 1, 1, 1 }, a, b, c).crosses);    // passes outside the long edge
   EXPECT_FALSE(oracle::crossing({ -1, -2, 0 }, { 1, -2, 0 }, a, b, c).crosses);
   EXPECT_FALSE(oracle::crossing({ 0.5, -1, 0 }, { 0.5, 1, 0 }, a, b, c).crosses); // parallel
   EXPECT_NEAR(oracle::crossing({ -1, 0, 0 }, { 3, 0, 0 }, a, b, c).margin, 0.25, 1e-15);

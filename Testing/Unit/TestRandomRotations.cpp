@@ -1,12 +1,12 @@
-// Random lives of random tissue that rotates, with bones, joints, a Poisson's ratio, cuts, drags of all kinds, probes
-// that turn what they hold, soft ones, ones that hold a whole body, and all policies where they conflict.
-// After every update numbers are finite, links keep to their limits, relaxation has not raised the energy, and the
-// update took a bounded number of launches.
+// Random sequences of updates of random rotating tissue, with bones, joints, a Poisson's ratio, cuts, drags of all
+// kinds, and all policies of conflict. Probes have rotations, are soft, or hold a whole body. After every update
+// numbers are finite, links keep within their limits, relaxation has not raised the energy, and the number of launches
+// is bounded.
 //
-// A failure names its seed. CHAINMAIL_RANDOM_SEED=<seed> runs that one alone; CHAINMAIL_RANDOM_SECONDS=<seconds> goes
-// on with further seeds for so long.
+// A failure names its seed. CHAINMAIL_RANDOM_SEED=<seed> runs this seed alone. CHAINMAIL_RANDOM_SECONDS=<seconds>
+// continues with further seeds for this time.
 
-#include "TurningScene.h"
+#include "RotationScene.h"
 
 #include <algorithm>
 #include <chrono>
@@ -21,8 +21,8 @@ using namespace chainmail;
 
 constexpr double pi = 3.14159265358979323846;
 
-/// Calls of the progress callback, which come between launches, in one update. The most that was seen in some thousand
-/// scenes is 1500.
+/// Calls of the progress callback, which are between launches, in one update. The maximum over some thousand scenes is
+/// 1500.
 constexpr int mostCalls = 15000;
 
 /// Rigid voxels of two labels, in bars through the tissue.
@@ -59,7 +59,7 @@ float randomConstraint(int kind, int i, int j, int k, Random& random)
   }
 }
 
-/// How probes go from update to update.
+/// The path of probes from update to update.
 class Drag
 {
 public:
@@ -98,20 +98,20 @@ public:
           part += random(-0.5, 0.5);
         }
         break;
-      case 2: // far further than tissue can follow
+      case 2: // far beyond the limits of tissue
         for (double& part : probe.displacement)
         {
           part = random(-100.0, 100.0);
         }
         break;
-      default: // round the middle
-        this->turn(probe);
+      default: // around the middle
+        this->rotate(probe);
       }
     }
   }
 
 private:
-  void turn(Probe& probe) const
+  void rotate(Probe& probe) const
   {
     const int b = (this->axis_ + 1) % 3, c = (this->axis_ + 2) % 3;
     const double y = probe.position[b] - this->grid_.size[b] / 2 * this->grid_.spacing[b];
@@ -140,7 +140,7 @@ Surface randomBlade(const Scene& scene, Random& random)
   return blade;
 }
 
-/// Lets a probe hold all voxels of a label, bone or not.
+/// Makes a probe hold all voxels of a label, bone or not.
 void holdBody(Probe& probe, int label, const std::vector<std::int32_t>& labels)
 {
   std::vector<std::size_t> voxels;
@@ -180,8 +180,8 @@ void changeProbes(
   }
 }
 
-/// What an update leaves: probes count as compatible up to 2e-6 of the largest displacement, and places are rounded to
-/// 1.2e-7 of it; several links may have some of either.
+/// The excess after an update: probes count as compatible up to 2e-6 of the largest displacement, and displacements are
+/// rounded to 1.2e-7 of it. Several links may have some of either.
 void expectInOrder(const Simulation& simulation, double energyBefore)
 {
   const Vector3& spacing = simulation.model().grid().spacing;
@@ -267,7 +267,7 @@ void live(std::uint64_t seed)
     }
     catch (const ProbeError&)
     {
-      probes.clear(); // two at one place, say
+      probes.clear(); // for example two probes at one place
       continue;
     }
     const double energy = simulation.measure().energy;
@@ -310,8 +310,8 @@ TEST(RandomRotations, EveryUpdateEndsInOrder)
   RecordProperty("scenes", static_cast<int>(seed - 1));
 }
 
-/// Twelve voxels in which rotations contradict each other: bounds without an end are given up after so many passes as
-/// the engine means to, which are more than there are voxels.
+/// Twelve voxels with contradicting rotations: the engine stops the computation of bounds without an end after its
+/// maximum of passes, which is larger than the number of voxels.
 TEST(RandomRotations, TissueOfFewVoxelsMayHaveBoundsWithoutAnEnd)
 {
   live(1800);

@@ -1,7 +1,8 @@
-// Some hundred random lives of random tissue, and what must hold after every step of each: see Watch.
+// Some hundred random sequences of updates of random tissue, with invariants that are checked after every step: see
+// Watch.
 //
-// A failure names its seed. CHAINMAIL_RANDOM_SEED=<seed> runs that one alone and tells its steps;
-// CHAINMAIL_RANDOM_SCENES=<number> sets how many scenes each of the ten tests runs.
+// A failure names its seed. CHAINMAIL_RANDOM_SEED=<seed> runs this seed alone and prints its steps.
+// CHAINMAIL_RANDOM_SCENES=<number> sets the number of scenes of each of the ten tests.
 
 #include "Blades.h"
 #include "Picture.h"
@@ -16,7 +17,7 @@ namespace
 {
 
 using namespace chainmail;
-using Values = std::vector<oracle::Vector3>; // of every voxel, fractions of the spacing
+using Values = std::vector<oracle::Vector3>; // one for every voxel, fractions of the spacing
 
 // --- What happens
 
@@ -31,7 +32,7 @@ struct Step
     Cut,
     Carve,
     Reset,
-    Mend,
+    RestoreTopology,
     SetPropagation,
     SetRelaxation,
     SetTimes,
@@ -42,7 +43,7 @@ struct Step
   Kind kind = Reset;
   std::vector<Probe> probes;
   Surface surface;
-  int iterations = 0;  ///< for Resample the padding, for SetTimes and SetCoarseToFine whether it is wanted
+  int iterations = 0;  ///< for Resample the padding, for SetTimes and SetCoarseToFine whether to switch it on
   double number = 0.0; ///< tolerance or elastic recovery
   PropagationMethod propagation = PropagationMethod::Envelope;
   ConflictPolicy policy = ConflictPolicy::Limit;
@@ -99,7 +100,7 @@ std::string text(const Step& step)
   return out.str();
 }
 
-/// What a step said.
+/// The results of a step.
 struct Answer
 {
   bool refused = false;
@@ -140,7 +141,7 @@ Answer apply(Simulation& simulation, const Step& step)
   case Step::Reset:
     simulation.reset();
     break;
-  case Step::Mend:
+  case Step::RestoreTopology:
     simulation.restoreTopology();
     break;
   case Step::SetPropagation:
@@ -163,7 +164,7 @@ Answer apply(Simulation& simulation, const Step& step)
   return answer;
 }
 
-/// All that can be read of a simulation as bits.
+/// All results of a simulation, to compare their bits.
 struct Reading
 {
   std::vector<float> u; ///< [mm]
@@ -200,16 +201,16 @@ bool same(const Reading& a, const Reading& b)
 
 // --- What must hold
 
-/// Follows a simulation and checks it after every step, in double and by code of its own:
-/// - all numbers are finite, air and carved tissue are at 0, anchored tissue never moves;
+/// Follows a simulation and checks invariants after every step, in double and with an implementation of its own:
+/// - all numbers are finite, air and carved tissue have displacement 0, anchored tissue never moves;
 /// - between waves every link is within its limit (unless the published relaxation ignored limits before);
-/// - links and elements go by cuts and carves only, and come back by mend();
-/// - a wave is formula (P*): the state before it, clamped between the cones of what is held after it;
-/// - under Limit, a single moved probe gets all that anchors and other probes leave it;
-/// - what a probe holds stays until its probe moves or, under Latest, another wave drags it along; anchors always;
-/// - a projected relaxation never raises the energy, of which soft probes are part; these hold nothing;
-/// - reset() and mend() are exactly rest;
-/// - measure() and probes() say what the state says.
+/// - only cuts and carves remove links and elements, and only restoreTopology() brings them back;
+/// - a wave is formula (P*): the state before it, clamped between the cones of the tissue that is held after it;
+/// - under Limit, a single moved probe reaches the nearest displacement that anchors and other probes allow;
+/// - a handle keeps its place until its probe moves or, under Latest, another wave drags it along; anchors always do;
+/// - a projected relaxation never raises the energy, which includes that of soft probes; soft probes hold nothing;
+/// - reset() and restoreTopology() give exactly the state at rest;
+/// - measure() and probes() agree with the state.
 class Watch
 {
 public:
@@ -224,13 +225,13 @@ public:
 
   const Reading& now() const { return this->now_; }
 
-  /// Whether the state so far must be of the same bits for every brick size: not while envelopes are under way, and no
-  /// more once a probe did not get what it asked for, as its place is then found by trial.
+  /// Whether the bits of the state must not depend on the brick size. They may while envelopes are under way, and after
+  /// a probe was shortened, because its displacement is then computed iteratively.
   bool brickless() const { return this->brickless_ && !this->underWay_; }
 
   void check(const Step& step, const Answer& answer, const Simulation& simulation);
 
-  /// The largest of each figure over all scenes, as a share of what is allowed.
+  /// The largest value of each figure over all scenes, as a share of its bound.
   static std::map<std::string, double>& worst()
   {
     static std::map<std::string, double> shares;
@@ -242,8 +243,8 @@ private:
   {
     Probe probe;
     std::vector<std::size_t> voxels;
-    Values grabbed;    ///< of each of them
-    bool moved = true; ///< since waves last came to their end
+    Values grabbed;    ///< displacements when the probe grabbed, of each element
+    bool moved = true; ///< whether the probe has moved since all waves were finished
   };
 
   oracle::Vector3 at(const Reading& reading, std::size_t voxel) const
@@ -281,23 +282,23 @@ private:
   }
 
   const Scene& scene_;
-  oracle::Block block_; ///< with the cuts and carves so far
+  oracle::Block block_; ///< the model with all cuts and carves
   Reading now_;
-  Reading settled_; ///< before the waves that are under way
+  Reading settled_; ///< the state before the waves that are under way
   Reading whole_;
   std::vector<Held> held_;
   bool underWay_ = false;
-  bool plain_ = true;     ///< the waves under way are those of one hold() and nothing else happened
+  bool plain_ = true;     ///< the waves under way are those of a single hold(), without any other call
   bool strained_ = false; ///< the published relaxation may have put links beyond their limits
   bool brickless_ = true;
   PropagationMethod propagation_ = PropagationMethod::Envelope;
   ConflictPolicy policy_ = ConflictPolicy::Limit;
   RelaxationMethod relaxation_ = RelaxationMethod::Projected;
   double slack_ = 0.0;
-  double furthest_ = 1.0; ///< largest displacement since rest, at least 1: what rounding is relative to
+  double furthest_ = 1.0; ///< largest displacement since rest, at least 1; rounding is relative to it
 };
 
-/// The energy, and what a rounding of displacements in float32 may change of it.
+/// The energy, and its largest change by the rounding of displacements to float32.
 double Watch::energy(const Values& v, double* rounding) const
 {
   double sum = 0.0;
@@ -325,13 +326,13 @@ double Watch::energy(const Values& v, double* rounding) const
       {
         const double h = this->scene_.grid.spacing[a];
         const double target = held.grabbed[n][a] + (held.probe.anchor ? 0.0 : held.probe.displacement[a] / h);
-        const double way = std::abs(v[held.voxels[n]][a] - target);
+        const double distance = std::abs(v[held.voxels[n]][a] - target);
         const double weight = h * h / held.probe.tolerance;
-        sum += weight * way * way;
+        sum += weight * distance * distance;
         if (rounding)
         {
           const double step = std::max(unit, 1.2e-7 * std::abs(target));
-          *rounding += weight * (2.0 * way + step) * step;
+          *rounding += weight * (2.0 * distance + step) * step;
         }
       }
     }
@@ -339,7 +340,7 @@ double Watch::energy(const Values& v, double* rounding) const
   return sum;
 }
 
-/// What a probe finds in the state before this step, and how sure that is [mm].
+/// The elements that a probe grabs in the state before this step, and the margin of this choice [mm].
 std::vector<std::size_t> Watch::grab(const Probe& probe, double& margin) const
 {
   const Vector3& h = this->scene_.grid.spacing;
@@ -388,7 +389,7 @@ std::vector<std::size_t> Watch::grab(const Probe& probe, double& margin) const
   return within;
 }
 
-/// Simulation::hold() once more.
+/// Simulation::hold(), reimplemented.
 void Watch::take(const Step& step, const Answer& answer)
 {
   std::vector<Held> next(step.probes.size());
@@ -430,7 +431,7 @@ void Watch::take(const Step& step, const Answer& answer)
     {
       continue;
     }
-    // A probe that ceases to be soft takes what nobody has.
+    // A probe that becomes hard takes the elements that no other holds.
     for (std::size_t m = next[n].voxels.size(); m-- > 0;)
     {
       if (taken[next[n].voxels[m]] || this->block_.anchored[next[n].voxels[m]])
@@ -503,7 +504,7 @@ void Watch::checkFormula()
       movers.push_back(&held);
     }
   }
-  // Under Latest a wave does not mind other probes; of several, the last one prevails where they meet.
+  // Under Latest a wave ignores other probes; of several waves, the last one prevails where they overlap.
   if (this->policy_ == ConflictPolicy::Latest && movers.size() != 1)
   {
     return;
@@ -541,7 +542,7 @@ void Watch::checkFormula()
         worst = std::max(worst, std::abs(after[v][a] - expected));
       }
     }
-    // Sums of float32 along paths of some fifty links, and what two compatible holds may strain a link.
+    // Sums in float32 along paths of about fifty links, and the strain that two compatible handles may cause.
     this->within("formula", worst, 5e-6 * this->furthest_);
   }
   if (movers.size() == 1 && this->policy_ == ConflictPolicy::Limit)
@@ -550,7 +551,7 @@ void Watch::checkFormula()
   }
 }
 
-/// A single probe goes as far as asked, or as far as what others hold allows all of its elements to go.
+/// A single probe reaches its target, or the nearest displacement that other holders allow for all its elements.
 void Watch::checkReach(const Held& mover, const Values& before)
 {
   const Values after = this->values(this->now_);
@@ -594,7 +595,7 @@ void Watch::checkReach(const Held& mover, const Values& before)
   }
 }
 
-/// Waves have come to their end; `before` is the state before this step.
+/// All waves are finished; `before` is the state before this step.
 void Watch::wavesEnded(const Reading& before)
 {
   (void)before;
@@ -634,7 +635,7 @@ void Watch::wavesEnded(const Reading& before)
 
 void Watch::checkTopology(const Step& step, const Answer& answer, const Reading& before)
 {
-  if (step.kind == Step::Mend)
+  if (step.kind == Step::RestoreTopology)
   {
     EXPECT_EQ(this->now_.links, this->whole_.links);
     EXPECT_EQ(this->now_.elements, this->whole_.elements);
@@ -717,7 +718,7 @@ void Watch::checkRelaxation(const Step& step, const Answer& answer, const Readin
     const double was = this->energy(this->values(before), &rounding), is = this->energy(this->values(this->now_));
     this->within("rise of energy", is - was, rounding);
   }
-  // A projected relaxation first makes feasible what the published one left.
+  // A projected relaxation first projects the state of the published one to a feasible one.
   this->strained_ = this->relaxation_ == RelaxationMethod::Paper;
 }
 
@@ -761,7 +762,7 @@ void Watch::checkState(const Simulation& simulation)
   const double excess = oracle::maxLinkExcess(this->block_, v);
   if (!this->underWay_ && !this->strained_)
   {
-    // What the engine takes for rounding where holds meet is 2e-6 of displacements.
+    // The engine's tolerance for compatible handles is 2e-6 of displacements.
     this->within("excess", excess, 4e-6 * this->furthest_);
   }
   const Statistics statistics = simulation.measure();
@@ -806,7 +807,7 @@ void Watch::check(const Step& step, const Answer& answer, const Simulation& simu
   this->now_ = read(simulation);
   if (step.kind == Step::Cut || step.kind == Step::Carve)
   {
-    // They let waves end first.
+    // These calls first complete the waves.
     if (this->underWay_)
     {
       this->plain_ = false;
@@ -832,7 +833,7 @@ void Watch::check(const Step& step, const Answer& answer, const Simulation& simu
     this->checkRelaxation(step, answer, before);
     break;
   case Step::Reset:
-  case Step::Mend:
+  case Step::RestoreTopology:
     this->checkRest();
     break;
   case Step::Propagate:
@@ -875,7 +876,7 @@ void Watch::check(const Step& step, const Answer& answer, const Simulation& simu
 
 // --- Random lives
 
-/// Draws a scene and, one after the other, what happens to it.
+/// Draws a random scene, then random steps one after the other.
 class Story
 {
 public:
@@ -893,7 +894,7 @@ public:
   const Index3& brick() const { return this->brick_; }
   const Index3& otherBrick() const { return this->otherBrick_; }
 
-  /// The steps of one update of a user, given where everything is.
+  /// The steps of one update by a user, for the current places of the tissue.
   std::vector<Step> next(const Reading& now);
 
 private:
@@ -909,8 +910,8 @@ private:
   double drawTolerance();
 
   Random random_;
-  Random softRandom_; ///< of its own, so that all else is as it was before there were soft probes
-  double soft_;       ///< how often probes are soft
+  Random softRandom_; ///< a generator of its own, so all other random numbers are the same as without soft probes
+  double soft_;       ///< probability of soft probes
   Scene scene_;
   Index3 brick_{};
   Index3 otherBrick_{};
@@ -967,13 +968,13 @@ void Story::drawMaterial(Scene& scene)
         case 2: // noise
           value = static_cast<float>(this->random_(0.0, 0.99));
           break;
-        case 3: // rigid but for soft sheets
+        case 3: // rigid except for soft sheets
           value = p[soft] % 4 == 1 ? common : 0.0f;
           break;
         case 4: // rods of bone
           value = p[soft] % 5 == 2 && p[(soft + 1) % 3] % 4 == 1 ? 0.0f : common;
           break;
-        case 5: // layers of 1 : 1000
+        case 5: // layers with constraints of ratio 1 : 1000
           value = p[soft] / 2 % 2 == 0 ? common : 0.001f * common;
           break;
         default: // noise with a share of rigid elements
@@ -1039,7 +1040,7 @@ double Story::drawTolerance()
                                                : 0.0;
 }
 
-/// On an element where it is now, or where it rests.
+/// On an element at its current place, or at its place at rest.
 std::optional<Probe> Story::drawProbe(const Reading& now, bool atRest)
 {
   std::vector<std::size_t> elements;
@@ -1152,13 +1153,13 @@ std::vector<Step> Story::next(const Reading& now)
   }
   if (this->random_.chance(0.06))
   {
-    add(Step::Mend);
+    add(Step::RestoreTopology);
   }
   const bool rests =
-    this->fromRest_ || this->random_.chance(0.1) || (!steps.empty() && steps.back().kind == Step::Mend);
+    this->fromRest_ || this->random_.chance(0.1) || (!steps.empty() && steps.back().kind == Step::RestoreTopology);
   if (rests)
   {
-    if (steps.empty() || steps.back().kind != Step::Mend)
+    if (steps.empty() || steps.back().kind != Step::RestoreTopology)
     {
       add(Step::Reset);
     }
@@ -1172,7 +1173,7 @@ std::vector<Step> Story::next(const Reading& now)
     steps.push_back(this->drawTopology());
   }
 
-  // Some probes go, some are moved, some are new.
+  // Some probes are removed, some are moved, some are new.
   for (std::size_t p = this->probes_.size(); p-- > 0;)
   {
     if (this->random_.chance(0.15))
@@ -1199,7 +1200,7 @@ std::vector<Step> Story::next(const Reading& now)
   }
   add(Step::Hold).probes = this->probes_;
 
-  // Interactive use: a few iterations of both, again and again; else each to its end.
+  // Interactive use: a few iterations of both again and again. Otherwise each runs to its end.
   if (this->random_.chance(0.3))
   {
     for (int n = this->random_.between(1, 4); n > 0; --n)
@@ -1232,7 +1233,7 @@ std::vector<Step> Story::next(const Reading& now)
   return steps;
 }
 
-/// Runs one life; then once more, which must give the same bits, and once with other bricks.
+/// Runs one sequence, then again, which must give the same bits, and once with another brick size.
 void live(std::uint64_t seed, bool verbose)
 {
   SCOPED_TRACE("CHAINMAIL_RANDOM_SEED=" + std::to_string(seed));

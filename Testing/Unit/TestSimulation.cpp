@@ -1,4 +1,4 @@
-// Life of a simulation: settings, bad input and what it leaves behind, reset, progress.
+// A simulation from its construction on: settings, bad input and the state after it, reset, progress.
 
 #include "Blades.h"
 
@@ -63,14 +63,14 @@ TEST(Simulation, BadProbesNameThemselvesAndLoseNothing)
   const Probe good = probeAt(scene, { 1, 1, 1 }, { 1.0, 0.0, 0.0 });
   const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
   std::vector<Probe> bad(8, good);
-  bad[0] = probeAt(scene, { 6, 6, 6 }, { 1.0, 0.0, 0.0 }); // in the middle of air
+  bad[0] = probeAt(scene, { 6, 6, 6 }, { 1.0, 0.0, 0.0 }); // in air
   bad[1].position = { -5.0, 1.0, 1.0 };                    // outside
   bad[2].position = { 1.0, nan, 1.0 };
   bad[3].displacement = { 0.0, 0.0, nan };
   bad[4].displacement = { inf, 0.0, 0.0 };
   bad[5].radius = -1.0;
   bad[6].radius = nan;
-  bad[7].displacement = { 0.0, -std::numeric_limits<double>::max(), 0.0 }; // finite, but not in float32
+  bad[7].displacement = { 0.0, -std::numeric_limits<double>::max(), 0.0 }; // finite in double, infinite in float
   simulation.pull({ good });
   simulation.relax(3, 0.0);
   const std::vector<float> before = displacements(simulation);
@@ -88,11 +88,11 @@ TEST(Simulation, BadProbesNameThemselvesAndLoseNothing)
       EXPECT_TRUE(contains(error.what(), "Probe 1")) << error.what();
       EXPECT_TRUE(contains(error.what(), error.problem)) << error.what();
     }
-    // Nothing is lost: the state is that before the call, handles included, and the next pull works.
+    // The state is that before the call, including handles, and the next pull works.
     EXPECT_TRUE(sameBits(displacements(simulation), before));
     EXPECT_EQ(simulation.probes().size(), 1u);
   }
-  // With a radius that reaches tissue the same place is fine.
+  // With a radius that reaches tissue the same position is valid.
   Probe wide = bad[0];
   wide.radius = 3.1;
   EXPECT_GT(simulation.pull({ wide })[0].elements, 0u);
@@ -142,7 +142,7 @@ TEST(Simulation, WhoBringsZerosGetsTheSameAndKeepsUntouchedMemory)
   const std::vector<float> u = displacements(simulation);
   std::vector<int> fronts(scene.grid.voxels(), 7);
   simulation.wavefronts(fronts.data());
-  // Whatever is there before counts for nothing.
+  // The previous contents of the array do not matter.
   std::vector<float> dirty(u.size(), 5.0f);
   simulation.displacements(dirty.data());
   EXPECT_TRUE(sameBits(dirty, u));
@@ -154,7 +154,7 @@ TEST(Simulation, WhoBringsZerosGetsTheSameAndKeepsUntouchedMemory)
   EXPECT_EQ(none, fronts);
   EXPECT_GT(std::count(fronts.begin(), fronts.end(), 1), 100);
   EXPECT_EQ(std::count(fronts.begin(), fronts.end(), 7), 0);
-  // Far from all that moved nothing is written: a mark survives.
+  // Far from moved tissue nothing is written: a mark remains.
   const std::size_t far = scene.grid.at(69, 19, 19);
   zeros[3 * far] = 3.0f;
   none[far] = 3;
@@ -225,7 +225,7 @@ TEST(Simulation, AbortLeavesItAtRestAndUsable)
     {
       simulation.pull(probes);
     }
-    int left = 2; // in the middle of it
+    int left = 2; // aborts in the middle
     simulation.setProgress([&](double) { return --left >= 0; });
     EXPECT_THROW(
       inPull ? static_cast<void>(simulation.pull(probes)) : static_cast<void>(simulation.relax(50, 0.0)), Aborted);
@@ -241,7 +241,7 @@ TEST(Simulation, AbortLeavesItAtRestAndUsable)
   }
 }
 
-// Resampling only looks: stopped, it leaves the state, its handles and a wave that is under way as they were.
+// Resampling does not change the simulation: an aborted one leaves the state, its handles and a wave under way.
 TEST(Simulation, AbortedResamplingLosesNothing)
 {
   Scene scene({ 40, 30, 30 }, 0.1f);
@@ -283,7 +283,7 @@ TEST(Simulation, AbortedResamplingLosesNothing)
   EXPECT_GT(simulation.measure().displaced, 1000u);
 }
 
-// What is taken for a while counts too, and what has been given back does no longer.
+// Temporary memory counts too, and freed memory does not.
 TEST(Simulation, PeakOfTheDevicesMemory)
 {
   Scene scene({ 48, 40, 40 }, 0.3f);
@@ -296,13 +296,13 @@ TEST(Simulation, PeakOfTheDevicesMemory)
   EXPECT_GE(now, held);
   EXPECT_LT(now, 1.5 * held);
   simulation.relax(1, 1e-3);
-  // Grids of an eighth and less, and beside them copies of the state: those of 12 bytes of its 28. That is 2.3 times
-  // with the bricks of processors, and 3.1 times with those of GPUs, which hold fewer places around the tissue in
-  // motion; 3.8 times there with a driver that lets go of buffers late (PoCL 7.1).
+  // Coarser grids have an eighth and less, and there are copies of the state, of 12 of its 28 bytes. The total is 2.3
+  // times with the bricks of processors and 3.1 times with those of GPUs, which hold fewer places around the moving
+  // tissue. It is 3.8 times with a driver that frees buffers late (PoCL 7.1).
   const std::size_t peak = simulation.takePeakDeviceBytes();
   EXPECT_GT(peak, 1.4 * now);
   EXPECT_LT(peak, 4.2 * now);
-  // A driver may let go of buffers only while it does something else.
+  // A driver may free buffers only during another call.
   std::size_t after = simulation.takePeakDeviceBytes();
   for (int n = 0; n < 1000 && after >= 0.85 * peak; ++n)
   {
@@ -313,7 +313,7 @@ TEST(Simulation, PeakOfTheDevicesMemory)
   EXPECT_LT(after, 0.85 * peak) << "copies are given back";
 }
 
-// Energy, held bytes and places grow with what a scene touches.
+// Energy, memory and places grow with the tissue that a scene reaches.
 TEST(Simulation, StatisticsOfAKnownState)
 {
   Scene scene({ 3, 1, 1 }, 0.5f);
@@ -327,7 +327,7 @@ TEST(Simulation, StatisticsOfAKnownState)
   EXPECT_LE(statistics.maxLinkExcess, 1e-6);
   EXPECT_GE(statistics.allocated, 3u);
   EXPECT_GT(statistics.deviceBytes, statistics.allocated * 12);
-  // 2 * w * stretch of the one link at the handle: see ProbeResult.
+  // 2 * w * strain of the one link at the handle: see ProbeResult.
   const std::vector<ProbeResult> probes = simulation.probes();
   ASSERT_EQ(probes.size(), 1u);
   EXPECT_NEAR(probes[0].force[0], 2.0 * 0.5 / 0.500001, 1e-4);

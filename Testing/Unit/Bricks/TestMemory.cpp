@@ -1,5 +1,5 @@
-// Scenes that need more memory than the device has. PoCL, and kernels as C++ on the host, take a limit from their
-// environment, so the scenes run in children. The host's is 64 times smaller, as is all else then: it is slow.
+// Scenes that need more memory than the device has. PoCL and the kernels as C++ take a limit from their environment, so
+// the scenes run in child processes. With kernels as C++, which are slow, limit and scenes are 64 times smaller.
 
 #include "ChildProcess.h"
 #include "Device.h"
@@ -21,7 +21,7 @@ namespace
 
 using namespace chainmail;
 
-/// A block of rigid tissue, so that a probe anywhere moves all of it. Reads one byte a voxel.
+/// A block of rigid tissue: a probe anywhere moves all of it. It reads one byte a voxel.
 class RigidBlock
 {
 public:
@@ -58,7 +58,7 @@ private:
   std::vector<std::uint8_t> tissue_;
 };
 
-/// The device that the limit is for: the processor stands last.
+/// The device that has the limit. Processors are last in the list.
 DeviceInfo device()
 {
   return listDevices().back();
@@ -75,7 +75,7 @@ Index3 scaled(const Index3& size)
   return { size[0] / divisor, size[1] / divisor, size[2] / divisor };
 }
 
-/// Bricks of a size with which no pool fills the device before it meets the limit of one buffer.
+/// Bricks of a size for which a pool reaches the limit of a single buffer before it fills the device.
 Simulation simulate(const RigidBlock& block, const Index3& bricks = scaled({ 32, 32, 32 }))
 {
   Settings settings;
@@ -90,7 +90,7 @@ void describeDevice()
             << " MiB in one piece\n";
 }
 
-/// Whether it fits; prints the message where it does not.
+/// Whether a pull fits into the memory; prints the message if it does not.
 bool pull(Simulation& simulation, const RigidBlock& block)
 {
   try
@@ -105,7 +105,7 @@ bool pull(Simulation& simulation, const RigidBlock& block)
   }
 }
 
-/// Prints what became of a pull that has to fit.
+/// Prints the result of a pull that must fit.
 void pullAfter(const char* name, const Index3& size)
 {
   const RigidBlock block(size);
@@ -116,18 +116,18 @@ void pullAfter(const char* name, const Index3& size)
             << (statistics.deviceBytes >> 20) << " MiB held\n";
 }
 
-const Index3 quarter{ 256, 256, 160 }; // of the device's memory, and a little more
+const Index3 quarter{ 256, 256, 160 }; // a little more than a quarter of the device's memory
 
 int tooLargeInOnePiece()
 {
   describeDevice();
   {
-    // PoCL gives a single buffer a quarter of the memory, and since 7 all of it.
+    // PoCL's limit of a single buffer is a quarter of the memory, since PoCL 7 all of it.
     const int times = std::max(1, static_cast<int>(device().maxAllocation >> 28));
     const RigidBlock block(scaled({ 512, 512, 160 * times }));
     Simulation simulation = simulate(block);
     pull(simulation, block);
-    pullAfter("beside", { 12, 10, 8 });
+    pullAfter("next", { 12, 10, 8 });
   }
   pullAfter("after", scaled(quarter));
   return 0;
@@ -145,14 +145,14 @@ int tooManyTogether()
       simulations.push_back(simulate(block));
     } while (simulations.size() < 6 && pull(simulations.back(), block));
     std::cout << "simulations: " << simulations.size() << '\n';
-    pullAfter("beside", { 12, 10, 8 });
+    pullAfter("next", { 12, 10, 8 });
   }
   pullAfter("after", scaled(quarter));
   return 0;
 }
 const ChildPart manyPart("tooManyTogether", tooManyTogether);
 
-/// Bytes of this process in memory; 0 where the system does not tell.
+/// Memory of this process [bytes]; 0 where the system does not report it.
 long resident()
 {
   std::ifstream status("/proc/self/status");
@@ -167,11 +167,12 @@ long resident()
   return 0;
 }
 
-int severalInTurn()
+int severalInSuccession()
 {
   const RigidBlock block(scaled({ 128, 128, 96 }));
   const RigidBlock little({ 12, 10, 8 });
-  std::vector<Simulation> kept; // their memory may lie behind that of the ones that end
+  std::vector<Simulation>
+    kept; // their memory may lie above that of the simulations that end, where it keeps the heap from shrinking
   long before = 0;
   long held = 0;
   for (int n = 0; n < 5; ++n)
@@ -183,7 +184,7 @@ int severalInTurn()
     held = static_cast<long>(simulation.measure().deviceBytes);
     before = n == 0 ? resident() : before;
   }
-  // A driver may let go of the last buffers a little later, on a busy machine much later.
+  // A driver may free the last buffers a little later, on a busy machine much later.
   long more = resident() - before;
   for (int n = 0; n < 6000 && more >= -held / 3; ++n)
   {
@@ -194,13 +195,13 @@ int severalInTurn()
   std::cout << "more: " << (more >> 20) << '\n';
   return 0;
 }
-const ChildPart turnsPart("severalInTurn", severalInTurn);
+const ChildPart severalPart("severalInSuccession", severalInSuccession);
 
 #ifdef __linux__
 int systemHasNoMoreMemory()
 {
   const RigidBlock block({ 160, 160, 160 });
-  pullAfter("before", { 12, 10, 8 }); // so that all is compiled
+  pullAfter("before", { 12, 10, 8 }); // compiles all kernels
   std::ifstream pages("/proc/self/statm");
   rlim_t used = 0;
   pages >> used;
@@ -218,7 +219,7 @@ int systemHasNoMoreMemory()
 const ChildPart systemPart("systemHasNoMoreMemory", systemHasNoMoreMemory);
 #endif
 
-/// The number in `text` behind `before`, -1 if there is none.
+/// The number in `text` after `before`, -1 if there is none.
 long numberBehind(const std::string& text, const std::string& before)
 {
   const std::size_t at = text.find(before);
@@ -239,8 +240,9 @@ void expectClearMessage(const ChildResult& child)
   EXPECT_TRUE(contains(child.output, "has too little memory: ")) << child.output;
   EXPECT_TRUE(contains(child.output, "of " + all + " in all")) << "what there is is not said: " << child.output;
   EXPECT_TRUE(contains(child.output, "Crop the scan")) << "what to do is not said: " << child.output;
-  // What the failed one holds stays as long as it lives: a small one fits beside it, and after it one of any size.
-  EXPECT_TRUE(contains(child.output, "beside: 960 displaced, reached 1,")) << child.output;
+  // A failed simulation keeps its memory until its destruction. A small one fits while it exists, one of any size
+  // afterwards.
+  EXPECT_TRUE(contains(child.output, "next: 960 displaced, reached 1,")) << child.output;
   EXPECT_TRUE(
     contains(child.output, "after: " + std::string(isSmall() ? "163840" : "10485760") + " displaced, reached 1,"))
     << child.output;
@@ -273,7 +275,7 @@ TEST(Memory, BuffersThatTogetherDoNotFitSayHowMuchIsNeeded)
   EXPECT_TRUE(simulations == 3 || simulations == 4) << child.output;
 }
 
-// Sanitizers take more of a process's addresses than any limit leaves.
+// Sanitizers reserve more addresses than any limit allows.
 #if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST(Memory, ASystemWithoutMoreMemorySaysHowMuchIsNeeded)
 {
@@ -298,11 +300,11 @@ TEST(Memory, WhatADeformationTookGoesBackToTheSystem)
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "the sanitizer keeps what is freed, and takes memory of its own";
 #endif
-  const ChildResult child = runChild({}, "severalInTurn");
+  const ChildResult child = runChild({}, "severalInSuccession");
   EXPECT_EQ(child.status, 0) << child.output;
   const long held = numberBehind(child.output, "held: ");
   EXPECT_GT(held, 20) << child.output;
-  // Those that end leave nothing behind; what the little ones took since then is some MB.
+  // A simulation frees all its memory at its end. The small ones since then took some MB.
   EXPECT_LT(numberBehind(child.output, "more: "), -held / 3) << child.output;
 }
 

@@ -1,4 +1,4 @@
-// Which bricks have a state, and the memory that this takes.
+// Which bricks have a state, and its memory.
 
 #include "Scene.h"
 
@@ -25,7 +25,8 @@ TEST(States, MemoryFollowsTheTissueThatMoves)
   simulation.relax(20, 1e-3);
   const Statistics statistics = simulation.measure();
   EXPECT_GT(statistics.displaced, 250000u);
-  // 12 bytes a place that may move and 4 a place that is known; room to grow takes up to a quarter more of so few.
+  // 12 bytes for each place of a brick with a state, 4 for each place of a brick with a slot. Pools have up to a
+  // quarter more room to grow.
   EXPECT_LT(double(statistics.deviceBytes), 60.0 * double(statistics.displaced));
   EXPECT_GT(double(statistics.deviceBytes), 16.0 * double(statistics.displaced)) << "something is not counted";
 }

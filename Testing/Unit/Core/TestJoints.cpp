@@ -1,4 +1,4 @@
-// Bodies of rigid tissue and the joints between them: by labels, by thickness, and what a pull makes of them.
+// Bodies of rigid tissue and the joints between them: by labels, by thickness, and under a pull.
 
 #include "Scene.h"
 
@@ -33,7 +33,7 @@ struct Labelled
     this->joints.labels.type = ArrayView::Type::Int32;
   }
 
-  /// A box of bone, from one corner to the other.
+  /// A box of bone between two corners.
   void bone(const Index3& first, const Index3& last, std::int32_t label)
   {
     this->scene.each(
@@ -100,7 +100,7 @@ Labelled finger()
   return hand;
 }
 
-/// The numbers of voxels of all bodies, ascending.
+/// The sizes of all bodies [voxels], ascending.
 std::multiset<std::size_t> sizes(const Simulation& simulation)
 {
   std::multiset<std::size_t> sizes;
@@ -111,8 +111,8 @@ std::multiset<std::size_t> sizes(const Simulation& simulation)
   return sizes;
 }
 
-/// Joints and bodies as the rule says, voxel by voxel: pairs of indices, no lists, no sets that are joined. Tissue
-/// stiffer than joints belongs to the nearest body within three steps.
+/// Joints and bodies by their definition, voxel by voxel, without lists of pairs and without a union-find structure.
+/// Tissue stiffer than joints belongs to the nearest body within three steps.
 std::vector<int> bodiesByRule(const Labelled& tissue, std::vector<char>& joint)
 {
   const Index3 size = tissue.scene.grid.size;
@@ -130,7 +130,7 @@ std::vector<int> bodiesByRule(const Labelled& tissue, std::vector<char>& joint)
     const int dz = n / size[0] / size[1] - m / size[0] / size[1];
     return dx * dx + dy * dy + dz * dz == 1;
   };
-  const auto givesWay = [&](int one, int other)
+  const auto isReplacedBy = [&](int one, int other)
   {
     if (one == 0 || other == 0)
     {
@@ -157,7 +157,7 @@ std::vector<int> bodiesByRule(const Labelled& tissue, std::vector<char>& joint)
             tissue.scene.constraint[n] < static_cast<float>(tissue.joints.constraint) &&
             (!isBodys || label == before[m]))
         {
-          // No label before any, and the lower before the higher.
+          // Voxels without a label first, then lower labels before higher ones.
           const bool isBetter = owner[n] == none || (owner[n] != 0 && (before[m] == 0 || before[m] < owner[n]));
           owner[n] = isBetter ? before[m] : owner[n];
         }
@@ -170,13 +170,13 @@ std::vector<int> bodiesByRule(const Labelled& tissue, std::vector<char>& joint)
     for (int m = 0; m < count; ++m)
     {
       if (owner[n] != none && owner[m] != none && touch(n, m) && owner[n] != owner[m] &&
-          (rigid(n) == rigid(m) ? givesWay(owner[n], owner[m]) : !rigid(n)))
+          (rigid(n) == rigid(m) ? isReplacedBy(owner[n], owner[m]) : !rigid(n)))
       {
         joint[n] = 1;
       }
     }
   }
-  // Every voxel takes the lowest number that it sees, until nothing changes.
+  // Every voxel takes the lowest number among its neighbours, until nothing changes.
   std::vector<int> body(count, -1);
   for (int n = 0; n < count; ++n)
   {
@@ -261,7 +261,7 @@ TEST(Joints, FiveBonesInARowAreOneBodyAndWithLabelsFive)
   EXPECT_EQ(five.bodies()[4].heldBy.probe, 0u);
   five.relax(200, 1e-5);
   EXPECT_LE(five.measure().maxLinkExcess, 1e-5);
-  // Every bone moves as one, and each less than the one before it.
+  // Every bone moves as one, and less than the bone before it.
   const std::vector<int> numbers = clusters(five);
   const std::vector<float> u = displacements(five);
   std::array<std::set<float>, 5> places;
@@ -302,7 +302,7 @@ TEST(Joints, ThinBridgesAreJoints)
 
 TEST(Joints, MarrowCountsAsBone)
 {
-  // A tube of bone with walls of one voxel that a face of the image cuts open, and a ball of bone that it touches.
+  // A tube of bone that a face of the image cuts open, with walls of one voxel, and a ball of bone that touches it.
   for (int axis = 0; axis < 3; ++axis)
   {
     Labelled tissue({ 30, 30, 30 });
@@ -339,15 +339,16 @@ TEST(Joints, MarrowCountsAsBone)
 
 TEST(Joints, BoneWithoutALabelIsABodyOfItsOwnOrPartOfTheNearest)
 {
-  // A labelled bone with a rim without label, and a bone without label that touches it.
+  // A labelled bone with a rim that has no label, and a bone without a label that touches the rim.
   Labelled tissue({ 40, 20, 20 });
   tissue.bone({ 4, 4, 4 }, { 16, 15, 15 }, 0);
   tissue.bone({ 5, 5, 5 }, { 15, 14, 14 }, 7);
   tissue.bone({ 17, 5, 5 }, { 30, 14, 14 }, 0);
   tissue.useLabels();
-  // The labelled bone as it is, the other one, and of the rim, which gives way, the edges.
+  // The labelled bone is unchanged. So is the other one. Of the rim, which becomes a joint, the edges remain.
   EXPECT_EQ(sizes(tissue.simulate()), (std::multiset<std::size_t>{ 12u * 12u * 13u - 1100u - 640u, 1100u, 1400u }));
-  // The rim is thinner than three voxels, except where the other bone makes it thicker. It gives way there.
+  // The rim is thinner than three voxels, except where the other bone makes it thicker. Only the thin part becomes a
+  // joint.
   tissue.joints.size = 3;
   EXPECT_EQ(sizes(tissue.simulate()), (std::multiset<std::size_t>{ 1400u + 144u, 12u * 12u * 11u }));
 }
@@ -376,7 +377,7 @@ TEST(Joints, EveryTypeOfLabelWillDo)
   std::vector<std::int64_t> huge = converted(std::int64_t());
   for (std::int64_t& label : huge)
   {
-    label += std::int64_t(1) << 60; // a double could not tell them apart
+    label += std::int64_t(1) << 60; // a double cannot distinguish such labels
   }
   EXPECT_EQ(count(huge, Type::Int64), 2u);
   std::vector<double> doubles = converted(double());
@@ -409,7 +410,7 @@ TEST(Joints, WhatCannotBeUsedIsRefused)
   }
   tissue.joints.constraint = 0.5;
   EXPECT_TRUE(contains(messageOf<InputError>([&] { tissue.simulate(2); }), "ModelReduction"));
-  // Without joints all this is as it was.
+  // Without joints nothing changes.
   tissue.joints.constraint = 0.0;
   EXPECT_EQ(tissue.simulate(2).bodies().size(), 1u);
 }
@@ -423,7 +424,7 @@ TEST(Joints, NothingChangesWithoutThem)
   hand.joints.constraint = 0.0;
   EXPECT_FALSE(hand.model()->isDivided());
   EXPECT_EQ(constraints(*hand.model()), constraints(*hand.scene.model()));
-  // Where no bodies touch there are no joints either, and the bits are the same.
+  // Where no bodies touch there are no joints, and the bits are the same.
   hand.labels.assign(hand.labels.size(), 4);
   hand.joints.constraint = 0.5;
   EXPECT_TRUE(hand.model()->isDivided());
@@ -442,7 +443,7 @@ TEST(Joints, CutsAndCarvesDivideBodiesFurther)
   EXPECT_EQ(simulation.bodies().size(), 6u);
   simulation.restoreTopology();
   EXPECT_EQ(simulation.bodies().size(), 5u);
-  // The first bone is anchored as such, too.
+  // The first bone is anchored as rigid tissue, too.
   hand.scene.anchors.rigid = true;
   hand.scene.anchors.faces[0] = false;
   EXPECT_EQ(hand.simulate().bodies()[0].heldBy.what, HeldBy::What::Rigid);
@@ -459,14 +460,15 @@ TEST(Joints, BodiesOfTissueThatDiffersByAxis)
   const Simulation simulation = tissue.simulate();
   EXPECT_EQ(simulation.bodies().size(), 2u);
   float c[3];
-  simulation.model().row(6, 2, 2, 1, c); // of the two bodies alike in size the larger label gives way
+  simulation.model().row(
+    6, 2, 2, 1, c); // of two bodies of the same size the one with the larger label becomes the joint
   EXPECT_EQ(c[0], 0.25f);
   EXPECT_EQ(c[2], 0.25f);
 }
 
 TEST(Joints, CoarserGridsTellBodiesApart)
 {
-  // Bones that touch all over.
+  // Bones that touch on their whole faces.
   Labelled hand({ 63, 17, 17 });
   hand.scene.anchors.faces[0] = true;
   for (int n = 0; n < 5; ++n)
@@ -484,7 +486,7 @@ TEST(Joints, CoarserGridsTellBodiesApart)
     EXPECT_LE(simulation.measure().maxLinkExcess, 1e-5);
     return simulation.measure().energy;
   };
-  // 0.28 as measured; 0.45 where coarser grids take the bones for one.
+  // measured: 0.28; with coarser grids that join the bones: 0.45
   EXPECT_LT(energy(true, 5), 0.35 * energy(false, 5));
   const double optimum = energy(false, 1000);
   EXPECT_NEAR(energy(true, 1000), optimum, 1e-5 * optimum);
@@ -492,7 +494,7 @@ TEST(Joints, CoarserGridsTellBodiesApart)
 
 // --- Free joints
 
-/// Two bones 9 voxels wide, a voxel apart, in a sleeve of 5 voxels. The first one is held at the face x-.
+/// Two bones 9 voxels wide, a voxel apart, in a sleeve of 5 voxels. The first one is anchored at the face x-.
 Labelled knuckle()
 {
   Labelled knuckle({ 36, 19, 19 }, 0.38f);
@@ -503,7 +505,7 @@ Labelled knuckle()
   return knuckle;
 }
 
-/// By how much the second bone rotates where it is asked for 30 degrees about the middle of the joint.
+/// The rotation of the second bone, whose probe requests 30 degrees about the middle of the joint [degrees].
 double bendOf(const Labelled& tissue)
 {
   Settings settings;
@@ -521,7 +523,7 @@ double bendOf(const Labelled& tissue)
   return result.turned[2] * 180.0 / 3.14159265358979323846;
 }
 
-// A free joint bends much further than a soft one, whose layer gives by its constraint alone.
+// A free joint bends much further than a soft one, whose layer is limited by its constraint.
 TEST(FreeJoints, BendFarther)
 {
   Labelled tissue = knuckle();
@@ -534,8 +536,8 @@ TEST(FreeJoints, BendFarther)
   EXPECT_LE(free, 30.0 + 1e-9);
 }
 
-// Each link between what is nearest to two different bodies, up to the margin, is missing, and no other. Nearness by a
-// search of its own, over the faces of voxels.
+// A link is missing where its ends, up to the margin, are nearest to different bodies, and nowhere else. The nearest
+// body is found by a search of its own, over the faces of voxels.
 TEST(FreeJoints, LinksAreMissingWhereTwoBodiesMeet)
 {
   Labelled tissue = knuckle();
@@ -563,7 +565,7 @@ TEST(FreeJoints, LinksAreMissingWhereTwoBodiesMeet)
   };
   for (int step = 1; step <= 3; ++step)
   {
-    for (const int body : { 1, 2 }) // the lower one first where both come at once
+    for (const int body : { 1, 2 }) // at the same distance the lower number counts
     {
       for (std::size_t n = 0; n < grid.voxels(); ++n)
       {
@@ -593,15 +595,15 @@ TEST(FreeJoints, LinksAreMissingWhereTwoBodiesMeet)
       forSteps(n,
         [&](int d, std::size_t next)
         {
-          const bool apart = owner[n] != 0 && owner[next] != 0 && owner[n] != owner[next];
-          missing += apart ? 1 : 0;
-          ASSERT_EQ((links[n] >> d & 1) == 0, apart) << n << ' ' << d;
+          const bool differ = owner[n] != 0 && owner[next] != 0 && owner[n] != owner[next];
+          missing += differ ? 1 : 0;
+          ASSERT_EQ((links[n] >> d & 1) == 0, differ) << n << ' ' << d;
         });
     }
     EXPECT_GT(missing, 2u * 150); // more than the bones' own faces, of 81 links
   };
   expectLinks();
-  // They stay so when all else is mended.
+  // restoreTopology() does not bring them back.
   Surface blade;
   blade.points = { { 8.5, -1.0, -1.0 }, { 8.5, 40.0, -1.0 }, { 8.5, -1.0, 40.0 } };
   blade.triangles = { { { 0, 1, 2 } } };
@@ -611,7 +613,7 @@ TEST(FreeJoints, LinksAreMissingWhereTwoBodiesMeet)
   EXPECT_EQ(simulation.bodies().size(), 2u);
 }
 
-// Pictures go on across a joint that opens, until it is cut.
+// The output is continuous across a joint that opens, until the joint is cut.
 TEST(FreeJoints, PicturesShowNoGap)
 {
   Labelled tissue = knuckle();
@@ -646,14 +648,14 @@ TEST(FreeJoints, PicturesShowNoGap)
   EXPECT_GT(nowhere(true), 20u);
 }
 
-// A crumb of bone without a label belongs to the labelled body that it touches.
+// A small piece of bone without a label belongs to the labelled body that it touches.
 TEST(FreeJoints, CrumbsBelongToBodies)
 {
   Labelled tissue = knuckle();
   tissue.bone({ 8, 14, 9 }, { 9, 14, 9 }, 0);
   tissue.joints.constraint = 1.0;
   EXPECT_EQ(tissue.simulate().bodies().size(), 2u);
-  tissue.bone({ 2, 14, 0 }, { 15, 16, 18 }, 0); // 798 voxels beside 2673 are none
+  tissue.bone({ 2, 14, 0 }, { 15, 16, 18 }, 0); // 798 voxels, with 2673 in the other, are not small
   EXPECT_EQ(tissue.simulate().bodies().size(), 3u);
 }
 

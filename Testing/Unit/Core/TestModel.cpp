@@ -54,7 +54,7 @@ const float air = -std::numeric_limits<float>::infinity();
 
 template <typename T> void readsType(ArrayView::Type type)
 {
-  // Two components, the second one is the scalar; 19 is just air, 20 just tissue.
+  // Two components, of which the second one is the scalar. 19 is the highest air, 20 the lowest tissue.
   const std::vector<T> data{ T(99), T(20), T(99), T(0), T(99), T(50), T(99), T(19), T(99), T(73) };
   const Model model(rowOf(5), view(data, type, 2, 1), percent(20.0), noAnchors());
   EXPECT_EQ(model.axes(), 1);
@@ -115,7 +115,7 @@ TEST(Model, ScalarsThatAreNotFiniteAreAirAndCounted)
 TEST(Model, ConstraintArrayWinsOverTheFunction)
 {
   const std::vector<std::uint8_t> scalars{ 50, 0, 60 };
-  const std::vector<double> one{ 0.125, 7.0, 0.0 }; // a bad value in air is nobody's
+  const std::vector<double> one{ 0.125, 7.0, 0.0 }; // bad values in air do not matter
   Material material = percent(10.0);
   material.constraintArray = view(one, ArrayView::Type::Float64);
   const Model isotropic(rowOf(3), view(scalars, ArrayView::Type::UInt8), material, noAnchors());
@@ -135,12 +135,13 @@ TEST(Model, RegionsHaveConstraintsOfTheirOwn)
   grid.size = { 6, 3, 2 };
   grid.spacing = { 1.0, 2.0, 4.0 };
   std::vector<std::uint8_t> scalars(grid.voxels(), 30);
-  scalars[grid.at(3, 1, 0)] = 0; // air stays air
+  scalars[grid.at(3, 1, 0)] = 0; // air remains air
   Material material = percent(10.0);
   material.regions = { { { 2.0, 2.0, 0.0 }, 2.0, 0.5 }, { { 0.0, 2.0, 0.0 }, 0.5, 0.0 } };
   const Model model(grid, view(scalars, ArrayView::Type::UInt8), material, noAnchors());
   EXPECT_EQ(rowOf(model, 1, 0), (std::vector<float>{ 0.0f, 0.5f, 0.5f, air, 0.5f, 0.3f }));
-  EXPECT_EQ(rowOf(model, 0, 0), (std::vector<float>{ 0.3f, 0.3f, 0.5f, 0.3f, 0.3f, 0.3f })); // at its radius
+  EXPECT_EQ(
+    rowOf(model, 0, 0), (std::vector<float>{ 0.3f, 0.3f, 0.5f, 0.3f, 0.3f, 0.3f })); // at the radius of the probe
   EXPECT_EQ(rowOf(model, 1, 1), std::vector<float>(6, 0.3f));
   float part[2];
   model.row(4, 1, 0, 2, part);
@@ -177,7 +178,7 @@ TEST(Model, AnchoredFacesCarryTheSign)
 {
   const int n[3] = { 5, 4, 3 };
   std::vector<std::uint8_t> scalars(5 * 4 * 3, 25);
-  scalars[0] = 0; // air in an anchored corner stays air
+  scalars[0] = 0; // air in an anchored corner remains air
   Grid grid;
   grid.size = { n[0], n[1], n[2] };
   Material material = percent(10.0);
@@ -246,7 +247,7 @@ TEST(Model, RefusesWhatItCannotUse)
     grid.spacing[1] = spacing;
     EXPECT_TRUE(contains(message(grid, good, percent(0)), "spacing")) << spacing;
   }
-  // One layer too many; and 2^64 voxels, which is 0 in 64 bits.
+  // One layer too many; and 2^64 voxels, which overflow to 0 in 64 bits.
   for (const Index3& size : { Index3{ 1 << 10, 1 << 10, (1 << 11) + 1 }, Index3{ 1 << 22, 1 << 22, 1 << 20 } })
   {
     Grid huge = rowOf(1);
@@ -266,7 +267,7 @@ TEST(Model, RefusesWhatItCannotUse)
   EXPECT_FALSE(message(rowOf(3), {}, percent(0)).empty());
   EXPECT_FALSE(message(rowOf(3), good, Material{}).empty());
 
-  // 1 itself is outside [0, 1), and so is what only rounds to 1 in float.
+  // 1 is outside of [0, 1), also after rounding to float.
   for (const double bad : { 1.0, 1.0 - 1e-12, -0.01, 5.0, std::nan("") })
   {
     Material material;
@@ -293,7 +294,7 @@ TEST(Model, LargestConstraintBelowOneIsTaken)
   EXPECT_EQ(rowOf(Model(rowOf(1), view(scalars, ArrayView::Type::UInt8), material, noAnchors())), most);
 }
 
-// The sign of a constraint says that the element is held (element.clh), and -0 is as good a 0 as any.
+// The sign of a constraint marks a held element (element.clh). So -0 as an input is 0.
 TEST(Model, AConstraintOfMinusZeroHoldsNothing)
 {
   const std::vector<double> scalars{ 50.0, 50.0, 50.0, 0.0 };

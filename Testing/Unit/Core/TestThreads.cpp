@@ -1,4 +1,4 @@
-// Work that the host shares among its cores, and simulations in several threads.
+// Work that the host distributes over its cores, and simulations in several threads.
 
 #include "Threads.h"
 
@@ -44,7 +44,7 @@ TEST(Threads, AnExceptionReachesTheCallerAndEndsTheWork)
   EXPECT_LT(calls, static_cast<int>(many));
 }
 
-/// What a simulation goes through that uses most of the engine, each `number` another one, with kernels of its own.
+/// A run of a simulation that uses most of the engine. Runs of different `number` have different kernels.
 std::vector<float> life(int number)
 {
   using namespace chainmail;
@@ -60,10 +60,10 @@ std::vector<float> life(int number)
     const std::vector<float> now = displacements(simulation);
     all.insert(all.end(), now.begin(), now.end());
   };
-  for (int turn = 1; turn <= 4; ++turn)
+  for (int step = 1; step <= 4; ++step)
   {
-    simulation.setRelaxation(turn == 3 ? RelaxationMethod::Paper : RelaxationMethod::Projected, turn == 4 ? 0.7 : 1.0);
-    simulation.pull({ corner(scene, { 0.6 * turn, -0.7 * turn, 0.3 * turn }) });
+    simulation.setRelaxation(step == 3 ? RelaxationMethod::Paper : RelaxationMethod::Projected, step == 4 ? 0.7 : 1.0);
+    simulation.pull({ corner(scene, { 0.6 * step, -0.7 * step, 0.3 * step }) });
     keep();
     simulation.relax(6, 0.0);
     keep();

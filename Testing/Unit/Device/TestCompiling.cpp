@@ -8,7 +8,8 @@ using namespace chainmail;
 TEST(Compiling, AWaitCanBeStopped)
 {
   Scene scene({ 12, 12, 12 }, 0.2f);
-  Simulation simulation = simulate(scene, { 4, 2, 16 }); // no other test has these bricks, and no cache at first
+  Simulation simulation =
+    simulate(scene, { 4, 2, 16 }); // no other test has these bricks, so nothing is in the cache at first
   Probe probe;
   probe.position = scene.place(6, 6, 6);
   probe.displacement = { 0.5, 0.0, 0.0 };

@@ -32,7 +32,7 @@ TEST(Device, AllDevicesAreDescribedBestFirst)
   EXPECT_EQ(chooseDevice("").name, devices.front().name);
 }
 
-// A driver that nobody has tried may end the process, so its GPU gives way even to a processor.
+// An unknown driver may end the process, so a processor is preferred to its GPU.
 TEST(Device, ProvenOnesAreBest)
 {
   const auto device = [](bool proven, bool gpu, unsigned units)
@@ -54,8 +54,8 @@ TEST(Device, ProvenOnesAreBest)
   }
 }
 
-// llvmpipe ends the loops of a work-item early, which those of batches of sweeps would not survive. Check `rusticl`
-// shows that results are right there.
+// llvmpipe ends the loops of a work-item early, which breaks batches of sweeps. The check `rusticl` shows that its
+// results are right.
 TEST(Device, GpusAndLlvmpipeTakeManyWorkItems)
 {
   DeviceInfo info;
@@ -110,7 +110,7 @@ const ChildPart twinsPart("twins",
     return static_cast<int>(devices.size());
   });
 
-// As with two cards of one kind.
+// Two devices of the same name.
 TEST(Device, TwoOfOneNameAreToldApart)
 {
   const ChildResult child = runChild({ { "POCL_DEVICES", "basic basic" }, { "RUSTICL_ENABLE", "" } }, "twins");
@@ -137,7 +137,7 @@ TEST(Device, IsChosenByAPartOfItsNameInAnyCase)
 {
   for (const DeviceInfo& device : listDevices())
   {
-    // The first whose name contains it: another device may stand before and have the same name.
+    // The first device whose name contains the text: another device with the same name may be earlier in the list.
     EXPECT_EQ(chooseDevice(device.name).name, device.name);
     std::string loud = device.name.substr(device.name.size() / 3);
     std::transform(loud.begin(), loud.end(), loud.begin(), [](unsigned char c) { return std::toupper(c); });
@@ -189,7 +189,7 @@ int withoutPlatform()
 }
 const ChildPart noPlatformPart("noPlatform", withoutPlatform);
 
-// An empty folder of drivers is what a fresh machine has.
+// A new machine has an empty folder of drivers.
 TEST(Device, NoPlatformIsAClearMessage)
 {
   const ChildResult child = runChild({ { "OCL_ICD_VENDORS", "/nonexistent" } }, "noPlatform");

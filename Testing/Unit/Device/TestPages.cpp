@@ -1,5 +1,5 @@
-// Memory for the buffers of processors: what is kept of it for the next buffers, and what goes back to the system. Only
-// of Linux it is known how it hands out pages.
+// The memory of buffers on processors: which pages are kept for later buffers, and which are returned to the system.
+// For Linux alone, whose allocation of pages is known.
 #ifdef __linux__
 
 #include "Pages.h"
@@ -34,7 +34,7 @@ TEST_F(PagesTest, WhatIsFreedServesTheNextBuffers)
   char* const at = before.get();
   before.reset();
   EXPECT_EQ(this->pages->kept(), 6 * page);
-  // Two that are together as large take its place, and then one takes both their places.
+  // Two buffers reuse the place of one that is as large as both, then one buffer reuses both places.
   Pages::Memory claims = this->take(page + 1), offsets = this->take(4 * page);
   EXPECT_EQ(std::min(claims.get(), offsets.get()), at);
   EXPECT_EQ(std::max(claims.get(), offsets.get()), at + 2 * page);
@@ -64,20 +64,20 @@ TEST_F(PagesTest, NothingIsKeptAfterTheLastBuffer)
   EXPECT_EQ(this->pages->kept(), 2 * page) << "twice what is in use";
   field.reset();
   EXPECT_EQ(this->pages->kept(), 0u);
-  // What was in use before that counts no more.
+  // Earlier use does not count any more.
   field = this->take(page, true);
   before = this->take(page);
   before.reset();
   EXPECT_EQ(this->pages->kept(), page);
 }
 
-// Buffers that come and go in any order never share a byte, and no more is kept than was once in use.
+// Buffers of random life never share a byte, and the memory kept is at most the largest memory that was in use.
 TEST_F(PagesTest, BuffersOfAnyOrderKeepTheirValues)
 {
   struct Buffer
   {
     Pages::Memory memory;
-    std::vector<std::size_t> marks; // places in it, where its number is
+    std::vector<std::size_t> marks; // where in the buffer its number is written
     char number;
   };
   Random random(5);

@@ -1,4 +1,4 @@
-// What the engine does for PoCL alone.
+// Special treatment of PoCL.
 
 #include "Context.h"
 #include "KernelSources.h"
@@ -13,9 +13,8 @@ namespace
 
 using namespace chainmail;
 
-/// All names in a program, of kernels, functions and the built-in functions that they call, one after the other, each
-/// with the types that it takes: the longest text in it that has some. What follows them begins with a path. Empty
-/// where there are none.
+/// The names of all kernels, functions and built-in functions of a program with the types of their parameters, as the
+/// longest text in the binary that has such names. A path follows them. Empty if there are none.
 std::string namesIn(const std::string& bitcode)
 {
   std::string longest, text;
@@ -66,7 +65,7 @@ TEST_F(Pocl, KernelsCallTheFunctionsOfTheWholeHeader)
   for (const std::string file : files)
   {
     int compiles = 0;
-    for (const std::string kind : kinds) // some files have fewer
+    for (const std::string kind : kinds) // some files have fewer kinds
     {
       const std::string options = " -DBX=32 -DBY=8 -DBZ=8 -DSKEW=272 -DCUTS" + kind, source = sourceOf(file);
       const std::string expected = namesIn(this->compiled(source, options, true));

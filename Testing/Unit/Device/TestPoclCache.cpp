@@ -1,4 +1,4 @@
-// The folder that PoCL compiles into: what users have done to it, and where it cannot be.
+// PoCL's cache folder: after damage by users, and where it cannot be created.
 #ifndef _WIN32
 
 #include "../../TemporaryFolder.h"
@@ -28,7 +28,7 @@ using namespace chainmail;
 
 constexpr int skipped = 125;
 
-/// Pulls at a small block and prints what comes of it, and then what notices there are.
+/// Pulls at a small block and prints the result, then the notices.
 int deform(const Index3& brick)
 {
   try
@@ -54,7 +54,7 @@ int deform(const Index3& brick)
   return 0;
 }
 
-/// Goes on as a user who is not root, for whom permissions count.
+/// Continues as a user who is not root: permissions do not restrict root.
 bool becomeUser()
 {
   constexpr unsigned nobody = 65534;
@@ -72,7 +72,7 @@ const ChildPart removedPart("poclRemoved",
     fs::remove_all(std::getenv("CHAINMAIL_CACHE_DIR"));
     return deform({ 4, 4, 4 });
   });
-/// Somebody removes libraries that PoCL has not finished, over and over.
+/// Removes unfinished libraries of PoCL again and again.
 const ChildPart disturbedPart("poclDisturbed",
   []
   {
@@ -171,7 +171,7 @@ protected:
     this->expected = energyIn(this->run("poclDeform").output);
     EXPECT_TRUE(contains(this->expected, "energy")) << this->expected;
   }
-  /// A user that is not root may have to make folders of the test's go away.
+  /// Removes folders of the test, if needed as the user who is not root.
   void TearDown() override
   {
     if (fs::exists(this->cache))
@@ -193,7 +193,7 @@ protected:
   std::string expected;
 };
 
-TEST_F(PoclCacheTest, IsBesideOtherProgramsAndNothingIsCompiledTwice)
+TEST_F(PoclCacheTest, IsWithOtherProgramsAndNothingIsCompiledTwice)
 {
   EXPECT_FALSE(filesIn(this->cache / "pocl", ".so").empty());
   EXPECT_TRUE(fs::exists(this->cache / "pocl.checksums"));
@@ -211,7 +211,7 @@ TEST_F(PoclCacheTest, IsBesideOtherProgramsAndNothingIsCompiledTwice)
   }
 }
 
-// PoCL ends a process that asks it for bitcode while another one writes to the same folder.
+// PoCL ends a process that reads bitcode while another process writes to the folder.
 TEST_F(PoclCacheTest, ProcessesTranslateInFoldersOfTheirOwn)
 {
   const std::vector<fs::path> kept = filesIn(this->cache, ".clprogram");
@@ -223,7 +223,7 @@ TEST_F(PoclCacheTest, ProcessesTranslateInFoldersOfTheirOwn)
   EXPECT_GE(filesIn(this->cache / "pocl", ".bc").size(), programs + kept.size());
 }
 
-// The system ends a process that runs half a library, and PoCL one that reads half of a program.
+// The system ends a process that runs a truncated library, and PoCL ends one that reads a truncated program.
 TEST_F(PoclCacheTest, DamagedFilesAreReplaced)
 {
   const auto halve = [](const fs::path& file) { fs::resize_file(file, fs::file_size(file) / 2); };
@@ -251,13 +251,13 @@ TEST_F(PoclCacheTest, DamagedFilesAreReplaced)
     std::for_each(files.begin(), files.end(), one.damage);
     if (!one.isListed)
     {
-      fs::remove(this->cache / "pocl.checksums"); // as a process that was killed leaves it
+      fs::remove(this->cache / "pocl.checksums"); // a process that is killed leaves the folder in this state
     }
     EXPECT_EQ(energyIn(this->run("poclDeform").output), this->expected) << one.ending << one.isListed;
   }
 }
 
-// Another process may have its files there at any time.
+// Another process may have files there at any time.
 TEST_F(PoclCacheTest, WholeFilesAreLeftAlone)
 {
   const fs::path folder = this->cache / "pocl";
@@ -298,7 +298,7 @@ TEST_F(PoclCacheTest, WhereNothingCanBeWrittenItIsPrivateAndGoes)
   }
 }
 
-// As in the image of a container.
+// A read-only folder, as in a container.
 TEST_F(PoclCacheTest, WhatCanOnlyBeReadIsUsedByAnyScene)
 {
   permit(this->cache, fs::perms(0555), fs::perms(0444));
@@ -330,7 +330,7 @@ TEST_F(PoclCacheTest, WhatOthersMayWriteToIsNotUsed)
       << "more than one: " << child.output;
     EXPECT_TRUE(contains(child.output, this->cache.string())) << child.output;
   }
-  if (getuid() == 0) // a folder of root's is the administrator's
+  if (getuid() == 0) // a folder of root belongs to the administrator
   {
     fs::permissions(this->cache, fs::perms(0755));
     ASSERT_EQ(chown(this->cache.c_str(), 65533, 65533), 0);
@@ -347,7 +347,7 @@ TEST_F(PoclCacheTest, AFolderThatIsRemovedUnderWayIsMadeAgain)
   EXPECT_NE(child.output.find("energy"), child.output.rfind("energy")) << child.output;
 }
 
-// PoCL only notes that it could not compile a kernel, and goes on without it, or ends the process.
+// PoCL reports that it could not compile a kernel and continues without it, or ends the process.
 TEST_F(PoclCacheTest, AKernelThatCannotBeCompiledIsAnError)
 {
   const std::string right = energyIn(this->run("poclDeformOther").output);

@@ -1,4 +1,4 @@
-// A process that is forked from one that has used OpenCL.
+// A child process that is forked after the use of OpenCL.
 #ifndef _WIN32
 
 #include "ChildProcess.h"
@@ -37,7 +37,7 @@ void report(const std::string& what, const std::function<void()>& call)
   }
 }
 
-/// A forked process has a minute, and exits as programs do, with all that belongs to that.
+/// A forked process has a minute, and exits normally, with all destructors.
 int inFork(const std::function<void()>& body)
 {
   std::cout.flush();

@@ -25,7 +25,7 @@ namespace
 namespace fs = std::filesystem;
 using namespace chainmail;
 
-/// All files in a folder. What PoCL has there is looked at by TestPoclCache.cpp.
+/// All files in a folder, except PoCL's (see TestPoclCache.cpp).
 std::vector<fs::path> filesOf(const fs::path& folder)
 {
   std::vector<fs::path> files;
@@ -72,11 +72,11 @@ TEST(ProgramCache, GivesBackWhatWasKeptUnderAKeyAndNothingElse)
   EXPECT_EQ(ProgramCache(folder).find("ke"), "");
   EXPECT_EQ(ProgramCache(folder).find(""), "");
   EXPECT_EQ(filesOf(folder).size(), 2u);
-#ifndef _WIN32 // where a user's folders are the user's alone
+#ifndef _WIN32 // on Windows folders of a user are private by default
   EXPECT_EQ(fs::status(folder).permissions(), fs::perms::owner_all);
 #endif
 
-  keep(ProgramCache(folder), "key", ""); // a driver that gives nothing away
+  keep(ProgramCache(folder), "key", ""); // a driver without binaries
   keep(ProgramCache(folder), "nothing", "");
   EXPECT_EQ(ProgramCache(folder).find("key"), program);
   EXPECT_EQ(filesOf(folder).size(), 2u) << "an unfinished file stays";
@@ -86,7 +86,7 @@ TEST(ProgramCache, WithoutAFolderNothingIsKeptOrAskedFor)
 {
   const TemporaryFolder temporary;
   write(temporary.path / "file", "");
-  // No folder, and one that nobody can make, not even root.
+  // No folder, and a folder that cannot be created, not even by root.
   for (const fs::path& folder : { fs::path(), temporary.path / "file" / "folder", temporary.path / "file" })
   {
     const ProgramCache cache(folder);
@@ -130,7 +130,7 @@ TEST(ProgramCache, ADamagedFileIsNotUsedAndReplaced)
   EXPECT_EQ(contentOf(file), whole);
   EXPECT_EQ(cache.find(key), program);
 
-  // Another key of the same hash, or a file that someone renamed.
+  // Another key with the same hash, or a renamed file.
   keep(cache, std::string(100, 'K'), "foreign");
   for (const fs::path& other : filesOf(temporary.path))
   {
@@ -169,7 +169,8 @@ TEST(ProgramCache, WhatWasWrittenFirstMakesRoom)
     keep(cache, key, program);
     for (const fs::path& file : filesOf(temporary.path))
     {
-      fs::last_write_time(file, fs::last_write_time(file) - std::chrono::seconds(1)); // clocks of files are coarse
+      fs::last_write_time(
+        file, fs::last_write_time(file) - std::chrono::seconds(1)); // times of files have a coarse resolution
     }
   }
   EXPECT_EQ(cache.find("0"), program);
@@ -261,7 +262,7 @@ int deform(const Index3& brick)
 const ChildPart deformPart("deform", [] { return deform({ 0, 0, 0 }); });
 const ChildPart deformSmallBricksPart("deformSmallBricks", [] { return deform({ 4, 4, 4 }); });
 
-/// What a new process computes that has its cache in `folder`.
+/// The result of a new process whose cache is `folder`.
 std::string computed(const fs::path& folder, const std::string& part = "deform")
 {
   const ChildResult child = runChild({ { "CHAINMAIL_CACHE_DIR", folder.string() } }, part);
@@ -297,7 +298,7 @@ protected:
   std::string expected_; ///< without a cache
 };
 
-// A program that is not taken from the cache would be compiled and kept again.
+// A program that is not read from the cache is compiled and stored again.
 TEST_F(ProgramCacheOfDevice, ASecondStartFindsAllAndWritesNothing)
 {
   EXPECT_EQ(computed(this->folder_), this->expected_);
@@ -318,7 +319,7 @@ TEST_F(ProgramCacheOfDevice, OtherOptionsAreOtherPrograms)
   EXPECT_TRUE(std::includes(both.begin(), both.end(), first.begin(), first.end())) << "files were replaced";
 }
 
-// Damage that the cache itself finds, and what only the driver can refuse.
+// Damage that the cache detects, and damage that only the driver can reject.
 TEST_F(ProgramCacheOfDevice, DamagedFilesAreReplaced)
 {
   computed(this->folder_);
@@ -329,11 +330,11 @@ TEST_F(ProgramCacheOfDevice, DamagedFilesAreReplaced)
   {
     const std::string content = contentOf(file);
     std::uint64_t length = 0;
-    content.copy(reinterpret_cast<char*>(&length), sizeof length, 24); // where the head has the key's length
+    content.copy(reinterpret_cast<char*>(&length), sizeof length, 24); // the field of the key's length in the header
     keep(ProgramCache(this->folder_), content.substr(32, length), "no program of any driver");
   };
   std::vector<std::function<void(const fs::path&)>> damages{ truncate, empty };
-  if (chooseDevice(testDevice()).platform != "rusticl") // which ends the process over a program of another driver
+  if (chooseDevice(testDevice()).platform != "rusticl") // rusticl ends the process if a program is of another driver
   {
     damages.emplace_back(spoil);
   }

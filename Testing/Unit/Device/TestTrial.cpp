@@ -1,4 +1,4 @@
-// Devices whose drivers are not known: none is taken by itself before it was tried.
+// Devices with unknown drivers: none is chosen by default before a trial.
 
 #include "../../TemporaryFolder.h"
 #include "ChildProcess.h"
@@ -92,7 +92,7 @@ const ChildPart bestPart("bestDevice",
     return static_cast<int>(devices.size());
   });
 
-// With rusticl, which is there for check `rusticl`, as a GPU beside PoCL.
+// With rusticl (check `rusticl`), as a GPU in addition to PoCL.
 TEST_F(Trial, DecidesWhetherAGpuOfAnUnknownDriverIsTheBest)
 {
   const ChildResult child =

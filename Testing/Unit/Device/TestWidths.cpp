@@ -1,5 +1,5 @@
-// Kernels come in two shapes: for a processor a brick is worked through by a single work-item with vectors, for a GPU
-// by many without. Both have to give the same bits.
+// Kernels have two variants. On a processor one work-item with vectors updates a brick; on a GPU many work-items
+// without vectors do. Both must give the same bits.
 
 #include "ChildProcess.h"
 #include "Inclusion.h"
@@ -11,8 +11,8 @@
 #include <iostream>
 #include <sstream>
 
-// In place of OpenCL's own, which it asks: with CHAINMAIL_TEST_AS_GPU in the environment every device is a GPU. So all
-// tests can be run.
+// Replaces OpenCL's function, and calls it: with CHAINMAIL_TEST_AS_GPU in the environment every device is a GPU. So all
+// tests can be run with the kernels of GPUs.
 extern "C" cl_int clGetDeviceInfo(cl_device_id device, cl_device_info name, size_t size, void* value, size_t* sizeOut)
 {
   static const auto ask = reinterpret_cast<decltype(&clGetDeviceInfo)>(dlsym(RTLD_NEXT, "clGetDeviceInfo"));
@@ -31,7 +31,7 @@ using namespace chainmail;
 
 const Index3 brickOfGpus{ 16, 8, 8 };
 
-/// A pull, tissue that relaxes, a cut, and a second wave that goes on while the tissue relaxes. Prints a figure a step.
+/// A pull, relaxation, a cut, and a second wave with relaxation between its steps. Prints a number for each step.
 void play(int axes, const Index3& brick, PropagationMethod propagation, RelaxationMethod relaxation, std::ostream& out)
 {
   const Scene scene = inclusionScene(21, axes, 50 + axes);
@@ -68,13 +68,13 @@ void play(int axes, const Index3& brick, PropagationMethod propagation, Relaxati
 
 int playAll()
 {
-  // Kernels of bricks of other sizes, and with them vectors of other widths, are compared where their scenes are.
+  // Other brick sizes, and so other widths of vectors, are compared in the tests of their scenes.
   const Index3 brick{ 32, 16, 4 };
   std::ostringstream outcome;
   play(1, brick, PropagationMethod::Envelope, RelaxationMethod::Projected, outcome);
   play(3, brick, PropagationMethod::Envelope, RelaxationMethod::Projected, outcome);
   play(1, brick, PropagationMethod::Timestamp, RelaxationMethod::Paper, outcome);
-  std::cout << "outcome\n" << outcome.str(); // behind what a device's compiler may say
+  std::cout << "outcome\n" << outcome.str(); // after possible messages of a device's compiler
   return simulate(Scene({ 3, 3, 3 })).brickSize() == brickOfGpus ? 1 : 0;
 }
 

@@ -1,5 +1,5 @@
-// Relaxation that starts on coarser grids: feasible, lower in energy than without, probes and anchors in place, rigid
-// tissue rigid, cuts cut; and far ahead of single sweeps.
+// Relaxation that starts on coarser grids. The result is feasible, with lower energy than without them. Probes, anchors
+// and rigid tissue keep their places and shapes, and cuts stay open. It needs far fewer sweeps.
 
 #include "Scene.h"
 
@@ -10,7 +10,7 @@ namespace
 
 using namespace chainmail;
 
-// Float32 rounding of displacements of a few voxels; what a coarse grid puts wrong is off by 0.1 and more.
+// Float32 rounding of displacements of a few voxels. Errors of a coarse grid are 0.1 and more.
 constexpr double tolerance = 1e-5;
 
 std::vector<oracle::Vector3> relaxed(const Scene& scene, const std::vector<Probe>& probes, bool coarse, int sweeps,
@@ -46,7 +46,7 @@ TEST(CoarseToFine, AFewSweepsGetNearTheOptimum)
   relaxed(scene, probes, false, 10, &fine);
   EXPECT_GE(coarse, optimum * (1 - 1e-6));
   EXPECT_LT(coarse, 1.05 * optimum);
-  EXPECT_GT(fine, 1.5 * optimum); // else there was nothing to gain
+  EXPECT_GT(fine, 1.5 * optimum); // otherwise there is nothing to gain
 }
 
 TEST(CoarseToFine, StateStaysFeasibleAndHeldTissueStays)
@@ -55,7 +55,7 @@ TEST(CoarseToFine, StateStaysFeasibleAndHeldTissueStays)
   {
     const int axes = seed % 2 == 0 ? 1 : 3;
     Scene scene = randomScene({ 33, 21, 26 }, axes, 1200 + seed, 0.1, 0.05);
-    // A bone of several coarse elements.
+    // A bone as large as several coarse elements.
     scene.each(
       [&](int i, int j, int k)
       {
@@ -113,7 +113,7 @@ TEST(CoarseToFine, StateStaysFeasibleAndHeldTissueStays)
 
 TEST(CoarseToFine, ACutStaysACut)
 {
-  // Two halves, one of which is held and one pulled: nothing crosses.
+  // Two halves, one held and one pulled: no displacement crosses the cut.
   for (const double place : { 15.5, 16.5 }) // between two coarse elements, and through one
   {
     Scene scene({ 32, 24, 24 }, 0.3f);
@@ -133,7 +133,7 @@ TEST(CoarseToFine, ACutStaysACut)
         }
         else
         {
-          // A cut through coarse elements leaves more for the finer grids to do.
+          // After a cut through coarse elements the finer grids have more to do.
           EXPECT_NEAR(v[0], 5.0, place == 15.5 ? 0.05 : 0.5) << i;
           EXPECT_NEAR(v[1], 3.0, place == 15.5 ? 0.05 : 0.5) << i;
         }
@@ -143,7 +143,7 @@ TEST(CoarseToFine, ACutStaysACut)
 
 TEST(CoarseToFine, AHandAtItsLimitDragsNoAnchoredBone)
 {
-  // The tissue between them is thinner on coarser grids, and does not stretch that far there.
+  // On coarser grids the tissue between them has fewer links, so it stretches less.
   Scene scene({ 32, 32, 96 }, 0.45f);
   scene.anchors.faces[4] = scene.anchors.faces[5] = true;
   scene.each(
@@ -154,9 +154,9 @@ TEST(CoarseToFine, AHandAtItsLimitDragsNoAnchoredBone)
         scene.give(i, j, k, 0.0f);
       }
     });
-  for (const double way : { 1.0, -1.0 })
+  for (const double sign : { 1.0, -1.0 })
   {
-    const std::vector<Probe> probes{ probeAt(scene, { 25, 16, 60 }, { 9.0 * way, 4.0 * way, 2.0 * way }, 4.0) };
+    const std::vector<Probe> probes{ probeAt(scene, { 25, 16, 60 }, { 9.0 * sign, 4.0 * sign, 2.0 * sign }, 4.0) };
     double energy = 0.0;
     const auto optimum = relaxed(scene, probes, true, 600, &energy);
     const auto few = relaxed(scene, probes, true, 5, &energy);
@@ -168,8 +168,8 @@ TEST(CoarseToFine, AHandAtItsLimitDragsNoAnchoredBone)
         square += std::pow(few[v][a] - optimum[v][a], 2);
       }
     }
-    // 0.02; with the bone dragged along, 0.3 on the way down.
-    EXPECT_LT(std::sqrt(square / static_cast<double>(few.size())), 0.05) << way;
+    // measured: 0.02. If coarser grids drag the bone along: 0.3
+    EXPECT_LT(std::sqrt(square / static_cast<double>(few.size())), 0.05) << sign;
   }
 }
 
@@ -191,7 +191,7 @@ TEST(CoarseToFine, CarvesAndReleasesAreFollowed)
     { 3, 6, 7 }, { 0, 4, 2 }, { 2, 4, 6 }, { 1, 3, 5 }, { 3, 7, 5 } };
   EXPECT_GT(simulation.carve(box), 0u);
   simulation.relax(100, 0.0);
-  // Nothing connects the probe with the anchored face any more.
+  // No link connects the probe with the anchored face any more.
   EXPECT_LT(simulation.measure().energy, 0.05);
   simulation.pull({});
   simulation.relax(20, 0.0);
@@ -201,10 +201,10 @@ TEST(CoarseToFine, CarvesAndReleasesAreFollowed)
   EXPECT_EQ(simulation.measure().displaced, 0u);
 }
 
-TEST(CoarseToFine, PiecesThatHangOnNothingThatMovesStay)
+TEST(CoarseToFine, ComponentsWithoutLinksToMovingTissueStay)
 {
-  // A block that is pulled; beside it, one voxel of air away, specks, a slab that is held and one that is not. On
-  // coarser grids all of them are one with it.
+  // A block that is pulled. Behind one voxel of air: specks, a held slab and a free slab. On coarser grids all of them
+  // are connected with the block.
   Scene scene({ 40, 32, 32 }, 0.3f);
   scene.anchors.faces[4] = true;
   scene.each(
@@ -241,10 +241,10 @@ TEST(CoarseToFine, PiecesThatHangOnNothingThatMovesStay)
   EXPECT_GT(moved, 15000u);
 }
 
-TEST(CoarseToFine, WhichPiecesStayDoesNotDependOnBricks)
+TEST(CoarseToFine, WhichComponentsStayDoesNotDependOnBricks)
 {
-  // Two blocks that a bridge at rest joins behind a slab of air, one of them pulled; and loose tissue close to both,
-  // which fills some bricks and of others only a part.
+  // Two blocks, one of them pulled, with a slab of air between them and a bridge at rest behind it. Loose tissue is
+  // close to both; it fills some bricks and parts of others.
   Scene scene({ 32, 24, 24 }, 0.3f);
   scene.anchors.faces[4] = true;
   scene.each(
@@ -283,7 +283,7 @@ TEST(CoarseToFine, WhichPiecesStayDoesNotDependOnBricks)
 
 TEST(CoarseToFine, WhatWasCutOffIsNotDraggedAlong)
 {
-  // A lump cut out of tissue that is held, still strained, beside the bed that is pulled on.
+  // A lump that was cut out of held tissue and is still strained, next to the rest, which is pulled.
   Scene scene({ 32, 32, 32 }, 0.3f);
   scene.anchors.faces[4] = true;
   Simulation simulation = simulate(scene);
@@ -291,7 +291,7 @@ TEST(CoarseToFine, WhatWasCutOffIsNotDraggedAlong)
   simulation.pull({ handle(3.0) });
   simulation.relax(20, 0.0);
   Surface blade;
-  blade.points = { { -9, -9, 12.4 }, { 49, -9, 18.4 }, { 49, 49, 24.4 }, { -9, 49, 18.4 } }; // askew to every grid
+  blade.points = { { -9, -9, 12.4 }, { 49, -9, 18.4 }, { 49, 49, 24.4 }, { -9, 49, 18.4 } }; // oblique to every grid
   blade.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
   simulation.cut(blade);
   const auto meanOfLump = [&]
@@ -315,15 +315,15 @@ TEST(CoarseToFine, WhatWasCutOffIsNotDraggedAlong)
   simulation.setCoarseToFine(true);
   simulation.pull({ handle(9.0) });
   simulation.relax(10, 0.0);
-  // Its own strain lets it go on to settle, around a mean that stays about where it is.
+  // Its strain relaxes, while its mean displacement hardly changes.
   EXPECT_NEAR(meanOfLump(), mean, 0.05);
 }
 
 TEST(CoarseToFine, ARoughCorrectionIsSmoothedNotDropped)
 {
-  // Lumps that harden towards their middles, from soft tissue to bone, and a handle that goes as far as they let it.
-  // What comes from coarser grids is near the optimum and yet so rough, where tissue hardly gives, that it has more
-  // energy than the state before.
+  // Lumps whose stiffness increases towards their middles, from soft tissue to bone, and a handle at its largest
+  // displacement. The result of coarser grids is near the optimum. But in nearly rigid tissue it is so rough that its
+  // energy is higher than that of the state before.
   Scene scene({ 40, 36, 32 }, 0.25f);
   scene.anchors.faces.fill(true);
   Random random(4202);
@@ -370,13 +370,13 @@ TEST(CoarseToFine, ARoughCorrectionIsSmoothedNotDropped)
     EXPECT_EQ(result.iterations, sweeps);
     EXPECT_LE(simulation.measure().energy, (sweeps == 20 ? 0.99 : 1.0) * fine);
     EXPECT_LE(simulation.measure().maxLinkExcess, tolerance);
-    EXPECT_FALSE(simulation.relax(1, 0.0).coarseStep) << "the grids have had their turn";
+    EXPECT_FALSE(simulation.relax(1, 0.0).coarseStep) << "coarser grids have taken part already";
   }
 }
 
 TEST(CoarseToFine, TheEnergyNeverRises)
 {
-  // Also where the first sweeps are too few to smooth what comes from coarser grids: then a part of it is taken.
+  // If the first sweeps are too few to smooth the correction of coarser grids, a part of it is applied.
   for (int seed = 0; seed < 6; ++seed)
   {
     Scene scene = randomScene({ 28, 24, 20 }, seed % 2 == 0 ? 1 : 3, 4300 + seed, 0.1, 0.2);
@@ -387,7 +387,7 @@ TEST(CoarseToFine, TheEnergyNeverRises)
     simulation.relax(30, 0.0);
     const double before = simulation.measure().energy;
     simulation.setCoarseToFine(true);
-    simulation.setRelaxation(RelaxationMethod::Paper, 1.0); // and back: so the grids have their turn now
+    simulation.setRelaxation(RelaxationMethod::Paper, 1.0); // and back: coarser grids take part again
     simulation.setRelaxation(RelaxationMethod::Projected, seed < 4 ? 1.0 : 0.5);
     const RelaxResult result = simulation.relax(1, 0.0);
     EXPECT_EQ(result.coarseStep.has_value(), before > 0.0);

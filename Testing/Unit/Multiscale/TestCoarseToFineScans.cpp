@@ -1,8 +1,8 @@
-// Random pulls in scans, with the materials of the filter's presets: tissue that starts on coarser grids ends no higher
-// in energy than without, after the same 20 sweeps on the finest. After 40, where a short pull has all but settled
-// either way, the fine grid alone may be ahead: 3 in 166 pulls, by at most 1.2 %.
+// Random pulls in scans, with the materials of the filter's presets. After 20 sweeps on the finest grid, the energy
+// with coarser grids is at most that without. After 40 sweeps short pulls have nearly converged either way, and the
+// fine grid alone may be better: in 3 of 166 pulls, by at most 1.2 %.
 //
-// CHAINMAIL_PULLS is how many pulls there are in each scan, in place of a few.
+// CHAINMAIL_PULLS is the number of pulls in each scan, instead of a few.
 
 #include "Scene.h"
 
@@ -32,7 +32,7 @@ std::string folderOfScans()
   return folder ? folder : CHAINMAIL_TEST_VOLUMES;
 }
 
-/// A MetaImage whose values are 16-bit or 8-bit and compressed. Without voxels where it is not there.
+/// A compressed MetaImage with values of 8 or 16 bits. Without voxels if there is no such file.
 Scan readScan(const std::string& name)
 {
   Scan scan;
@@ -90,7 +90,8 @@ double constraintAt(const Nodes& nodes, double scalar)
   return nodes.back()[1];
 }
 
-/// A handle of some millimetres that goes some millimetres to centimetres: many go as far as tissue lets them.
+/// A handle with a radius of some millimetres and a displacement of some millimetres to centimetres. Many reach the
+/// limit of the tissue.
 Probe randomPull(const Scan& scan, double threshold, Random& random)
 {
   Probe probe;
@@ -147,7 +148,7 @@ void pullAtRandom(const std::string& name, double threshold, const Nodes& nodes)
     {
       probe = randomPull(scan, threshold, random);
     }
-    std::array<std::array<double, 2>, 2> energy{}; // without and with coarser grids, after 20 and 40 sweeps
+    std::array<std::array<double, 2>, 2> energy{}; // [without or with coarser grids][after 20 or 40 sweeps]
     for (const int coarse : { 0, 1 })
     {
       simulation.setCoarseToFine(coarse == 1);

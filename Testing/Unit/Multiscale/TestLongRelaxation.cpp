@@ -1,5 +1,5 @@
-// What the filter's preset Accurate does, coarse to fine and 170 sweeps, against the certified optimum: in pieces of
-// tissue so long that what coarser grids leave behind is long as well.
+// The filter's preset Accurate (coarse to fine and 170 sweeps) against the certified optimum, in long pieces of tissue.
+// There the errors that coarser grids leave have long wavelengths, too.
 
 #include "Scene.h"
 
@@ -44,13 +44,13 @@ Scene longScene(const Index3& size, int axes, std::uint64_t seed)
   return scene;
 }
 
-/// A ball that reaches all of the last layer, and some of those before it.
+/// A ball that contains the last layer and parts of the layers before it.
 double grip(const Scene& scene)
 {
   return 0.5 * std::hypot(scene.grid.size[0], scene.grid.size[1]);
 }
 
-/// Grabs the whole of its other end and pulls by these shares of what the tissue allows.
+/// Grabs the whole other end and pulls it by shares of its largest displacement.
 Probe pullAtEnd(const Scene& scene, const Vector3& shares)
 {
   const Index3& n = scene.grid.size;
@@ -65,8 +65,8 @@ Probe pullAtEnd(const Scene& scene, const Vector3& shares)
   return probe;
 }
 
-/// How far the state is from the optimum: root mean square over what moves in it by more than a thousandth of the pull,
-/// as a share of the pull; and the energy above the proven bound, as a share of it.
+/// Distance from the optimum: root mean square over the tissue that moves by more than a thousandth of the pull, as a
+/// share of the pull. And the energy above the proven bound, as a share of the bound.
 struct Distance
 {
   double rms = 0.0;
@@ -79,7 +79,7 @@ Distance distance(
   const auto length = [&](const oracle::Vector3& v)
   { return std::hypot(v[0] * block.spacing[0], v[1] * block.spacing[1], v[2] * block.spacing[2]); };
   const double pull = std::hypot(probe.displacement[0], probe.displacement[1], probe.displacement[2]);
-  // No link holds the specks that are apart from the rest: they have no place.
+  // Specks without links to the rest have no unique place.
   int number = 0;
   const std::vector<int> part = oracle::parts(block, &number);
   const int whole = part[oracle::grab(block, probe.position, 0.0)[0]];
@@ -97,7 +97,7 @@ Distance distance(
   return { std::sqrt(sum / static_cast<double>(count)) / pull, oracle::energy(block, u) / best.bound - 1.0 };
 }
 
-/// From rest, or in frames of a few sweeps in which the handle comes nearer.
+/// From rest, or in frames of a few sweeps during which the handle approaches.
 void expectNearOptimum(const char* what, const Scene& scene, const Vector3& shares, const Surface* blade, bool inFrames)
 {
   SCOPED_TRACE(what);
@@ -139,7 +139,7 @@ void expectNearOptimum(const char* what, const Scene& scene, const Vector3& shar
 
 TEST(LongRelaxation, ComesWithinAThousandthOfThePull)
 {
-  Surface blade; // from one side, a third of the way to the handle
+  Surface blade; // from one side, at a third of the distance to the handle
   blade.points = { { -1.0, 2.6, 30.3 }, { 9.0, 2.6, 30.3 }, { -1.0, 9.0, 30.3 }, { 9.0, 9.0, 30.3 } };
   blade.triangles = { { 0, 1, 2 }, { 1, 2, 3 } };
   const Scene scene = longScene({ 7, 7, 96 }, 1, 34);

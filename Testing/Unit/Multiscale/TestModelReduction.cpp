@@ -1,6 +1,5 @@
-// Elements that stand for 2, 4 or 8 voxels per axis: the reduced grid against an oracle built by definition, what must
-// be exact whatever the reduction (rest, translations, bone, walls, gaps, cuts), and how near the whole model's result
-// the reduced one's is.
+// Elements of 2, 4 or 8 voxels per axis: the reduced grid against an oracle by its definition; what is exact for every
+// reduction (rest, translations, bone, walls, gaps, cuts); and the difference from the result of the whole model.
 
 #include "Blades.h"
 #include "Picture.h"
@@ -25,7 +24,7 @@ Simulation reduced(const Scene& scene, int reduction, const Index3& brick = { 0,
   return Simulation(scene.model(), settings);
 }
 
-/// The reduced model by definition, for scenes that nothing cuts.
+/// The reduced model by its definition, for scenes without cuts.
 struct Reduction
 {
   const oracle::Block whole;
@@ -92,7 +91,8 @@ struct Reduction
     return this->block.at(p[0] / this->factor[0], p[1] / this->factor[1], p[2] / this->factor[2]);
   }
 
-  /// The elements of which a handle that grabs these voxels has at least half, else the one of which it has most.
+  /// The elements of a handle that grabs these voxels: those with at least half of their voxels grabbed, else the one
+  /// with most.
   std::vector<std::size_t> held(const std::vector<std::size_t>& voxels) const
   {
     std::map<std::size_t, int> grabbed, all;
@@ -221,7 +221,7 @@ TEST(ModelReduction, PropagationIsThatOfTheReducedGrid)
   {
     for (int seed = 0; seed < 6; ++seed)
     {
-      // Odd sizes, a single slice, a line; tissue with holes that leave elements without links.
+      // Odd sizes, a single slice, a line, and tissue with holes, which leaves elements without links.
       const std::vector<Index3> sizes{ { 21, 17, 19 }, { 32, 16, 24 }, { 37, 29, 1 }, { 19, 9, 11 }, { 41, 1, 1 },
         { 9, 30, 13 } };
       Scene scene = randomScene(sizes[seed], seed % 2 == 0 ? 1 : 3, 3000 + 10 * n + seed, 0.4, 0.004);
@@ -254,7 +254,7 @@ TEST(ModelReduction, PropagationIsThatOfTheReducedGrid)
       }
       const auto u = oracle.expand(expected.state);
       moved += rms(oracle.whole, u, std::vector<oracle::Vector3>(u.size())) > 0.0;
-      // Rounding of float32 over some tens of links, n times.
+      // Float32 rounding over some tens of links, times n.
       EXPECT_LT(largestDifference(oracle.whole, state(simulation), u), 1e-6 * n * 8) << n << ' ' << seed;
     }
   }
@@ -267,7 +267,7 @@ TEST(ModelReduction, EverythingMovesAsOneExactly)
   {
     Scene scene({ 23, 18, 13 }, 0.0f);
     scene.grid.spacing = { 0.5, 0.7, 1.1 };
-    // Half of it soft, with holes, held all over: the handles carry every element.
+    // Half of the tissue is soft, with holes. Handles hold all of it, so they move every element.
     scene.each(
       [&](int i, int j, int k)
       {
@@ -307,7 +307,7 @@ TEST(ModelReduction, AWholeVoxelTranslationShiftsThePicture)
 {
   for (const int n : reductions)
   {
-    // A body of odd size and place in air.
+    // A body of odd size at an odd place in air.
     Scene scene({ 40, 30, 21 }, 0.3f);
     scene.each(
       [&](int i, int j, int k)
@@ -336,7 +336,7 @@ TEST(ModelReduction, BoneOfASingleVoxelStaysRigid)
 {
   for (const int n : reductions)
   {
-    // A rod that climbs in steps through elements wherever they begin, and a soft body around.
+    // A rod in steps through elements of any alignment, with a soft body around it.
     Scene scene({ 45, 22, 24 }, 0.3f);
     scene.anchors.faces[4] = true;
     std::vector<std::size_t> rod;
@@ -357,7 +357,7 @@ TEST(ModelReduction, BoneOfASingleVoxelStaysRigid)
     simulation.pull({ probeAt(scene, { 8, 19, 20 }, { 1.0, 4.0, 3.0 }, 3.0) });
     simulation.relax(60, 0.0);
     const std::vector<float> u = displacements(simulation);
-    EXPECT_GT(std::abs(u[3 * rod[0] + 1]), 0.2f) << n; // it is taken along
+    EXPECT_GT(std::abs(u[3 * rod[0] + 1]), 0.2f) << n; // it moves along
     for (const std::size_t v : rod)
     {
       for (int a = 0; a < 3; ++a)
@@ -367,7 +367,7 @@ TEST(ModelReduction, BoneOfASingleVoxelStaysRigid)
     }
     EXPECT_EQ(clusters(simulation)[rod.back()], 0);
     const std::vector<std::uint8_t> bits = links(simulation);
-    EXPECT_EQ(bits[scene.grid.at(10, 10, 10)], 63); // those of the voxels
+    EXPECT_EQ(bits[scene.grid.at(10, 10, 10)], 63); // the links of the voxels
   }
 }
 
@@ -375,7 +375,7 @@ TEST(ModelReduction, AWallOfASingleVoxelHoldsTogetherAndAGapKeepsApart)
 {
   for (const int n : reductions)
   {
-    // A wall, bent, alone in air, from a held face to a handle: pulled taut, all of it must come along.
+    // A bent wall in air, from a held face to a handle. Pulled taut, all of it must move along.
     Scene scene({ 36, 20, 20 }, 0.1f);
     scene.anchors.faces[0] = true;
     scene.each(
@@ -392,11 +392,11 @@ TEST(ModelReduction, AWallOfASingleVoxelHoldsTogetherAndAGapKeepsApart)
       });
     Simulation simulation = reduced(scene, n);
     const auto pulled = simulation.pull({ probeAt(scene, { 35, 11, 10 }, { 100.0, 0.0, 0.0 }) });
-    // 40 links from end to end at a tenth each, but for half an element or so at both.
+    // 40 links from end to end at a tenth each, minus about half an element at both ends.
     EXPECT_GT(pulled[0].reached[0], 0.1 * (40 - 2 * n)) << n;
     EXPECT_LT(pulled[0].reached[0], 0.1 * (40 + n)) << n;
 
-    // Two bodies with a gap of 2 n voxels, wherever elements begin.
+    // Two bodies with a gap of 2 n voxels, for any alignment of elements.
     for (int shift = 0; shift < n; ++shift)
     {
       Scene bodies({ 8 * n + 3, 12, 12 }, 0.2f);
@@ -430,7 +430,7 @@ TEST(ModelReduction, ACutStaysACutToTheVoxel)
 {
   for (const int n : reductions)
   {
-    // Between elements, through their middles, through their edges; across the axes and askew.
+    // Blades between elements, through their middles and their edges; axis-parallel and oblique.
     for (const double slope : { 0.0, 0.3, -1.0 })
     {
       for (const double place : { 15.5, 16.5, 17.5, 20.5 })
@@ -441,7 +441,7 @@ TEST(ModelReduction, ACutStaysACutToTheVoxel)
         for (const Vector3& p :
           { Vector3{ -60, -60, -60 }, Vector3{ 60, -60, -60 }, Vector3{ 60, 60, 60 }, Vector3{ -60, 60, 60 } })
         {
-          // Its points (s, t): x = place + slope * (y - 13), any z.
+          // Points (s, t): x = place + slope * (y - 13), any z.
           blade.points.push_back({ place + slope * (p[0] - 13.0), p[0], p[2] });
         }
         blade.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
@@ -453,7 +453,7 @@ TEST(ModelReduction, ACutStaysACutToTheVoxel)
         simulation.relax(300, 1e-5);
         const Statistics statistics = simulation.measure();
         EXPECT_LT(statistics.maxLinkExcess, 1e-5);
-        EXPECT_LT(statistics.energy, 1e-3) << n << ' ' << slope << ' ' << place; // nothing is held on both sides
+        EXPECT_LT(statistics.energy, 1e-3) << n << ' ' << slope << ' ' << place; // no component is held on both sides
         const std::vector<float> u = displacements(simulation);
         scene.each(
           [&](int i, int j, int k)
@@ -475,7 +475,7 @@ TEST(ModelReduction, CutsAtTheCurrentPlacesAndLipsOpen)
 {
   for (const int n : { 2, 4 })
   {
-    // An incision half through, while tissue is pulled; then pulled on. Each side keeps its tissue, and a gap opens.
+    // An incision half through pulled tissue, then a further pull. Each side keeps its tissue, and a gap opens.
     Scene scene({ 48, 32, 40 }, 0.3f);
     scene.anchors.faces[4] = true;
     Simulation simulation = reduced(scene, n);
@@ -491,7 +491,7 @@ TEST(ModelReduction, CutsAtTheCurrentPlacesAndLipsOpen)
     scene.each(
       [&](int i, int j, int k)
       {
-        // By the places that were shown before the cut.
+        // By the places in the output before the cut.
         const float* u = before.data() + 3 * scene.grid.at(i, j, k);
         if (i + 1 < 48 && k > 24)
         {
@@ -511,7 +511,7 @@ TEST(ModelReduction, CutsAtTheCurrentPlacesAndLipsOpen)
       ++gap;
     }
     EXPECT_GE(gap, 2) << n;
-    EXPECT_LE(gap, 6) << n; // the lips are 10 apart at the most
+    EXPECT_LE(gap, 6) << n; // the lips are at most 10 voxels apart
     EXPECT_NEAR(results[1].reached[0], 5.0, 1e-4);
   }
 }
@@ -527,7 +527,7 @@ TEST(ModelReduction, ThroughAHoleMadeByCarvingNothingPulls)
     simulation.pull({ probe });
     simulation.relax(10, 0.0);
     const std::vector<float> u = displacements(simulation);
-    // A slab thinner than an element, at the current places: voxels go, elements hardly.
+    // A slab thinner than an element, at the current places: it removes voxels, but hardly an element.
     std::size_t inside = 0;
     scene.each(
       [&](int i, int j, int k)
@@ -539,7 +539,7 @@ TEST(ModelReduction, ThroughAHoleMadeByCarvingNothingPulls)
     EXPECT_GT(inside, 0u);
     simulation.relax(300, 0.0);
     EXPECT_LT(simulation.measure().energy, 1e-2) << n;
-    // All that is around the handle: elements are emptied and the probe holds nothing more.
+    // All tissue around the handle: its elements become empty, and the probe holds nothing any more.
     EXPECT_GT(simulation.carve(sphere({ 39, 13, 11 }, 30.0, 12, 24)), 0u);
     EXPECT_EQ(simulation.probes()[0].elements, 0u);
     simulation.restoreTopology();
@@ -552,7 +552,8 @@ TEST(ModelReduction, ThroughAHoleMadeByCarvingNothingPulls)
 
 TEST(ModelReduction, NearTheWholeModelsOptimum)
 {
-  // A smooth block with a stiff inclusion: each reduction against the converged whole, and each further from it.
+  // A smooth block with a stiff inclusion: each reduction against the converged whole model. The error grows with the
+  // reduction.
   Scene scene({ 48, 40, 44 }, 0.25f);
   scene.anchors.faces[4] = true;
   scene.each(
@@ -587,9 +588,10 @@ TEST(ModelReduction, NearTheWholeModelsOptimum)
     const double error = rms(block, run(n, &energyOf, &forceOf), optimum);
     RecordProperty("rmsOf" + std::to_string(n), std::to_string(error / moved));
     EXPECT_GT(error, last) << n;
-    EXPECT_GT(error, 0.002 * moved) << n; // it is a coarser model
+    EXPECT_GT(error, 0.002 * moved) << n; // the model is coarser
     EXPECT_LT(error, 0.05 * n * moved) << n;
-    // n^2 links for one: the energies compare, whatever the reduction. The handle's own size is that of whole elements.
+    // A link stands for n^2 links, so energies of all reductions are comparable. The handle has the size of whole
+    // elements.
     EXPECT_NEAR(energyOf / energy, 1.0, 0.1 * n) << n;
     EXPECT_NEAR(forceOf / force, 1.0, 0.1 * n) << n;
     last = error;
@@ -612,7 +614,7 @@ TEST(ModelReduction, TimesAndWavesAreThoseOfTheElements)
     scene.each(
       [&](int i, int j, int k)
       {
-        // As many links as elements are between, each n voxels long.
+        // As many links as there are elements between, each n voxels long.
         const double expected = 0.25 * n * (i / n + j / n + k / n);
         EXPECT_NEAR(times[scene.grid.at(i, j, k)], expected, 1e-4);
         EXPECT_EQ(fronts[scene.grid.at(i, j, k)], 1);
@@ -642,20 +644,20 @@ TEST(ModelReduction, RandomLivesAreFiniteTheSameAgainAndEndAtRest)
       Random random(5000 + seed);
       std::vector<Probe> probes;
       std::size_t step = 0;
-      for (int turn = 0; turn < 8; ++turn)
+      for (int update = 0; update < 8; ++update)
       {
         const Index3 p = randomElement(scene, random);
         const Vector3 place = scene.place(p[0], p[1], p[2]);
         const double size = scene.grid.size[0] * scene.grid.spacing[0];
-        if (turn == 2 || turn == 5)
+        if (update == 2 || update == 5)
         {
-          Vector3 turned{ random(-1, 1), random(-1, 1), random(-1, 1) };
-          simulation.cut({ { { place[0] - size, place[1] - size * turned[0], place[2] - size },
-                             { place[0] + size, place[1] + size * turned[1], place[2] - size },
-                             { place[0] + size * turned[2], place[1], place[2] + size } },
+          Vector3 tilt{ random(-1, 1), random(-1, 1), random(-1, 1) };
+          simulation.cut({ { { place[0] - size, place[1] - size * tilt[0], place[2] - size },
+                             { place[0] + size, place[1] + size * tilt[1], place[2] - size },
+                             { place[0] + size * tilt[2], place[1], place[2] + size } },
             { { 0, 1, 2 } } });
         }
-        else if (turn == 3 || turn == 6)
+        else if (update == 3 || update == 6)
         {
           simulation.carve(sphere(place, random(1.0, 4.0), 6, 8));
         }
@@ -668,12 +670,12 @@ TEST(ModelReduction, RandomLivesAreFiniteTheSameAgainAndEndAtRest)
           }
           catch (const ProbeError&)
           {
-            probes.pop_back(); // the tissue is elsewhere by now
+            probes.pop_back(); // the tissue has moved away
           }
         }
-        simulation.propagate(turn % 2 == 0 ? 0 : 3);
+        simulation.propagate(update % 2 == 0 ? 0 : 3);
         simulation.relax(6, 0.0);
-        if (turn == 7)
+        if (update == 7)
         {
           simulation.propagate(0);
           simulation.relax(2, 0.0);
@@ -691,7 +693,7 @@ TEST(ModelReduction, RandomLivesAreFiniteTheSameAgainAndEndAtRest)
             ASSERT_TRUE(u[3 * v + a] == 0.0f || (tissue[v] && !block.anchored[v])) << seed;
           }
         }
-        if (turn == 4)
+        if (update == 4)
         {
           for (const float offset : resample(simulation, { 2, 0, 0 }).offset)
           {
@@ -715,7 +717,7 @@ TEST(ModelReduction, RandomLivesAreFiniteTheSameAgainAndEndAtRest)
       simulation.restoreTopology();
       ASSERT_EQ(displacements(simulation), std::vector<float>(3 * block.count(), 0.0f));
       EXPECT_EQ(links(simulation), links(reduced(scene, n)));
-      // As new.
+      // The same as a new simulation.
       const Probe probe = probeAt(scene, randomElement(scene, random), { 1.0, 2.0, 1.0 }, 2.0);
       Simulation other = reduced(scene, n, { 8, 4, 8 });
       for (Simulation* s : { &simulation, &other })
@@ -733,7 +735,7 @@ TEST(ModelReduction, RandomLivesAreFiniteTheSameAgainAndEndAtRest)
 
 TEST(ModelReduction, OneIsTheWholeModel)
 {
-  // Not a reduction to itself: the same bits as by default, with cuts, carves and resampling.
+  // A reduction of 1 gives the same bits as the default, with cuts, carves and resampling.
   const Scene scene = randomScene({ 20, 18, 16 }, 1, 31);
   Settings settings;
   settings.device = testDevice();

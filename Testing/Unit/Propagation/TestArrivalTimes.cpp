@@ -1,4 +1,4 @@
-// When a wave arrives, where bricks get their memory only while times are found.
+// Arrival times in bricks whose memory is allocated while the times are computed.
 
 #include "Scene.h"
 
@@ -9,12 +9,12 @@ namespace
 
 using namespace chainmail;
 
-// A chain of one element across, dragged sideways at its one end by more in each scene. So what the wave reaches, and
-// then what is linked to that, ends in every place of a brick, and just where memory for bricks has to grow.
+// A chain with a cross section of one element, dragged sideways at one end, further in each scene. So the range of the
+// wave, and of the elements linked to it, ends at every place of a brick, also where the memory of bricks has to grow.
 TEST(ArrivalTimes, OfAChainAreItsLengthWhateverMemoryBricksHave)
 {
   constexpr int length = 400;
-  constexpr float limit = 0.125f; // so times are exact
+  constexpr float limit = 0.125f; // a power of two, so times are exact
   for (int moved = 236; moved < 276; ++moved)
   {
     const Scene scene({ length, 1, 1 }, limit);
@@ -30,7 +30,7 @@ TEST(ArrivalTimes, OfAChainAreItsLengthWhateverMemoryBricksHave)
     simulation.wavefronts(fronts.data());
     for (int i = 0; i < length; ++i)
     {
-      const bool isReached = i <= moved; // the last one did not move and is linked to one that did
+      const bool isReached = i <= moved; // the last element did not move but is linked to a moved one
       ASSERT_EQ(times[i], isReached ? limit * static_cast<float>(i) : -1.0f) << moved << " moved, element " << i;
       ASSERT_EQ(fronts[i], isReached ? 1 : 0) << moved << " moved, element " << i;
     }

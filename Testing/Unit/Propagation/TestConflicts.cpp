@@ -1,4 +1,5 @@
-// Probes that contradict each other or the tissue they grabbed, where rounding and the order of waves count.
+// Probes in conflict with each other or with the tissue that they grab, in cases where rounding and the order of waves
+// matter.
 
 #include "Scene.h"
 
@@ -10,7 +11,7 @@ namespace
 
 using namespace chainmail;
 
-/// Links may exceed their limits by what the engine takes for the rounding of displacements of this size.
+/// The excess of links that the engine attributes to the rounding of displacements of this size.
 double rounding(double displacement)
 {
   return 4e-6 * std::max(1.0, displacement);
@@ -36,7 +37,8 @@ Probe anchorAt(const Scene& scene, const Simulation& simulation, const Index3& p
   return anchor;
 }
 
-// The wave passes through a brick twice, on two sides of a wall of air. In between, an anchor comes on the second side.
+// The wave passes through a brick twice, on two sides of a wall of air. In between, an anchor is added on the second
+// side.
 TEST(Conflicts, AnAnchorThatComesWhileAWaveIsUnderWayHolds)
 {
   Scene scene({ 64, 8, 8 }, 0.2f);
@@ -65,8 +67,8 @@ TEST(Conflicts, AnAnchorThatComesWhileAWaveIsUnderWayHolds)
   EXPECT_LE(simulation.measure().maxLinkExcess, rounding(20.0));
 }
 
-// Probes that do not get what they ask for leave links that exceed their limits by rounding. An anchor beside such a
-// link must not look as if it pushed tissue, or its own probe would seem stuck between two others.
+// Probes that are shortened leave links whose excess is rounding. An anchor next to such a link must not count as
+// displaced tissue. Otherwise its probe would seem to be held from both sides.
 TEST(Conflicts, AProbeComesBackAsFarAsAnchorsLetIt)
 {
   for (std::uint64_t seed = 0; seed < 12; ++seed)
@@ -105,8 +107,8 @@ TEST(Conflicts, AProbeComesBackAsFarAsAnchorsLetIt)
   }
 }
 
-// What a probe with a radius grabs in deformed tissue keeps its own shape, so its elements are not displaced alike. The
-// first arrival of a time is then not always the one that binds.
+// A probe with a radius that grabs deformed tissue keeps the tissue's shape, so its elements have different
+// displacements. Then the first arrival in time is not always the active constraint.
 TEST(Conflicts, TimestampsOfAnUnevenSourceLeaveLinksWithinTheirLimits)
 {
   for (std::uint64_t seed = 0; seed < 8; ++seed)
@@ -129,7 +131,7 @@ TEST(Conflicts, TimestampsOfAnUnevenSourceLeaveLinksWithinTheirLimits)
   }
 }
 
-// With Latest, waves of all probes start at once; those that came first are dragged along.
+// With Latest, the waves of all probes start at once, and drag earlier probes along.
 TEST(Conflicts, OverlappingWavesOfContradictingProbesEndFeasible)
 {
   for (std::uint64_t seed = 0; seed < 8; ++seed)
@@ -164,8 +166,8 @@ TEST(Conflicts, OverlappingWavesOfContradictingProbesEndFeasible)
   }
 }
 
-// Two probes strain a chain to the last bit; a third between them is asked to move along other axes only. There is no
-// room for it on the strained axis but rounding, which must not keep it from moving along the others.
+// Two probes strain a chain to the last bit. A third probe between them is to move along other axes only. On the
+// strained axis only rounding is left, which must not keep the probe from moving along the others.
 TEST(Conflicts, NoRoomOnOneAxisLeavesTheOthers)
 {
   for (std::uint64_t seed = 0; seed < 20; ++seed)
@@ -177,7 +179,7 @@ TEST(Conflicts, NoRoomOnOneAxisLeavesTheOthers)
     Simulation simulation = simulate(scene);
     Probe anchor = probeAt(scene, { 0, 0, 0 }, { 0.0, -30.0, 0.0 });
     anchor.anchor = true;
-    // As far as the chain goes.
+    // To the limit of the chain.
     std::vector<Probe> probes{ anchor, probeAt(scene, { 14, 0, 0 }, { 0.0, 30.0, -30.0 }) };
     simulation.pull(probes);
     const double reach = simulation.probes()[1].reached[1];
@@ -195,9 +197,9 @@ TEST(Conflicts, NoRoomOnOneAxisLeavesTheOthers)
   }
 }
 
-// Two earlier probes strain the tissue in a handle so far that the handle as a whole has no place on that axis. Its
-// wave comes to one of them long before the other, so it learns of one at a time. It keeps its tissue where it is
-// there, and moves along the others.
+// Two earlier probes strain the tissue of a handle so far that the handle as a whole has no feasible displacement on
+// that axis. Its wave reaches one of them long before the other, so it finds one conflict at a time. It keeps its
+// tissue on that axis and moves along the others.
 TEST(Conflicts, AHandThatOthersPullApartMovesAlongOtherAxes)
 {
   const Scene scene({ 100, 1, 1 }, 0.25f);
@@ -215,7 +217,7 @@ TEST(Conflicts, AHandThatOthersPullApartMovesAlongOtherAxes)
   EXPECT_LE(oracle::maxLinkExcess(scene.block(), state(simulation)), rounding(10.0));
 }
 
-// A probe that waits for its first wave is under way, too.
+// A probe whose first wave has not started counts as under way.
 TEST(Conflicts, RelaxationBeforeTheFirstTimestamp)
 {
   const Scene scene = noise({ 9, 8, 7 }, 2500);

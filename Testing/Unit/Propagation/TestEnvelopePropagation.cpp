@@ -1,4 +1,4 @@
-// Propagation against Dijkstra and formula (P*) of the project's mathematics: exact up to float rounding.
+// Propagation against Dijkstra's algorithm and formula (P*) of the project's mathematics, exact up to float rounding.
 
 #include "Scene.h"
 
@@ -10,15 +10,15 @@ namespace
 
 using namespace chainmail;
 
-// A float32 path of some fifty links of size 0.3 rounds to about 50 * 1e-7; a wrong link limit would be off by more
-// than 1e-2.
+// A path of some fifty links of 0.3 in float32 rounds to about 50 * 1e-7. A wrong link limit would differ by more than
+// 1e-2.
 constexpr double tolerance = 1e-5; // fractions of the spacing
 
-// The engine finds how far an incompatible probe may go from how far its wave overshoots, so it is off by the rounding
-// of the displacement that was asked: float32 sums along the wave.
-constexpr double overshootTolerance = 3e-6; // of the displacement asked
+// The engine computes the largest displacement of an incompatible probe from the overshoot of its wave. So its error is
+// the rounding of float32 sums along the wave, relative to the requested displacement.
+constexpr double overshootTolerance = 3e-6; // relative to the requested displacement
 
-/// Probes that find the tissue, where it is now, of probes for the tissue at rest, and take it to the same places.
+/// Probes on displaced tissue with the targets of probes for the tissue at rest.
 std::vector<Probe> inDeformedTissue(
   const oracle::Block& block, const std::vector<oracle::Vector3>& now, std::vector<Probe> probes)
 {
@@ -35,7 +35,7 @@ std::vector<Probe> inDeformedTissue(
   return probes;
 }
 
-/// Pulls, and compares state, what the probes reached and the figures with the oracle, starting from `before`.
+/// Pulls, and compares the state, the probes' results and the figures with the oracle, from the state `before` on.
 void expectFormula(Simulation& simulation, const oracle::Block& block, const std::vector<Probe>& probes,
   const char* what, double near = tolerance)
 {
@@ -82,7 +82,7 @@ TEST(Propagate, Figure4OfThePaper)
   Simulation simulation = simulate(scene);
   simulation.pull({ probeAt(scene, { 0, 0, 0 }, { 10.0, -10.0, 4.0 }) });
   const std::vector<float> u = displacements(simulation);
-  // Displacement = pull minus time, in mm; where the time is longer than the pull, nothing arrives.
+  // Displacement = pull minus time, in mm. Where the time is longer than the pull the wave does not arrive.
   const float expected[] = { 10.0f, -10.0f, 4.0f, 8.5f, -8.5f, 2.5f, 5.5f, -5.5f, 0.0f };
   for (int n = 0; n < 9; ++n)
   {
@@ -120,11 +120,11 @@ TEST(Propagate, Figure5OfThePaper)
       {
         if (scene.tissue(scene.grid.at(i, j, 0)) && (j < n - 1 || i == 0 || i == n - 1))
         {
-          EXPECT_EQ(at(i, j, 0), 3.0f) << i << ' ' << j; // rigid: exactly along
+          EXPECT_EQ(at(i, j, 0), 3.0f) << i << ' ' << j; // rigid: exactly the same displacement
           EXPECT_EQ(at(i, j, 1), -2.0f) << i << ' ' << j;
         }
       });
-    // On the elastic side the wave from both ends leaves what it must: links of 0.2, 0.4, 0.4 to the middle.
+    // On the elastic side the waves from both ends leave the limits: links of 0.2, 0.4, 0.4 to the middle.
     EXPECT_NEAR(at(1, n - 1, 0), 2.8, 1e-6);
     EXPECT_NEAR(at(2, n - 1, 0), 2.4, 1e-6);
     EXPECT_NEAR(at(3, n - 1, 0), 2.4, 1e-6);
@@ -149,7 +149,7 @@ TEST(Propagate, OneProbeInRandomTissueIsTheFormula)
       p = randomElement(scene, random);
     }
     Simulation simulation = simulate(scene);
-    // Mixed signs; on one axis so small that the wave stops after a few links.
+    // Mixed signs. On one axis the pull is so small that the wave stops after a few links.
     expectFormula(simulation, block, { probeAt(scene, p, { 2.1, -3.9, 1.5 }) }, "from rest");
     EXPECT_GT(simulation.measure().displaced, 0u);
   }
@@ -169,7 +169,7 @@ TEST(Propagate, FiveCompatibleProbesAtOnceAreTheFormula)
 
 TEST(Propagate, OnePassForAllProbesEqualsOneAfterTheOther)
 {
-  // Held by pulling all former probes again, each at its place.
+  // All earlier probes are pulled again, at the current places of their tissue.
   Scene scene = randomScene({ 20, 16, 12 }, 1, 3);
   const std::vector<Probe> probes = compatibleProbes(scene, 4, 1.5, 4);
   Simulation once = simulate(scene), steps = simulate(scene);
@@ -279,7 +279,7 @@ TEST(Propagate, SecondPullStartsFromTheDeformedState)
 
 TEST(Propagate, ASecondWaveArrivesOnlyWhereItCame)
 {
-  // A chain is pulled taut, and its end then goes back by less than lets all of it follow.
+  // A chain is pulled taut. Then its end returns by less than all links need to follow.
   const Scene scene({ 24, 1, 1 }, 0.25f);
   for (const Index3& brick : brickSizes())
   {
@@ -298,7 +298,8 @@ TEST(Propagate, ASecondWaveArrivesOnlyWhereItCame)
       for (int n = 0; n < 24; ++n)
       {
         ASSERT_EQ(u[3 * n] != taut[3 * n], n <= moved) << n;
-        ASSERT_EQ(fronts[n], n <= moved + 1 ? 2 : 1) << n; // the first that stays is reached, too
+        ASSERT_EQ(fronts[n], n <= moved + 1 ? 2 : 1)
+          << n; // the wave also reaches the first element that it does not move
         ASSERT_EQ(times[n], 0.25f * n) << n;
       }
     }
@@ -347,7 +348,7 @@ TEST(Propagate, LaterProbesGiveWayToEarlierOnesAndToAnchors)
     }
     Simulation simulation = simulate(scene);
     expectFormula(simulation, block, probes, "conflict", tolerance + overshootTolerance * 30.0);
-    // What is held does not move at all.
+    // Held tissue does not move at all.
     const std::vector<float> u = displacements(simulation);
     for (std::size_t v = 0; v < block.count(); ++v)
     {
@@ -455,7 +456,7 @@ TEST(Propagate, NearestElementWithinHalfAVoxelDiagonal)
   probe.position[0] += 0.1;
   EXPECT_EQ(simulation.pull({ probe })[0].elements, 1u);
   EXPECT_EQ(displacements(simulation)[3 * scene.grid.at(4, 3, 3)], 0.5f);
-  // A little outside of the grid it still grabs; further away it does not.
+  // Slightly outside of the grid it still grabs tissue; further away it does not.
   probe.position = { -0.9, 0.0, 0.0 };
   EXPECT_EQ(simulation.pull({ probe })[0].elements, 1u);
   probe.position = { -1.9, 0.0, 0.0 };
@@ -546,20 +547,20 @@ TEST(Propagate, WhatTheWaveDoesNotReachTakesNoMemory)
   EXPECT_LT(statistics.allocated, scene.grid.voxels() / 8);
 }
 
-// What a launch does within a brick is limited: tissue that winds through one has to be looked at again. All figures
-// are sums of powers of two, so that they come out exact.
+// The work of a launch within a brick is limited, so tissue that winds through a brick needs several launches. All
+// numbers are sums of powers of two, and exact.
 TEST(Propagate, TissueThatWindsThroughABrick)
 {
-  // Rows along x one after the other, forth and back, in two layers.
+  // Rows along x, connected at alternating ends, in two layers.
   Scene scene({ 32, 16, 4 }, 0.125f);
   std::size_t elements = 0;
   scene.each(
     [&](int i, int j, int k)
     {
       const bool row = k % 2 == 0 && j % 2 == 0 && j < 15;
-      const bool turn = k % 2 == 0 && j % 2 == 1 && j < 15 && i == (j % 4 == 1 ? 31 : 0);
+      const bool bend = k % 2 == 0 && j % 2 == 1 && j < 15 && i == (j % 4 == 1 ? 31 : 0);
       const bool climb = k == 1 && j == 14 && i == 0;
-      if (row || turn || climb)
+      if (row || bend || climb)
       {
         ++elements;
       }
@@ -586,7 +587,7 @@ TEST(Propagate, TissueThatWindsThroughABrick)
       ASSERT_EQ(u[3 * v + 2], scene.tissue(v) ? std::min(0.0f, times[v] - 40.0f) : 0.0f);
     }
 
-    // Rows are one in a coarser grid, and come back from there far beyond their limits.
+    // On a coarser grid the rows are connected, so their displacements come back far beyond the limits.
     Probe end = probeAt(scene, { 0, 0, 2 }, { 0.0, 0.0, 0.0 });
     end.anchor = true;
     Simulation settling = simulate(scene, brick);

@@ -1,4 +1,4 @@
-// What keeps a probe from going further: Simulation::heldBy().
+// What limits a probe: Simulation::heldBy().
 
 #include "Scene.h"
 
@@ -18,22 +18,22 @@ TEST(HeldBy, TheFaceOnTheSideThatHolds)
   bar.grid.spacing = { 2.0, 1.0, 1.0 };
   bar.anchors.faces[0] = bar.anchors.faces[1] = true;
   Simulation simulation = simulate(bar);
-  for (const double way : { 1.0, -1.0 })
+  for (const double sign : { 1.0, -1.0 })
   {
-    // Nearer to x-: pulled to x+ or to x-, it is that face that lets it go three links.
-    auto results = simulation.pull({ probeAt(bar, { 3, 1, 1 }, { 44.0 * way, 0.0, 0.1 }) });
-    EXPECT_NEAR(results[0].reached[0], way * 1.5, 1e-4);
+    // Nearer to x-: in both directions this face limits it, to three links.
+    auto results = simulation.pull({ probeAt(bar, { 3, 1, 1 }, { 44.0 * sign, 0.0, 0.1 }) });
+    EXPECT_NEAR(results[0].reached[0], sign * 1.5, 1e-4);
     EXPECT_EQ(simulation.heldBy(0).what, What::Face);
     EXPECT_EQ(simulation.heldBy(0).face, 0);
     EXPECT_FALSE(simulation.heldBy(0).bone);
     simulation.relax(10, 0.0);
     EXPECT_EQ(simulation.heldBy(0).face, 0) << "relaxed tissue is as tight there";
-    simulation.pull({ probeAt(bar, { 9, 1, 1 }, { 44.0 * way, 0.0, 0.1 }) });
+    simulation.pull({ probeAt(bar, { 9, 1, 1 }, { 44.0 * sign, 0.0, 0.1 }) });
     EXPECT_EQ(simulation.heldBy(0).what, What::Face);
     EXPECT_EQ(simulation.heldBy(0).face, 1);
     simulation.reset();
   }
-  // Less than the tissue allows: nothing.
+  // Less than the tissue allows: nothing limits it.
   simulation.pull({ probeAt(bar, { 3, 1, 1 }, { 1.4, 0.0, 0.1 }) });
   EXPECT_EQ(simulation.heldBy(0).what, What::Nothing);
 }
@@ -143,8 +143,8 @@ TEST(HeldBy, OfAReducedModelTheFaceOfTheWholeOne)
   EXPECT_EQ(simulation.heldBy(0).face, 3);
 }
 
-/// How far what is named lets a probe go on an axis, by Dijkstra's algorithm: the least over its elements of
-/// sign * u(h) + d(h, s) - (sign * u(s)), which is 0 where it binds.
+/// The room that the named holder leaves a probe on an axis, by Dijkstra's algorithm: the minimum over the holder's
+/// elements s of sign * u(s) + d(h, s) - sign * u(h). It is 0 for an active constraint.
 double roomTo(const oracle::Block& block, const std::vector<oracle::Vector3>& u, const std::vector<std::size_t>& handle,
   const std::vector<std::size_t>& holder, int axis, double sign)
 {
@@ -162,7 +162,7 @@ double roomTo(const oracle::Block& block, const std::vector<oracle::Vector3>& u,
   return room;
 }
 
-// In random tissue: what is named leaves no room, and where nothing is named, nothing binds.
+// In random tissue: a named holder leaves no room, and where none is named there is room.
 TEST(HeldBy, InRandomTissueItBinds)
 {
   int named[4] = {};
@@ -245,7 +245,7 @@ TEST(HeldBy, InRandomTissueItBinds)
       else
       {
         EXPECT_GT(std::abs(lack), 0.0);
-        EXPECT_NEAR(room, 0.0, 1e-2); // a handle that is held on both sides has a little
+        EXPECT_NEAR(room, 0.0, 1e-2); // a handle that is held on both sides has a little room
       }
     }
   }

@@ -1,4 +1,4 @@
-// Hundreds and thousands of probes: those that fit together are one wave, and few that do not cost few more.
+// Hundreds and thousands of probes: compatible ones are one wave, and a few in conflict take a few more.
 
 #include "Scene.h"
 
@@ -12,7 +12,7 @@ using namespace chainmail;
 
 constexpr int side = 41;
 
-/// Smooth in the whole block, and at rest on its faces.
+/// A smooth displacement field that is 0 on the faces of the block.
 Vector3 smoothField(const Index3& p)
 {
   const double pi = std::acos(-1.0);
@@ -21,7 +21,7 @@ Vector3 smoothField(const Index3& p)
   return { 0.6 * bump, -0.5 * bump, 0.4 * bump };
 }
 
-/// A block with its faces held, and that many probes inside, each on an element of its own.
+/// A block with held faces and `count` probes inside, each on an element of its own.
 struct Crowd
 {
   Crowd(std::size_t count, std::uint64_t seed)
@@ -57,7 +57,7 @@ int waves(const Simulation& simulation)
   return *std::max_element(fronts.begin(), fronts.end());
 }
 
-/// Formula (P*) from rest, with what the probes got.
+/// Formula (P*) from rest, with the displacements that the probes reached.
 void expectFormula(const Crowd& crowd, const std::vector<ProbeResult>& results, const std::vector<float>& u)
 {
   const oracle::Block block = crowd.scene.block();
@@ -110,14 +110,14 @@ TEST(ManyProbes, FiveThousandThatFitTogetherAreOneWaveAndTheFormula)
   const std::vector<float> u = displacements(simulation);
   expectFormula(crowd, results, u);
 
-  // The bits do not depend on their order.
+  // The bits do not depend on the order of the probes.
   std::reverse(crowd.probes.begin(), crowd.probes.end());
   Simulation reversed = simulate(crowd.scene);
   reversed.pull(crowd.probes);
   EXPECT_TRUE(sameBits(displacements(reversed), u));
 }
 
-TEST(ManyProbes, DraggedThroughDeformedTissueTheyAreStillOneWaveEach)
+TEST(ManyProbes, DraggedThroughDeformedTissueTheyRemainOneWaveEach)
 {
   Crowd crowd(2000, 3200);
   Simulation simulation = simulate(crowd.scene);
@@ -140,7 +140,7 @@ TEST(ManyProbes, DraggedThroughDeformedTissueTheyAreStillOneWaveEach)
       expectAllOf(crowd.probes[n], results[n], n);
     }
   }
-  // Others take over where the tissue is now: each finds the element that came to its place.
+  // Other probes continue from the current places of the tissue: each one grabs the element at its position.
   const std::vector<float> u = displacements(simulation);
   std::vector<Probe> others = crowd.probes;
   for (std::size_t n = 0; n < others.size(); ++n)
@@ -158,8 +158,8 @@ TEST(ManyProbes, DraggedThroughDeformedTissueTheyAreStillOneWaveEach)
     std::all_of(results.begin(), results.end(), [](const ProbeResult& result) { return result.elements == 1; }));
 }
 
-// A probe that cannot have what it asks for gives way to those before it, all others get what they ask for, and the
-// waves that this takes grow with its depth among the probes and not with their number.
+// Earlier probes have precedence over a probe in conflict with them; all others reach their targets. The number of
+// waves grows with the depth of the conflict among the probes, not with their number.
 TEST(ManyProbes, OneThatDoesNotFitCostsFewWaves)
 {
   Crowd crowd(32, 3300);
@@ -167,7 +167,7 @@ TEST(ManyProbes, OneThatDoesNotFitCostsFewWaves)
   Simulation simulation = simulate(crowd.scene);
   simulation.setPropagationTimes(true);
   const auto results = simulation.pull(crowd.probes);
-  EXPECT_LE(waves(simulation), 6); // halves of halves, 2^5 of them
+  EXPECT_LE(waves(simulation), 6); // bisection: 2^5 parts
   EXPECT_GT(waves(simulation), 1);
   EXPECT_LT(results[20].reached[1], crowd.probes[20].displacement[1] - 1.0);
   EXPECT_GT(results[20].reached[1], crowd.probes[20].displacement[1] - 7.0);
@@ -181,11 +181,11 @@ TEST(ManyProbes, OneThatDoesNotFitCostsFewWaves)
   }
 }
 
-// More of them share, in one wave: those that it contradicts, and on that axis alone.
+// More probes in conflict share, in one wave: only the conflicting ones, and only on that axis.
 TEST(ManyProbes, OneOfAThousandThatDoesNotFitSharesWithThoseAround)
 {
   Crowd crowd(1000, 3300);
-  // The one in the middle, far from the faces, which would hold it alone.
+  // The probe in the middle, far from the faces, which would limit it.
   const auto fromMiddle = [&](std::size_t n)
   {
     const Index3& p = crowd.places[n];
@@ -220,7 +220,7 @@ TEST(ManyProbes, OneOfAThousandThatDoesNotFitSharesWithThoseAround)
   EXPECT_GE(others, found.shared - 1);
 }
 
-// The forces of all handles are found together. One handle alone, which the others do not touch, has the same.
+// The forces of all handles are computed together. A single handle without contact to others has the same force.
 TEST(ManyProbes, ForcesAreThoseOfSingleProbes)
 {
   Scene scene = randomScene({ 24, 20, 18 }, 1, 3400, 0.1, 0.3);

@@ -1,8 +1,8 @@
-// Probes that turn: what they hold is where the rigid motion has it, tissue follows within its limits, and what holds a
-// probe back is told.
+// Probes with a rotation: their tissue follows the rigid motion, other tissue follows within its limits, and the
+// limiter is named.
 
 #include "../Figures.h"
-#include "../TurningScene.h"
+#include "../RotationScene.h"
 #include "Pose.h"
 
 #include <cmath>
@@ -15,7 +15,7 @@ using namespace chainmail;
 constexpr double pi = 3.14159265358979323846;
 constexpr double degree = pi / 180.0;
 
-/// Where the rotation by a vector about a centre, and then a shift, takes a place: Rodrigues' formula.
+/// The displaced position after a rotation by a rotation vector about a centre and then a shift; Rodrigues' formula.
 Vector3 moved(const Vector3& place, const Vector3& centre, const Vector3& rotation, const Vector3& shift)
 {
   const double angle = std::sqrt(rotation[0] * rotation[0] + rotation[1] * rotation[1] + rotation[2] * rotation[2]);
@@ -48,7 +48,8 @@ Probe pose(const Scene& scene, const Index3& at, const Vector3& rotation, const 
   return probe;
 }
 
-/// How far voxels are from where a probe has them, at most [mm]: those for which `isHeld(i, j, k)`.
+/// The largest distance of voxels from their places by the probe's rigid motion [mm], for voxels with `isHeld(i, j,
+/// k)`.
 template <typename F>
 double offPose(const Scene& scene, const Simulation& simulation, const Probe& probe, const F& isHeld)
 {
@@ -62,10 +63,10 @@ double offPose(const Scene& scene, const Simulation& simulation, const Probe& pr
         return;
       }
       const Vector3 rest = scene.place(i, j, k);
-      const Vector3 wanted = moved(rest, probe.centre, probe.rotation, probe.displacement);
+      const Vector3 expected = moved(rest, probe.centre, probe.rotation, probe.displacement);
       for (int a = 0; a < 3; ++a)
       {
-        const double off = std::fabs(rest[a] + u[scene.grid.at(i, j, k)][a] - wanted[a]);
+        const double off = std::fabs(rest[a] + u[scene.grid.at(i, j, k)][a] - expected[a]);
         worst = off <= worst ? worst : off; // takes a NaN as well
       }
     });
@@ -86,8 +87,8 @@ void expectAsked(const Probe& probe, const ProbeResult& result)
   }
 }
 
-// A bone in soft tissue: it is at its pose to rounding at once and after tissue has settled, which is feasible. The way
-// back ends at rest, to the bit of the bone.
+// A bone in soft tissue has its pose at once, to rounding, and after relaxation, and the state is feasible. The pose
+// back to rest restores the bone to the bit.
 TEST(Poses, ABoneIsWhereItIsTold)
 {
   Scene scene = boneScene();
@@ -96,7 +97,7 @@ TEST(Poses, ABoneIsWhereItIsTold)
   for (const bool coarse : { false, true })
   {
     SCOPED_TRACE(coarse ? "coarse to fine" : "fine");
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     simulation.setCoarseToFine(coarse);
     Probe probe = pose(scene, { 12, 5, 8 }, { 0.0, 12.0 * degree, 5.0 * degree }, { 0.3, -0.2, 0.4 });
     expectAsked(probe, simulation.pull({ probe })[0]);
@@ -119,7 +120,7 @@ TEST(Poses, ABoneIsWhereItIsTold)
   }
 }
 
-// Free tissue follows any rotation, in steps, also beyond half a turn, and nothing is strained in the end.
+// Free tissue follows any rotation in steps, also beyond half a revolution, and ends without strain.
 TEST(Poses, FreeTissueFollowsAnyRotation)
 {
   Scene scene({ 9, 8, 11 }, 0.2f);
@@ -136,14 +137,14 @@ TEST(Poses, FreeTissueFollowsAnyRotation)
          Vector3{ 100.0 * degree, -80.0 * degree, 60.0 * degree }, Vector3{ 0.0, -370.0 * degree, 0.0 } })
   {
     SCOPED_TRACE(testing::Message() << rotation[0] << ' ' << rotation[1] << ' ' << rotation[2]);
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     coarse = !coarse;
     simulation.setCoarseToFine(coarse);
     const Probe probe = pose(scene, { 4, 4, 5 }, rotation, { 2.0, -3.0, 1.0 });
     expectAsked(probe, simulation.pull({ probe })[0]);
     EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
     simulation.relax(1500, 0.0);
-    // Places are known to 1.2e-7 of the largest displacement, and sweeps leave ten times as much.
+    // Displacements are rounded to 1.2e-7 of the largest one, and sweeps leave ten times as much.
     EXPECT_LT(offPose(scene, simulation, probe, [](int, int, int) { return true; }), 1e-3);
     EXPECT_LT(simulation.measure().energy, 1e-5);
   }
@@ -157,7 +158,7 @@ TEST(Poses, BrickSizesGiveEqualBits)
   std::vector<float> first;
   for (const Index3& brick : { Index3{ 8, 8, 8 }, Index3{ 16, 4, 8 }, Index3{ 32, 16, 16 } })
   {
-    Simulation simulation = simulateTurning(scene, brick);
+    Simulation simulation = simulateRotations(scene, brick);
     simulation.setCoarseToFine(false);
     simulation.pull({ probe });
     simulation.relax(40, 0.0);
@@ -167,9 +168,9 @@ TEST(Poses, BrickSizesGiveEqualBits)
   }
 }
 
-// What a probe turns with is how the least energy changes with the angle, and what it pulls with how it does with the
-// displacement: central differences of relaxed tissue. The pull is small, as links at their limits pull, too. Sweeps
-// leave the energy a little above the least.
+// A probe's torque is the derivative of the relaxed energy with respect to the angle, its force that with respect to
+// the displacement: compared with central differences. The pull is small, because links at their limits add forces.
+// Sweeps leave the energy a little above the minimum.
 TEST(Poses, TorqueIsTheDerivativeOfTheEnergy)
 {
   Scene scene = boneScene();
@@ -178,10 +179,10 @@ TEST(Poses, TorqueIsTheDerivativeOfTheEnergy)
   {
     SCOPED_TRACE(poissonRatio);
     Probe probe = pose(scene, { 12, 5, 8 }, { 0.8 * degree, 2.0 * degree, -0.6 * degree }, { 0.08, 0.04, -0.06 });
-    probe.centre[0] += 3.0; // not what the bone would turn about by itself
+    probe.centre[0] += 3.0; // not the centre about which the bone rotates by itself
     const auto relaxed = [&](const Probe& asked, ProbeResult* result)
     {
-      Simulation simulation = simulateTurning(scene, { 0, 0, 0 }, 1, poissonRatio);
+      Simulation simulation = simulateRotations(scene, { 0, 0, 0 }, 1, poissonRatio);
       simulation.pull({ asked });
       simulation.relax(800, 0.0);
       if (result)
@@ -196,16 +197,16 @@ TEST(Poses, TorqueIsTheDerivativeOfTheEnergy)
     const double step = 0.004;
     for (int a = 0; a < 3; ++a)
     {
-      // The rotation by R, then by a little about the axis, is prescribed by its rotation vector.
+      // The rotation by R, followed by a small one about the axis, is given as a rotation vector.
       Probe more = probe, less = probe;
-      const auto turnOn = [&](double by)
+      const auto rotatedFurther = [&](double by)
       {
         Vector3 axis{};
         axis[a] = by;
         return rotationVectorOf(product(rotationBy(axis), rotationBy(probe.rotation)));
       };
-      more.rotation = turnOn(step);
-      less.rotation = turnOn(-step);
+      more.rotation = rotatedFurther(step);
+      less.rotation = rotatedFurther(-step);
       const double torque = (relaxed(more, nullptr) - relaxed(less, nullptr)) / (2.0 * step);
       EXPECT_NEAR(result.torque[a], torque, 0.02 * energy) << a;
       more = less = probe;
@@ -217,8 +218,8 @@ TEST(Poses, TorqueIsTheDerivativeOfTheEnergy)
   }
 }
 
-// A bone among others that are anchored: it turns as far as tissue between allows, at one pose for all of it, and the
-// holder is named.
+// A bone between anchored ones rotates as far as the tissue between them allows, as a rigid body, and the holder is
+// named.
 TEST(Poses, WhatHoldsAProbeIsTold)
 {
   Scene scene({ 17, 9, 9 }, 0.15f);
@@ -227,7 +228,7 @@ TEST(Poses, WhatHoldsAProbeIsTold)
     scene.give(i, 4, 4, 0.0f);
   }
   scene.anchors.faces[4] = true;
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   Probe probe = pose(scene, { 8, 4, 4 }, { 0.0, 60.0 * degree, 0.0 });
   const ProbeResult result = simulation.pull({ probe })[0];
   EXPECT_GT(result.turned[1], 2.0 * degree);
@@ -242,7 +243,7 @@ TEST(Poses, WhatHoldsAProbeIsTold)
   EXPECT_EQ(holder.face, 4);
 }
 
-// Many bodies at once, each by voxels of its own and about its own centre; others stay at rest.
+// Many bodies at once, each held at voxels of its own and about a centre of its own; other bodies stay at rest.
 TEST(Poses, ManyBodiesGoTogether)
 {
   Scene scene({ 12, 12, 42 }, 0.4f);
@@ -257,7 +258,7 @@ TEST(Poses, ManyBodiesGoTogether)
       {
         for (int i = 4; i < 8; ++i)
         {
-          scene.give(i, j, k, i == 5 && j == 5 ? 0.4f : 0.0f); // marrow is soft and goes along
+          scene.give(i, j, k, i == 5 && j == 5 ? 0.4f : 0.0f); // marrow is soft and moves along
           voxels->push_back(scene.grid.at(i, j, k));
         }
       }
@@ -269,7 +270,7 @@ TEST(Poses, ManyBodiesGoTogether)
     probes.push_back(probe);
   }
   scene.anchors.faces[4] = scene.anchors.faces[5] = true;
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   const std::vector<ProbeResult> results = simulation.pull(probes);
   simulation.relax(40, 0.0);
   for (std::size_t n = 0; n < probes.size(); ++n)
@@ -284,8 +285,8 @@ TEST(Poses, ManyBodiesGoTogether)
   EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
 }
 
-// Stiff tissue in the notch of a bone goes along with it, as it could neither turn without moving nor move without
-// turning.
+// Stiff tissue in a notch of a bone moves along with it: it could neither rotate without moving nor move without
+// rotating.
 TEST(Poses, StiffTissueInANotchGoesAlong)
 {
   Scene scene({ 17, 17, 17 }, 0.8f);
@@ -301,10 +302,10 @@ TEST(Poses, StiffTissueInANotchGoesAlong)
     }
   }
   scene.anchors.faces.fill(true);
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   const Probe probe = pose(scene, { 8, 10, 10 }, { 35.0 * degree, 0.0, 0.0 });
   const ProbeResult result = simulation.pull({ probe })[0];
-  expectAsked(probe, result); // 17 degrees where the notch stayed behind
+  expectAsked(probe, result); // 17 degrees if the notch is not part of the handle
   EXPECT_EQ(result.elements, 3u * (7 * 7 - 4 * 4 + 2 * 2));
   EXPECT_LT(
     offPose(scene, simulation, probe, [&](int i, int j, int k) { return isRigid(scene, i, j, k) || isNotch(i, j, k); }),
@@ -312,7 +313,7 @@ TEST(Poses, StiffTissueInANotchGoesAlong)
   simulation.relax(40, 0.0);
   EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
 
-  // So it does where several probes ask for the turn.
+  // It does so too if several probes request the rotation.
   simulation.reset();
   std::vector<Probe> corners;
   for (const Index3& at : { Index3{ 7, 11, 5 }, Index3{ 9, 5, 11 }, Index3{ 7, 11, 11 }, Index3{ 9, 9, 9 } })
@@ -336,7 +337,7 @@ TEST(Poses, StiffTissueInANotchGoesAlong)
   }
 }
 
-// In a reduced model rigid voxels are at the pose, too.
+// In a reduced model rigid voxels have the pose, too.
 TEST(Poses, ReducedModels)
 {
   Scene scene({ 24, 24, 24 }, 0.4f);
@@ -352,7 +353,7 @@ TEST(Poses, ReducedModels)
   for (const int reduction : { 2, 4 })
   {
     SCOPED_TRACE(reduction);
-    Simulation simulation = simulateTurning(scene, { 0, 0, 0 }, reduction);
+    Simulation simulation = simulateRotations(scene, { 0, 0, 0 }, reduction);
     const Probe probe = pose(scene, { 12, 12, 12 }, { 20.0 * degree, 15.0 * degree, 0.0 }, { 1.0, 0.0, -1.0 });
     expectAsked(probe, simulation.pull({ probe })[0]);
     simulation.relax(20, 0.0);
@@ -360,12 +361,12 @@ TEST(Poses, ReducedModels)
   }
 }
 
-// A ball of soft tissue is held at a pose, and so is a single element as far as its place goes.
+// A ball of soft tissue is held at a pose.
 TEST(Poses, SoftTissue)
 {
   Scene scene({ 15, 15, 15 }, 0.4f);
   scene.anchors.faces.fill(true);
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   Probe probe = pose(scene, { 7, 7, 7 }, { 0.0, 0.0, 25.0 * degree }, { 0.5, 0.0, 0.0 });
   probe.radius = 3.0;
   expectAsked(probe, simulation.pull({ probe })[0]);
@@ -376,8 +377,8 @@ TEST(Poses, SoftTissue)
   EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
 }
 
-// A probe without a rotation to give is one clear error where nothing rotates, and otherwise keeps its body from
-// rotating.
+// Probes that are refused: one with a rotation where tissue does not rotate, and unusable rotations, centres and
+// voxels.
 TEST(Poses, WhatCannotBe)
 {
   const Scene scene = boneScene();
@@ -386,7 +387,7 @@ TEST(Poses, WhatCannotBe)
     Simulation simulation = simulate(scene);
     EXPECT_THROW(simulation.hold({ probe }), ProbeError);
   }
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   probe.rotation[1] = NAN;
   EXPECT_THROW(simulation.hold({ probe }), ProbeError);
   probe.rotation[1] = 1e4;
@@ -399,7 +400,7 @@ TEST(Poses, WhatCannotBe)
   EXPECT_THROW(simulation.hold({ probe }), ProbeError);
 }
 
-/// Four probes on a bone, each asked to go where a rigid motion takes its place.
+/// Four probes on a bone with the targets of one rigid motion.
 std::vector<Probe> fourProbes(const Scene& scene, const Vector3& rotation, const Vector3& shift)
 {
   std::vector<Probe> probes;
@@ -417,13 +418,13 @@ std::vector<Probe> fourProbes(const Scene& scene, const Vector3& rotation, const
   return probes;
 }
 
-// Several probes on a bone whose targets one rigid motion meets give the bone that motion.
-TEST(Poses, SeveralProbesTurnABone)
+// Several probes on a bone with the targets of one rigid motion give the bone this motion.
+TEST(Poses, SeveralProbesRotateABone)
 {
   Scene scene = boneScene();
   const Vector3 rotation{ 0.0, 14.0 * degree, 6.0 * degree };
   const Vector3 shift{ 0.4, 0.0, 0.3 };
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   const std::vector<Probe> probes = fourProbes(scene, rotation, shift);
   const std::vector<ProbeResult> results = simulation.pull(probes);
   for (std::size_t n = 0; n < probes.size(); ++n)
@@ -439,16 +440,16 @@ TEST(Poses, SeveralProbesTurnABone)
   EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
   EXPECT_LT(bend(simulation), 1e-4);
 
-  // Where no rigid motion meets them the bone stays rigid, and each probe comes near.
-  std::vector<Probe> apart = probes;
-  apart[0].displacement[0] -= 1.0;
+  // If no rigid motion fits the targets, the bone remains rigid and each probe comes near its target.
+  std::vector<Probe> incompatible = probes;
+  incompatible[0].displacement[0] -= 1.0;
   simulation.reset();
-  const std::vector<ProbeResult> near = simulation.pull(apart);
-  for (std::size_t n = 0; n < apart.size(); ++n)
+  const std::vector<ProbeResult> near = simulation.pull(incompatible);
+  for (std::size_t n = 0; n < incompatible.size(); ++n)
   {
     for (int a = 0; a < 3; ++a)
     {
-      EXPECT_NEAR(near[n].reached[a], apart[n].displacement[a], 0.8) << n; // in the mean a quarter
+      EXPECT_NEAR(near[n].reached[a], incompatible[n].displacement[a], 0.8) << n; // on average a quarter
     }
   }
   EXPECT_LT(bend(simulation), 1e-4);

@@ -1,4 +1,4 @@
-// Probes that do not fit together and share, against Dijkstra's algorithm in double precision.
+// Probes in conflict with policy Share, against Dijkstra's algorithm in double precision.
 
 #include "Scene.h"
 
@@ -10,15 +10,14 @@ namespace
 
 using namespace chainmail;
 
-/// What float32, and the margin for it of 7e-7 at each link, may make of sums along a path of these tests' scenes,
-/// which has at most some 40 links, with displacements of this size [voxels]; half of it was seen.
+/// The rounding error of sums along a path of these scenes, for displacements of this size [voxels]: by float32, and by
+/// the margin of 7e-7 for it at each link. A path has at most about 40 links. Half of it was measured.
 double rounding(double displacement)
 {
   return 3e-5 * std::max(1.0, displacement);
 }
 
-/// Probes on random elements that ask for random displacements; every third has a radius and every seventh is an
-/// anchor.
+/// Probes on random elements with random targets. Every third has a radius, and every seventh is an anchor.
 std::vector<Probe> contradictingProbes(const Scene& scene, std::size_t count, double reach, std::uint64_t seed)
 {
   Random random(seed);
@@ -113,7 +112,7 @@ TEST(Share, ProbesThatFitTogetherGetWhatTheyAskFor)
   EXPECT_TRUE(sameBits(displacements(shares), displacements(limits)));
 }
 
-// A state that is not at rest, cuts, and probes that are held where they are while others come.
+// A state that is not at rest, with cuts, and with probes that hold their tissue while others are added.
 TEST(Share, GoesOnFromWhereTissueIs)
 {
   for (std::uint64_t seed = 0; seed < 4; ++seed)
@@ -135,7 +134,7 @@ TEST(Share, GoesOnFromWhereTissueIs)
     {
       for (const std::size_t v : handle.elements)
       {
-        block.anchored[v] = 1; // to those who come later
+        block.anchored[v] = 1; // for later probes
       }
     }
     std::vector<Probe> all = first;
@@ -156,7 +155,7 @@ TEST(Share, GoesOnFromWhereTissueIs)
       Probe probe = probeAt(scene, p, {});
       for (int a = 0; a < 3; ++a)
       {
-        probe.position[a] += before[v][a]; // where the element is now
+        probe.position[a] += before[v][a]; // the current place of the element
         handle.target[a] = random(-5.0, 5.0);
         probe.displacement[a] = handle.target[a];
       }
@@ -169,7 +168,7 @@ TEST(Share, GoesOnFromWhereTissueIs)
   }
 }
 
-// One request that nothing can follow takes no exactness from the others.
+// A request that nothing can follow does not reduce the accuracy of the others.
 TEST(Share, WhatIsFarOutOfReachDoesNotBlurTheRest)
 {
   Scene scene = randomScene({ 21, 14, 17 }, 1, 9750);
@@ -186,7 +185,7 @@ TEST(Share, WhatIsFarOutOfReachDoesNotBlurTheRest)
   }
 }
 
-// Thousands of probes on a surface that ask for more than neighbours leave them: a few waves, whatever the policy.
+// Thousands of probes on a surface, with targets further apart than their links allow: a few waves with every policy.
 TEST(Share, ManyThatDoNotFitTakeFewWaves)
 {
   for (const ConflictPolicy policy : { ConflictPolicy::Limit, ConflictPolicy::Latest })
@@ -220,8 +219,8 @@ TEST(Share, ManyThatDoNotFitTakeFewWaves)
   }
 }
 
-// A block that has been wound up: with rotations the paths have offsets.
-TEST(Share, HoldsInTissueThatHasTurned)
+// A twisted block: with rotations the paths have rest offsets.
+TEST(Share, HoldsInRotatedTissue)
 {
   Scene scene = randomScene({ 14, 12, 13 }, 1, 9900, 0.05, 0.05);
   scene.anchors.faces[4] = true;

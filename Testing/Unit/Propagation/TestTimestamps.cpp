@@ -1,5 +1,5 @@
-// The published propagation and its maps of time and wavefronts, against a plain run of algorithms 1 and 2 and against
-// Dijkstra; the order of waves, their overlap, and what holds against them.
+// The published propagation and its maps of time and wave ids, against a simple run of algorithms 1 and 2 and against
+// Dijkstra's algorithm. The order of waves, their overlap, and the tissue that resists them.
 
 #include "../../Oracles/Timestamps.h"
 #include "Scene.h"
@@ -44,7 +44,7 @@ constexpr PropagationMethod bothMethods[] = { PropagationMethod::Envelope, Propa
 
 TEST(Timestamp, Figure4OfThePaperExactly)
 {
-  // Links of 1.5 and 3 in a spacing of 16, so that all numbers are exact.
+  // Links of 1.5 and 3 in a spacing of 16: all numbers are exact.
   Scene scene({ 3, 1, 1 });
   scene.grid.spacing = { 16.0, 16.0, 16.0 };
   scene.constraint = { 0.0625f, 0.125f, 0.25f };
@@ -128,7 +128,7 @@ TEST(Timestamp, SingleWavesAreTheEnvelopeAndTheirTimesAreDijkstras)
         const std::size_t n = v * axes + group;
         const auto moved = [&](std::size_t voxel)
         { return voxel == source || (axes == 3 ? u[voxel][group] != 0.0 : u[voxel] != oracle::Vector3{}); };
-        // Known where the wave moved an element and beside one.
+        // A time is known for moved elements and their neighbours.
         const bool known =
           block.tissue[v] && (moved(v) || std::any_of(graph[v].begin(), graph[v].end(),
                                             [&](const oracle::Neighbour& w) { return moved(w.voxel); }));
@@ -140,7 +140,8 @@ TEST(Timestamp, SingleWavesAreTheEnvelopeAndTheirTimesAreDijkstras)
           continue;
         }
         ++reached;
-        // Where rounding swallows the shift of an earlier arrival, the published method does not pass it on.
+        // If rounding absorbs the displacement of an earlier arrival, the published method does not pass the arrival
+        // on.
         EXPECT_NEAR(t[n], te[n], 1e-6) << v;
         if (moved(v))
         {
@@ -148,7 +149,7 @@ TEST(Timestamp, SingleWavesAreTheEnvelopeAndTheirTimesAreDijkstras)
         }
         else
         {
-          // Beside the moved tissue the shortest path may run outside it.
+          // For neighbours of moved tissue the shortest path may run outside it.
           EXPECT_GE(t[n], distance[v] - tolerance) << v;
         }
       }
@@ -161,7 +162,7 @@ TEST(Timestamp, EveryIterationIsThatOfAlgorithm2)
 {
   for (int seed = 0; seed < 3; ++seed)
   {
-    // Without rigid tissue, where several neighbours are there at the same time and the published order would count.
+    // Without rigid tissue, in which several neighbours arrive at the same time and the published order would matter.
     Scene scene = randomScene({ 17, 14, 11 }, 1, 800 + seed, 0.15, 0.0);
     const oracle::Block block = scene.block();
     Random random(seed);
@@ -219,7 +220,7 @@ TEST(Timestamp, EveryIterationIsThatOfAlgorithm2)
       {
         ASSERT_EQ(f[v], waves.state[v].front) << "iteration " << iteration << " voxel " << v;
         worst = std::max(worst, std::abs(static_cast<double>(t[v]) - waves.state[v].time));
-        // The end of overlapping waves is repaired, see below.
+        // Overlapping waves end with a repair, see below.
         for (int a = 0; !last && a < 3; ++a)
         {
           worst = std::max(worst, std::abs(u[v][a] - waves.state[v].u[a]));
@@ -233,7 +234,7 @@ TEST(Timestamp, EveryIterationIsThatOfAlgorithm2)
     }
     ASSERT_TRUE(waves.finished());
 
-    // Overlapping waves leave links beyond their limits; the engine repairs them and touches little else.
+    // Overlapping waves leave links beyond their limits. The engine repairs them and changes little else.
     std::vector<oracle::Vector3> published(block.count());
     std::transform(waves.state.begin(), waves.state.end(), published.begin(),
       [](const oracle::TimestampWaves::Element& e) { return e.u; });
@@ -243,7 +244,7 @@ TEST(Timestamp, EveryIterationIsThatOfAlgorithm2)
     {
       EXPECT_LT(largestDifference(block, got, published), tolerance);
     }
-    // The later one prevails: its probe is where it wanted.
+    // The later wave prevails: its probe reaches its target.
     const std::size_t voxel = scene.grid.at(q[0], q[1], q[2]);
     EXPECT_EQ(got[voxel], (oracle::Vector3{ -1.5, 2.0, static_cast<double>(0.6f) }));
   }
@@ -298,8 +299,8 @@ TEST(Timestamp, UnderLatestTheNewestWaveDragsOlderProbesAndStopsAtAnchors)
     EXPECT_EQ(results[0].reached[1], 0.0);
     EXPECT_LT(oracle::maxLinkExcess(scene.block(), state(simulation)), tolerance);
 
-    // A later wave of the first, and an anchor that nothing drags.
-    Probe anchor = probeAt(scene, { 19, 2, 2 }, {}); // where element 16 is now
+    // A later wave of the first probe, and an anchor, which no wave drags.
+    Probe anchor = probeAt(scene, { 19, 2, 2 }, {}); // the current place of element 16
     anchor.anchor = true;
     const auto held = simulation.pull({ first, second, anchor });
     EXPECT_EQ(held[1].reached, results[1].reached);
@@ -366,7 +367,7 @@ TEST(Timestamp, EnvelopeInStepsEndsWithTheSameBits)
     finished = result.finished;
     if (!finished)
     {
-      // Tissue in mid-wave does not relax.
+      // Tissue does not relax while a wave passes through it.
       EXPECT_EQ(steps.relax(3, 0.0).iterations, 0);
     }
   }
@@ -430,7 +431,7 @@ TEST(Timestamp, AProbeReleasedInMidWaveIsHeldToItsEndAndThenFree)
     Simulation whole = simulateWith(scene, method, ConflictPolicy::Limit, { 4, 2, 2 });
     whole.pull({ probe });
     EXPECT_TRUE(sameBits(displacements(simulation), displacements(whole)));
-    // Nothing is held any more: it settles to no strain at all.
+    // Nothing is held any more: the strain relaxes to 0.
     simulation.relax(4000, 0.0);
     EXPECT_LT(simulation.measure().energy, 1e-3 * whole.measure().energy);
   }

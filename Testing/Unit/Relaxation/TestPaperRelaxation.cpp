@@ -1,5 +1,5 @@
-// The published relaxation: every element at once to the weighted mean. Step by step against a plain double-precision
-// run of the same iteration, and its limitations, shown.
+// The published relaxation, which moves all elements at once to the weighted mean: step by step against a simple run of
+// the same iteration in double precision. And its limitations.
 
 #include "Inclusion.h"
 
@@ -18,7 +18,7 @@ Simulation published(const Scene& scene, double recovery = 1.0, const Index3& br
   return simulation;
 }
 
-/// One iteration of eq. 8, written down as it stands.
+/// One iteration of eq. 8 as published.
 std::vector<oracle::Vector3> iterate(
   const oracle::Block& block, const std::vector<char>& held, const std::vector<oracle::Vector3>& u)
 {
@@ -218,8 +218,8 @@ std::vector<oracle::Vector3> unlimitedOptimum(
   return result;
 }
 
-// Held tissue damps both the smooth and the alternating modes, so here it does converge: to the optimum of eq. 7, whose
-// links are not within their limits.
+// Held tissue damps both the smooth and the alternating modes, so the iteration converges here: to the optimum of eq.
+// 7, which ignores the limits of links.
 TEST(Paper, ConvergesToTheOptimumWithoutLimitsAndLeavesThem)
 {
   Scene scene = randomScene({ 9, 8, 8 }, 1, 220, 0.0, 0.0);
@@ -233,21 +233,21 @@ TEST(Paper, ConvergesToTheOptimumWithoutLimitsAndLeavesThem)
   const RelaxResult result = simulation.relax(2000, 1e-7);
   EXPECT_TRUE(result.converged);
   const std::vector<oracle::Vector3> relaxed = state(simulation);
-  // Iterations shrink the error by a few per cent each: a hundred times the last move, at most.
+  // An iteration reduces the error by a few per cent, so the error is at most a hundred times the last move.
   EXPECT_LT(largestDifference(block, relaxed, best), 1e-5);
   EXPECT_NEAR(oracle::energy(block, relaxed), oracle::energy(block, best), 1e-4 * oracle::energy(block, best));
   const double excess = oracle::maxLinkExcess(block, relaxed);
   EXPECT_GT(excess, 0.05);
   EXPECT_NEAR(simulation.measure().maxLinkExcess, excess, 1e-5);
 
-  // The optimum within the limits costs more.
+  // The optimum within the limits has more energy.
   Simulation projected = simulate(scene);
   projected.pull(probes);
   projected.relax(2000, 0.0);
   EXPECT_GT(projected.measure().energy, 1.02 * simulation.measure().energy);
 }
 
-// A checkerboard in tissue that nothing holds: red takes the place of black and black that of red, for ever.
+// A checkerboard in free tissue: red and black elements exchange their displacements in every iteration, without end.
 TEST(Paper, CheckerboardFlipsForEver)
 {
   const int n = 6;
@@ -275,16 +275,16 @@ TEST(Paper, CheckerboardFlipsForEver)
     const std::vector<oracle::Vector3> after = state(simulation);
     for (std::size_t v = 0; v < block.count(); ++v)
     {
-      // Each mean is rounded: after a thousand of them 1e-4 is still generous.
+      // Each mean is rounded. After a thousand iterations the error is far below 1e-4.
       ASSERT_NEAR(after[v][0], (steps % 2 == 0 ? 1.0 : -1.0) * before[v][0], 1e-4);
     }
     EXPECT_NEAR(simulation.measure().energy, energy, 1e-3 * energy);
   }
-  // What the projected method makes of it: TestRelaxation, CheckerboardDecays.
+  // The projected method removes it: TestRelaxation, CheckerboardDecays.
 }
 
-// A bone that soft tissue pulls at hardly moves: each of its elements is held by its rigid neighbours, whose links
-// weigh a hundred thousand times as much.
+// A bone that soft tissue pulls hardly moves. Each of its elements is held by its rigid neighbours, whose links have a
+// hundred thousand times the weight.
 TEST(Paper, BoneIsLocked)
 {
   Scene scene({ 18, 9, 9 }, 0.3f);
@@ -330,8 +330,9 @@ TEST(Paper, BoneIsLocked)
   }
 }
 
-// Only what moved is visited, and the tissue around it: memory grows with the iterations, and a small pull in large
-// tissue stays small. Skipping changes no bit (BitsDoNotDependOnBricks); far away all is at rest exactly.
+// Only moved tissue and its surroundings are updated. Memory grows with the iterations, and a small pull in a large
+// block needs little. Skipping bricks changes no bit (BitsDoNotDependOnBricks). Far from the pull all is exactly at
+// rest.
 TEST(Paper, TissueFarAwayIsNotVisited)
 {
   Scene scene({ 96, 96, 96 }, 0.3f);
@@ -344,7 +345,7 @@ TEST(Paper, TissueFarAwayIsNotVisited)
   EXPECT_LT(statistics.allocated, scene.grid.voxels() / 8);
 }
 
-// After the published method links are beyond their limits. The projected one repairs that first and goes on as ever.
+// After the published method links exceed their limits. The projected method first repairs them and then runs as usual.
 TEST(Paper, ProjectedAfterwardsIsFeasibleAgain)
 {
   for (const std::uint64_t seed : { 230, 231 })
@@ -386,7 +387,7 @@ TEST(Paper, ProjectedAfterwardsIsFeasibleAgain)
     const oracle::Optimum best = oracle::minimise(block, held, pulled);
     EXPECT_LT(oracle::energy(block, state(simulation)), 1.001 * best.energy);
 
-    // And back again.
+    // The published method again.
     simulation.setRelaxation(RelaxationMethod::Paper, 1.0);
     simulation.relax(50, 0.0);
     EXPECT_GT(simulation.measure().maxLinkExcess, 0.05);

@@ -1,5 +1,5 @@
-// Elastoplastic tissue: strain up to (1 - r) of a link's limit costs nothing. Against the certified optimum of the
-// convex problem, and as curves of loading and unloading.
+// Elastoplastic tissue: strain up to (1 - r) of a link's limit has no energy. Against the certified optimum of the
+// convex problem, and curves of loading and unloading.
 
 #include "Inclusion.h"
 
@@ -26,7 +26,7 @@ oracle::Block plasticBlock(const Scene& scene, double recovery)
   return block;
 }
 
-/// Engine and oracle on the same block after the same pull. The state of an optimum is not unique, its energy is.
+/// Engine and oracle on the same block after the same pull. The optimal state is not unique, its energy is.
 void expectOptimum(const Scene& scene, double recovery, const Vector3& shares, const char* what)
 {
   SCOPED_TRACE(what);
@@ -48,7 +48,7 @@ void expectOptimum(const Scene& scene, double recovery, const Vector3& shares, c
   simulation.relax(3000, 0.0);
   const std::vector<oracle::Vector3> relaxed = state(simulation);
   const double energy = oracle::energy(block, relaxed);
-  // Above by 0.1 % at most; below the proven bound only by what links may exceed their limits in float32.
+  // At most 0.1 % above the optimum. Below the proven bound only by the float32 excess of links.
   EXPECT_LT(energy, 1.001 * best.energy);
   EXPECT_GT(energy, 0.9999 * best.bound);
   EXPECT_NEAR(simulation.measure().energy, energy, 1e-4 * energy);
@@ -76,7 +76,7 @@ TEST(Plastic, ReachesTheOptimumOfAnisotropicTissueAndSpacing)
   expectOptimum(scene, 0.8, { 0.5, -0.6, 0.9 }, "pull");
 }
 
-// Chains of links at their limits, which only move together, in tissue in which most other links cost nothing.
+// Chains of links at their limits, which only move together, in tissue where most other links have no energy.
 TEST(Plastic, ReachesTheOptimumWhereChainsOfLinksAreAtTheirLimits)
 {
   for (const int seed : { 1000, 1004 })
@@ -101,14 +101,14 @@ TEST(Plastic, EnergyNeverRisesAndEverySweepIsFeasible)
       {
         simulation.pull({ pullBy(scene, shares) });
         double before = oracle::energy(block, state(simulation));
-        // Single sweeps, then longer calls, in which omega rises and blocked groups get their turns.
+        // Single sweeps, then longer calls, within which omega rises and blocked groups are solved.
         for (int call = 0; call < 40; ++call)
         {
           simulation.relax(call < 30 ? 1 : 20, 0.0);
           const std::vector<oracle::Vector3> now = state(simulation);
           const double energy = oracle::energy(block, now);
-          // Rounding: of a sum of thousands of links, and of the places of links that are at the edge of what costs
-          // nothing, where energy is the square of 1e-7.
+          // Rounding of a sum of thousands of links, and of the strain of links near the edge of the slack, whose
+          // energy is the square of 1e-7.
           ASSERT_LE(energy, before * (1.0 + 1e-6) + 1e-9) << "call " << call;
           ASSERT_LE(oracle::maxLinkExcess(block, now), 1e-5) << "call " << call;
           before = energy;
@@ -118,8 +118,8 @@ TEST(Plastic, EnergyNeverRisesAndEverySweepIsFeasible)
   }
 }
 
-// r = 1 is the elastic tissue of every other test, and what there is without a word. Slack that rounds away entirely
-// takes the other path through the kernels to the same bits.
+// r = 1 is the elastic tissue of all other tests, and the default. Slack so small that it rounds to 0 uses the other
+// path of the kernels and gives the same bits.
 TEST(Plastic, FullRecoveryIsElasticToTheBit)
 {
   const Scene scene = cornerScene(13, 1, 31);
@@ -143,7 +143,7 @@ TEST(Plastic, FullRecoveryIsElasticToTheBit)
   }
 }
 
-// r = 0: inside its limits nothing pulls at anything. What the wave left stays, to the bit.
+// r = 0: within the limits there are no forces. The state after the wave remains, to the bit.
 TEST(Plastic, WithoutRecoveryTissueStaysWhereItIs)
 {
   const Scene scene = cornerScene(14, 1, 32);
@@ -154,7 +154,7 @@ TEST(Plastic, WithoutRecoveryTissueStaysWhereItIs)
   const ProbeResult probe = simulation.probes().front();
   for (const double force : probe.force)
   {
-    EXPECT_LT(std::abs(force), 1e-4); // of links at their limits, by rounding; elastic tissue pulls with some 5
+    EXPECT_LT(std::abs(force), 1e-4); // rounding of links at their limits; the force of elastic tissue is about 5
   }
   for (const bool released : { false, true })
   {
@@ -188,7 +188,7 @@ TEST(Plastic, BitsDoNotDependOnBricks)
   }
 }
 
-// By the envelope theorem the force is the slope of the optimum's energy: here of the oracle's.
+// By the envelope theorem the force is the derivative of the optimum's energy; here of the oracle's optimum.
 TEST(Plastic, ForceIsTheGradientOfTheRelaxedEnergy)
 {
   Scene scene = cornerScene(8, 1, 80);
@@ -197,7 +197,7 @@ TEST(Plastic, ForceIsTheGradientOfTheRelaxedEnergy)
   std::vector<char> held = block.anchored;
   const std::size_t grabbed = handles(block, { corner(scene, {}) })[0].elements[0];
   held[grabbed] = 1;
-  // So short that no limit is reached when the tissue has relaxed.
+  // So short that the relaxed tissue reaches no limit.
   const Vector3 reach = reachOfCorner(scene);
   const oracle::Vector3 place{ 0.35 * reach[0], -0.4 * reach[1], 0.45 * reach[2] };
   const auto energyAt = [&](int axis, double factor)
@@ -221,7 +221,7 @@ TEST(Plastic, ForceIsTheGradientOfTheRelaxedEnergy)
   for (int a = 0; a < 3; ++a)
   {
     const double slope = (energyAt(a, 1.02) - energyAt(a, 0.98)) / (0.04 * displacement[a]);
-    // 1 % for the third derivative where links begin to cost something, and for what sweeps in float32 leave.
+    // 1 % for the third derivative at the edge of the slack, and for the error of sweeps in float32.
     EXPECT_NEAR(force[a], slope, 0.01 * std::abs(slope)) << a;
     EXPECT_GT(std::abs(slope), 0.05) << "no force: a poor test";
     EXPECT_GT(force[a] * place[a], 0.0) << "the handle pulls outwards";
@@ -233,7 +233,8 @@ struct Bar
 {
   static constexpr int length = 12;
   Scene scene{ { length, 5, 5 } };
-  double reach = 0.0;    ///< of the right end along x: the shortest path of limits from the anchored end to any of it
+  double reach = 0.0; ///< largest displacement of the right end along x: the shortest path of limits from the anchored
+                      ///< end to any of its elements
   double distance = 0.0; ///< the shortest path to the middle of it
 
   Bar()
@@ -264,10 +265,10 @@ struct Bar
     }
   }
 
-  /// The same handle, moved along x by a share of the reach.
+  /// The same handle with a share of its largest displacement along x.
   Probe grip(double share) const
   {
-    // A ball that takes in the corners of the end and not the middle of the layer before it.
+    // A ball that contains the corners of the end but not the middle of the layer before it.
     Probe probe = probeAt(this->scene, { length + 5, 2, 2 }, { share * this->reach, 0.0, 0.0 });
     probe.radius = std::sqrt(6.0 * 6.0 + 2.0 * 2.0 + 2.0 * 2.0) + 1e-3;
     return probe;
@@ -277,8 +278,7 @@ struct Bar
   double displacementOfEnd(const Simulation& simulation) const { return state(simulation)[this->end()][0]; }
 };
 
-/// Force at the handle along x, with the tissue relaxed, where the handle is moved to these shares of the reach in
-/// turn.
+/// Force at the handle along x after relaxation, for a sequence of displacements given as shares of the largest one.
 std::vector<double> forces(Simulation& simulation, const Bar& bar, const std::vector<double>& shares)
 {
   std::vector<double> result;
@@ -293,10 +293,10 @@ std::vector<double> forces(Simulation& simulation, const Bar& bar, const std::ve
 
 const std::vector<double> loading{ 0.0, 0.06, 0.12, 0.18, 0.3, 0.45, 0.6, 0.75 };
 
-// The relaxed energy depends on where the handle is and on nothing else: it is the minimum of a convex problem. So does
-// the force, its slope. Loading and unloading therefore give one curve for every recovery, elastic or not. What differs
-// is where it begins: as long as some state keeps every link within its slack, nothing pulls, and by the Lipschitz
-// extension there is one exactly up to slack times the reach.
+// The relaxed energy is the minimum of a convex problem, so it depends on the handle's place alone. So does its
+// derivative, the force. Loading and unloading give the same curve for every recovery, elastic or not. The curves
+// differ in their start: while some state keeps every link within its slack there is no force. By the Lipschitz
+// extension there is such a state exactly up to slack times the largest displacement.
 TEST(Plastic, LoadingAndUnloadingAreOneCurveThatBeginsAtTheSlack)
 {
   const Bar bar;
@@ -312,7 +312,7 @@ TEST(Plastic, LoadingAndUnloadingAreOneCurveThatBeginsAtTheSlack)
     ASSERT_GT(largest, 1.0);
     for (std::size_t n = 0; n < loading.size(); ++n)
     {
-      // What 2500 sweeps leave.
+      // The error after 2500 sweeps.
       EXPECT_NEAR(up[n], down[n], 2e-3 * largest) << loading[n];
       if (n > 0)
       {
@@ -329,7 +329,7 @@ TEST(Plastic, LoadingAndUnloadingAreOneCurveThatBeginsAtTheSlack)
         EXPECT_GT(up[n], up[n - 1] + 0.03 * largest) << loading[n];
         EXPECT_GT(down[n], 0.03 * largest) << loading[n];
       }
-      // Elastic tissue of the same limits always pulls harder.
+      // The force of elastic tissue with the same limits is always larger.
       if (recovery < 1.0 && loading[n] > 0.0)
       {
         EXPECT_LT(down[n], elastic[n]) << loading[n];
@@ -339,8 +339,8 @@ TEST(Plastic, LoadingAndUnloadingAreOneCurveThatBeginsAtTheSlack)
   }
 }
 
-// What remembers is the tissue: let go, elastic tissue comes back; at 80 % recovery each link keeps up to a fifth of
-// its limit. A handle that pulls on from there feels at once what it did not feel in tissue that had never been pulled.
+// The tissue has a memory. Released elastic tissue returns to rest; at 80 % recovery each link keeps up to a fifth of
+// its limit. A further pull from there has a force at once, unlike in tissue that was never pulled.
 TEST(Plastic, ReleasedTissueKeepsItsShareOfStrain)
 {
   const Bar bar;
@@ -362,7 +362,7 @@ TEST(Plastic, ReleasedTissueKeepsItsShareOfStrain)
     }
     EXPECT_LT(widest, slack + 2e-3);
     EXPECT_GT(widest, slack - 1e-3);
-    // The end stays as far out as the shortest path from the anchor lets it.
+    // The end stays at the distance of the shortest path from the anchor.
     EXPECT_LT(kept, slack * bar.distance + 1e-3);
     EXPECT_GT(kept, 0.9 * slack * bar.distance - 1e-3);
     EXPECT_LT(simulation.measure().energy, 1e-4);

@@ -36,7 +36,7 @@ void expectOptimum(Scene& scene, const Vector3& displacement, const char* what, 
   simulation.relax(3000, 0.0);
   const std::vector<oracle::Vector3> relaxed = state(simulation);
   const double energy = oracle::energy(block, relaxed);
-  // Above by 0.1 % at most; below the proven bound only by what links may exceed their limits in float32.
+  // At most 0.1 % above the optimum. Below the proven bound only by the float32 excess of links.
   EXPECT_LT(energy, 1.001 * best.energy);
   EXPECT_GT(energy, 0.9999 * best.bound);
   EXPECT_NEAR(simulation.measure().energy, energy, 1e-4 * energy);
@@ -74,8 +74,8 @@ TEST(Relax, ReachesTheOptimumBehindACut)
   expectOptimum(scene, { 2.5, 2.0, -2.2 }, "large pull", &blade);
 }
 
-// Tissue drawn nearly as far as it goes: chains of links at their limits, whose elements cannot move one by one, only
-// together. Updating one element at a time stops up to 4 % above the optimum in these blocks, feasible and at rest.
+// Tissue stretched nearly to its limit has chains of links at their limits, whose elements can only move together.
+// Updates of one element at a time stop up to 4 % above the optimum in these blocks, feasible and at rest.
 TEST(Relax, ReachesTheOptimumWhereChainsOfLinksAreAtTheirLimits)
 {
   for (const int seed : { 1000, 1002, 1004, 1009 })
@@ -117,15 +117,15 @@ TEST(Relax, EnergyNeverRisesAndEverySweepIsFeasible)
         EXPECT_EQ(simulation.relax(1, 0.0).iterations, 1);
         const std::vector<oracle::Vector3> now = state(simulation);
         const double energy = oracle::energy(block, now);
-        // A sum of some ten thousand links, each rounded to 1e-7 of itself on the device: a hundred times less than a
-        // sweep gains here.
+        // A sum of about ten thousand links, each rounded to 1e-7 of its value on the device. A sweep reduces the
+        // energy by a hundred times as much here.
         ASSERT_LE(energy, before * (1.0 + 1e-6)) << "sweep " << sweep;
         ASSERT_LE(oracle::maxLinkExcess(block, now), 1e-5) << "sweep " << sweep;
         ASSERT_LE(simulation.measure().maxLinkExcess, 1e-5) << "sweep " << sweep;
         before = energy;
       }
     }
-    // One call of many sweeps as well: omega rises within a call.
+    // One call with many sweeps, too: omega rises within a call.
     simulation.pull({ corner(scene, { -2.0, 1.0, 2.0 }) });
     double before = oracle::energy(block, state(simulation));
     for (int call = 0; call < 6; ++call)
@@ -139,7 +139,8 @@ TEST(Relax, EnergyNeverRisesAndEverySweepIsFeasible)
   }
 }
 
-// The published scheme flips a checkerboard for ever. Made here by alternating probes that are then released.
+// The published scheme inverts a checkerboard in every iteration. Here one is made by alternating probes, which are
+// then released.
 TEST(Relax, CheckerboardDecays)
 {
   const int n = 8;
@@ -169,8 +170,8 @@ TEST(Relax, CheckerboardDecays)
   simulation.pull({});
   const double before = oracle::energy(block, state(simulation));
   simulation.relax(2, 0.0);
-  // After the first colour every red element is at the mean of its black neighbours: nothing of the board is left but
-  // what over-relaxation and the border leave.
+  // After the first colour pass every red element is at the mean of its black neighbours. Only over-relaxation and the
+  // border leave a part of the checkerboard.
   EXPECT_LT(oracle::energy(block, state(simulation)), 0.5 * before);
   simulation.relax(100, 0.0);
   EXPECT_LT(oracle::energy(block, state(simulation)), 1e-6 * before);
@@ -199,7 +200,7 @@ TEST(Relax, HomogeneousStretchIsLinear)
     [&](int i, int j, int k)
     {
       const auto& v = u[scene.grid.at(i, j, k)];
-      // A tolerance of 1e-6 a sweep leaves an error of some ten times as much.
+      // With a tolerance of 1e-6 for a sweep, the error is about ten times as large.
       EXPECT_NEAR(v[0], 0.2 * i, 2e-4);
       EXPECT_NEAR(v[1], -0.1 * i, 2e-4);
       EXPECT_NEAR(v[2], 0.05 * i, 2e-4);
@@ -248,7 +249,7 @@ TEST(Relax, BoneMovesAsOneAndIsNotLocked)
   }
 }
 
-// Rods that no probe and no anchor touches relax back to rest with their surroundings.
+// Rods without contact to a probe or an anchor return to rest with their surroundings.
 TEST(Relax, ReleasedBlockReturnsToItsAnchor)
 {
   Scene scene = inclusionScene(12, 1, 44, 0.0);
@@ -328,7 +329,7 @@ TEST(Relax, StopsAtItsToleranceAndSaysSo)
   EXPECT_GT(result.iterations, 3);
   EXPECT_LT(result.iterations, 1000);
   const std::vector<float> before = displacements(simulation);
-  // Converged means that another sweep moves nothing by more.
+  // Converged means that another sweep moves no element by more than the tolerance.
   simulation.relax(1, 0.0);
   const std::vector<float> after = displacements(simulation);
   for (std::size_t n = 0; n < before.size(); ++n)
@@ -358,8 +359,8 @@ TEST(Relax, LargestMoveIsWhatMoved)
   }
 }
 
-// Force = gradient of the energy with respect to where the handle is: by the envelope theorem the change of the relaxed
-// energy under a small change of the pull.
+// The force is the gradient of the energy with respect to the handle's place. By the envelope theorem it is the change
+// of the relaxed energy under a small change of the pull.
 TEST(Relax, ForceIsTheGradientOfTheRelaxedEnergy)
 {
   Scene scene = inclusionScene(12, 1, 80, 0.0);
@@ -386,7 +387,7 @@ TEST(Relax, ForceIsTheGradientOfTheRelaxedEnergy)
     more[a] += step;
     less[a] -= step;
     const double slope = (relaxedEnergy(more, nullptr) - relaxedEnergy(less, nullptr)) / (2.0 * step);
-    // The energy is quadratic here, so the central difference is exact; 1 % for what 3000 sweeps in float32 leave.
+    // The energy is quadratic here, so the central difference is exact. 1 % is for the error of 3000 sweeps in float32.
     EXPECT_NEAR(force[a], slope, 0.01 * std::abs(slope)) << a;
     EXPECT_GT(force[a] * pull[a], 0.0) << "the handle pulls outwards";
   }

@@ -1,5 +1,5 @@
-// Relaxation while a wave is under way: which elements may relax, and where they go, against a plain double-precision
-// run of the published rule.
+// Relaxation while a wave is under way: which elements may relax, and to which displacements, against a simple run of
+// the published rule in double precision.
 
 #include "../../Oracles/Timestamps.h"
 #include "Inclusion.h"
@@ -12,7 +12,7 @@ namespace
 
 using namespace chainmail;
 
-/// Not active, and of the same wavefront as every element that it is linked to.
+/// Whether an element may relax: it is not active and has the wave id of all its linked neighbours.
 std::vector<char> mayRelax(const oracle::Block& block, const std::vector<oracle::TimestampWaves::Element>& elements)
 {
   std::vector<char> result(block.count());
@@ -74,7 +74,7 @@ void setPlaces(oracle::TimestampWaves& waves, const std::vector<oracle::Vector3>
   }
 }
 
-constexpr Vector3 pull{ 0.8, -0.6, 0.7 }; // of what the tissue allows
+constexpr Vector3 pull{ 0.8, -0.6, 0.7 }; // shares of the largest displacement
 
 /// A wave from one element, in the engine and in the oracle.
 struct Pair
@@ -99,13 +99,13 @@ struct Pair
     this->waves.start(grabbed, probe.displacement, 1);
   }
 
-  /// One iteration of the wave in both.
+  /// One iteration of the wave in the engine and in the oracle.
   bool propagate()
   {
     const PropagateResult result = this->simulation.propagate(1);
     EXPECT_EQ(result.iterations, 1);
     this->waves.iterate();
-    if (!result.finished) // then what the relaxation disturbed is repaired
+    if (!result.finished) // the end of the wave also repairs the tissue that the relaxation disturbed
     {
       EXPECT_LT(largestDifference(this->block, state(this->simulation), places(this->waves)), 1e-5);
     }
@@ -113,7 +113,7 @@ struct Pair
   }
 };
 
-/// Constraints that add up exactly, so that engine and oracle know the same earliest arrival.
+/// Constraints with exact sums: engine and oracle find the same earliest arrival.
 Scene tissue(std::uint64_t seed, double rigidShare)
 {
   const int n = 12;
@@ -163,7 +163,7 @@ TEST(RelaxUnderWay, PublishedMethodStepByStep)
   }
 }
 
-// The first sweep after some iterations of the wave: red, then black, no bone.
+// The first sweep after some iterations of the wave: red, then black elements, without bone.
 TEST(RelaxUnderWay, FirstProjectedSweep)
 {
   for (const int iterations : { 1, 4, 7, 10 })
@@ -206,8 +206,8 @@ TEST(RelaxUnderWay, FirstProjectedSweep)
   }
 }
 
-// Frame by frame, as it is meant to be used: in the end the wave has arrived, the state is feasible, and the relaxed
-// tissue is where it would be had it waited.
+// Frame by frame, as in interactive use. In the end the wave has arrived, the state is feasible, and the tissue is
+// where it is after a relaxation that waits for the end of the wave.
 TEST(RelaxUnderWay, EndsWhereWaitingEnds)
 {
   Pair pair(tissue(302, 0.03), RelaxationMethod::Projected, { 8, 4, 8 });

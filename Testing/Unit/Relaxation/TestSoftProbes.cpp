@@ -1,5 +1,4 @@
-// Soft probes, which need not be met exactly: against an optimum in double precision that proves how near it is, and
-// what must not change.
+// Soft probes, whose targets are not met exactly: against the certified optimum in double precision, and invariants.
 
 #include "Blades.h"
 
@@ -11,7 +10,7 @@ namespace
 
 using namespace chainmail;
 
-/// Gives the block the soft links of these probes, which grabbed at rest.
+/// Adds the soft links of probes that grabbed at rest to the block.
 void soften(oracle::Block& block, const std::vector<Probe>& probes)
 {
   for (const Probe& probe : probes)
@@ -33,7 +32,7 @@ void soften(oracle::Block& block, const std::vector<Probe>& probes)
   }
 }
 
-/// Soft probes on random elements, some of which grip balls and so each other's tissue.
+/// Soft probes on random elements. Some grip balls, and so the tissue of others.
 std::vector<Probe> softProbes(const Scene& scene, int count, double reach, std::uint64_t seed)
 {
   Random random(seed);
@@ -50,7 +49,7 @@ std::vector<Probe> softProbes(const Scene& scene, int count, double reach, std::
   return probes;
 }
 
-/// The probes and what tissue should come to, with some probes that are not soft.
+/// Soft and hard probes, and the optimum of the tissue under them.
 struct Case
 {
   Scene scene;
@@ -83,7 +82,8 @@ struct Case
   }
 };
 
-/// Relaxes to the end, in parts, and checks that the energy falls and links keep within their limits. `budget`: sweeps.
+/// Relaxes to convergence in several calls, and checks that the energy falls and links keep within their limits.
+/// `budget`: most sweeps.
 void settle(Simulation& simulation, int budget = 3000)
 {
   double last = simulation.measure().energy;
@@ -102,7 +102,7 @@ void settle(Simulation& simulation, int budget = 3000)
   }
 }
 
-/// Anchored on one side, with soft probes that pull within what links allow, or far beyond.
+/// A block anchored on one side, with soft probes whose targets are within the limits of the links, or far beyond.
 Case makeCase(int number)
 {
   const bool far = number % 2 == 1;
@@ -122,8 +122,8 @@ Case makeCase(int number)
   return Case(std::move(scene), std::move(probes));
 }
 
-/// What links at their limits, which block each other, may leave of the energy: measured 2.2 % on one grid and 0.4 %
-/// after coarser ones. Elsewhere it is what rounding leaves.
+/// The energy above the optimum that remains where links at their limits block each other: measured 2.2 % on one grid
+/// and 0.4 % after coarser ones. Elsewhere only rounding remains.
 double allowed(bool far, bool coarse)
 {
   return !far ? 1e-5 : coarse ? 0.01 : 0.04;
@@ -155,7 +155,7 @@ TEST(SoftProbes, ReachTheProvenOptimum)
   }
 }
 
-// Coarser grids know of soft probes: a few sweeps after them are worth hundreds without.
+// Coarser grids have soft probes, too: a few sweeps after them reduce the energy like hundreds without.
 TEST(SoftProbes, CoarserGridsGetThereInFewSweeps)
 {
   Scene scene = randomScene({ 40, 34, 30 }, 1, 750, 0.05, 0.05);
@@ -179,7 +179,7 @@ TEST(SoftProbes, CoarserGridsGetThereInFewSweeps)
   EXPECT_LT(energies[0], energies[1]);
 }
 
-/// Runs the same at all brick sizes and expects the same bits; `f(simulation)` after hold().
+/// Runs f(simulation) after hold() at all brick sizes, and expects the same bits.
 template <typename F> void expectSameBits(const Scene& scene, bool rotations, const std::vector<Probe>& probes, F&& f)
 {
   std::vector<float> first;
@@ -225,7 +225,7 @@ TEST(SoftProbes, BitsDoNotDependOnBricks)
   }
 }
 
-// The forces of soft probes are those of all links on tissue that is at rest, and each pulls towards its place.
+// The forces of soft probes balance those of all links on tissue at rest, and each pulls towards its target.
 TEST(SoftProbes, ForcesAreInBalance)
 {
   for (const int number : { 2, 4 })
@@ -262,7 +262,7 @@ TEST(SoftProbes, ForcesAreInBalance)
   }
 }
 
-// --- What holds, moves and lets go
+// --- Holding, moving and releasing
 
 /// A block anchored below, and a soft probe on its top.
 Scene blockScene()
@@ -296,7 +296,8 @@ TEST(SoftProbes, MoveNothingWithoutARelaxation)
   EXPECT_GT(simulation.measure().displaced, 0u);
 }
 
-// The less tolerance, the nearer; with next to none it is where a probe that is not soft takes it.
+// The smaller the tolerance, the nearer the tissue is to the target. With a tolerance near 0 the result is that of a
+// hard probe.
 TEST(SoftProbes, ComeNearerTheLessTheirTolerance)
 {
   const Scene scene = blockScene();
@@ -317,7 +318,7 @@ TEST(SoftProbes, ComeNearerTheLessTheirTolerance)
   Simulation soft = simulate(scene);
   soft.hold({ onTop(scene, 1e-4) });
   settle(soft);
-  // A force of 7 takes a way of 7 / 2 tolerances.
+  // A force of 7 displaces by 7 / 2 tolerances.
   EXPECT_LT(largestDifference(scene.block(), state(hard), state(soft)), 4e-4);
   for (int a = 0; a < 3; ++a)
   {
@@ -326,7 +327,7 @@ TEST(SoftProbes, ComeNearerTheLessTheirTolerance)
   }
 }
 
-// Probes that become soft, cease to be, change or go, without a word on which tissue they grip.
+// Probes that become soft, become hard, change or go keep the tissue that they gripped.
 TEST(SoftProbes, StayTheSameProbes)
 {
   const Scene scene = blockScene();
@@ -338,7 +339,7 @@ TEST(SoftProbes, StayTheSameProbes)
   EXPECT_NEAR(simulation.probes()[0].reached[2], 0.5, 1e-6);
   const double stiff = simulation.measure().energy;
 
-  probe.tolerance = 0.5; // lets go, but for its links
+  probe.tolerance = 0.5; // releases the tissue, except for the soft links
   simulation.pull({ probe });
   EXPECT_NEAR(simulation.probes()[0].reached[2], 0.5, 1e-6) << "nothing has moved yet";
   EXPECT_NEAR(simulation.measure().energy, stiff, 1e-4 * stiff);
@@ -347,7 +348,7 @@ TEST(SoftProbes, StayTheSameProbes)
   EXPECT_GT(soft, 0.1);
   EXPECT_LT(soft, 0.48);
 
-  probe.tolerance = 0.2; // a change goes on
+  probe.tolerance = 0.2; // a change continues from the current state
   simulation.hold({ probe });
   settle(simulation);
   EXPECT_GT(simulation.probes()[0].reached[2], soft + 0.01);
@@ -357,7 +358,7 @@ TEST(SoftProbes, StayTheSameProbes)
   settle(simulation);
   EXPECT_LT(simulation.probes()[0].reached[2], -0.1);
 
-  probe.tolerance = 0.0; // counted from where it grabbed at first
+  probe.tolerance = 0.0; // relative to the place where it first grabbed
   probe.displacement[2] = 0.25;
   simulation.pull({ probe });
   EXPECT_NEAR(simulation.probes()[0].reached[2], 0.25, 1e-6);
@@ -380,7 +381,7 @@ TEST(SoftProbes, StayTheSameProbes)
   EXPECT_TRUE(simulation.probes().empty());
 }
 
-// Tissue that a probe holds, and that soft ones grip as well, goes with the probe that holds it.
+// Tissue that a hard probe holds and soft probes grip moves with the hard probe.
 TEST(SoftProbes, GripWhatOthersHold)
 {
   const Scene scene = blockScene();
@@ -400,7 +401,7 @@ TEST(SoftProbes, GripWhatOthersHold)
       EXPECT_EQ(simulation.probes()[n].elements, 1u);
       EXPECT_NEAR(simulation.probes()[n].reached[2], 0.5, 1e-6);
     }
-    // The probe that holds pulls against the tissue and against the other one.
+    // The hard probe pulls against the tissue and against the soft probe.
     Simulation alone = simulate(scene);
     alone.pull({ hard });
     settle(alone);
@@ -408,13 +409,13 @@ TEST(SoftProbes, GripWhatOthersHold)
     EXPECT_NEAR(simulation.probes()[isHard].force[2], alone.probes()[0].force[2] + 2.0 * (0.5 + 2.0) / 0.1, 1e-3);
     EXPECT_NEAR(simulation.measure().energy, alone.measure().energy + (2.5 * 2.5 + 0.3 * 0.3) / 0.1, 1e-3);
     EXPECT_EQ(simulation.bodies().size(), 0u);
-    simulation.hold({ soft }); // the soft one stays
+    simulation.hold({ soft }); // the soft probe remains
     settle(simulation);
     EXPECT_LT(simulation.probes()[0].reached[2], -0.2);
   }
 }
 
-// Several soft probes on one element pull with the sum of their weights to the mean of their places.
+// Several soft probes on one element act like one with the sum of their weights and the weighted mean of their targets.
 TEST(SoftProbes, AddUpOnOneElement)
 {
   const Scene scene = blockScene();
@@ -480,7 +481,7 @@ TEST(SoftProbes, BadTolerancesAreRefused)
   }
 }
 
-// With the published relaxation, too, which knows no limits: here they do not matter.
+// Also with the published relaxation, which ignores limits: no link reaches its limit here.
 TEST(SoftProbes, PullWithThePublishedRelaxation)
 {
   Probe probe = onTop(blockScene(), 0.1);
@@ -493,7 +494,7 @@ TEST(SoftProbes, PullWithThePublishedRelaxation)
   EXPECT_NEAR(simulation.measure().energy, made.best.energy, 1e-5 * made.best.energy);
 }
 
-// A slice: coarser grids count its links side by side in two directions, not three.
+// A slice: on coarser grids a link stands for links side by side in two directions, not three.
 TEST(SoftProbes, HoldInASlice)
 {
   Scene scene({ 48, 48, 1 }, 0.35f);

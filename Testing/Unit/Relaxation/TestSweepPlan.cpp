@@ -74,7 +74,7 @@ TEST(SweepPlan, RoundsAfterCoarserGrids)
   EXPECT_NEAR(plan.omega(iterations - 1), 1.93, 1e-6); // whatever is left of the round
 }
 
-// A run that goes on has the factors of one run.
+// A continued run has the factors of a single run.
 TEST(SweepPlan, GoesOn)
 {
   for (const Reach reach : { Reach::Far, Reach::Near })

@@ -1,5 +1,4 @@
-// A resampling that goes on from an earlier one says, where something changed, what a whole one says, and nothing where
-// nothing changed.
+// Incremental resampling: where something changed it gives the result of a complete one, elsewhere nothing.
 
 #include "Blades.h"
 #include "Picture.h"
@@ -12,7 +11,7 @@ namespace
 
 using namespace chainmail;
 
-/// A picture that is brought up to date with what changed.
+/// A picture that is updated by the changes.
 class KeptPicture
 {
 public:
@@ -30,7 +29,7 @@ public:
     this->offset.assign(3 * voxels, 0.0f);
   }
 
-  /// Returns how many voxels the boxes have.
+  /// Returns the number of voxels in the boxes.
   std::size_t update()
   {
     std::size_t visited = 0;
@@ -50,7 +49,7 @@ public:
 
   std::vector<float> offset;
   Resampled resampled;
-  int lowestX = 0; ///< of the voxels that the last update visited
+  int lowestX = 0; ///< lowest x of the voxels that the last update visited
 
 private:
   const Simulation& simulation_;
@@ -60,7 +59,7 @@ private:
 
 using Step = std::function<void(Simulation&)>;
 
-/// Random steps of all kinds that change what is shown.
+/// Random steps of all kinds that change the output.
 Step randomStep(const Scene& scene, Random& random, std::vector<Probe>& held)
 {
   switch (random.below(10))
@@ -105,7 +104,7 @@ Step randomStep(const Scene& scene, Random& random, std::vector<Probe>& held)
       }
       catch (const ProbeError&)
       {
-        // The tissue there was carved away.
+        // The tissue at this place was carved away.
       }
       s.propagate(iterations);
     };
@@ -145,7 +144,7 @@ TEST(ResampleChanges, AreThoseOfAWholeResampling)
         continue; // two steps at once
       }
       picture.update();
-      resample(fresh, { 0, 5, 0 }); // another padding, so that the next one begins anew
+      resample(fresh, { 0, 5, 0 }); // another padding, so the next resampling starts anew
       const Picture whole = resample(fresh, padding);
       ASSERT_TRUE(sameBits(picture.offset, whole.offset)) << "round " << round << ", step " << n;
       ASSERT_EQ(picture.resampled.atRest,
@@ -186,13 +185,13 @@ TEST(ResampleChanges, GoOnFromAnyEarlierOne)
 {
   const Scene scene({ 40, 24, 16 });
   Simulation simulation = simulate(scene, { 8, 8, 8 });
-  KeptPicture turns[2] = { KeptPicture(simulation, { 0, 0, 0 }), KeptPicture(simulation, { 0, 0, 0 }) };
+  KeptPicture pictures[2] = { KeptPicture(simulation, { 0, 0, 0 }), KeptPicture(simulation, { 0, 0, 0 }) };
   for (int n = 0; n < 6; ++n)
   {
     simulation.pull({ probeAt(scene, { 20, 12, 8 }, { 0.7 * (n % 4), 0.3 * n, 0.0 }) });
     simulation.relax(2, 0.0);
-    turns[n % 2].update();
-    EXPECT_TRUE(sameBits(turns[n % 2].offset, resample(simulation).offset)) << n;
+    pictures[n % 2].update();
+    EXPECT_TRUE(sameBits(pictures[n % 2].offset, resample(simulation).offset)) << n;
   }
   const auto nothing = [](const std::vector<ResampledBox>&) {};
   messageOf<InputError>([&] { simulation.resample({ 0, 0, 0 }, nothing, 1000); });

@@ -37,8 +37,8 @@ template <typename F> double shareOf(int i, int j, int k, F&& isTissue)
   return static_cast<double>(count) / (n * n * n);
 }
 
-/// A rigid block of which a plane cuts off the corner of the highest indices, which is drawn away. The opposite corner
-/// is held.
+/// A rigid block with the corner of the highest indices cut off by a plane and pulled away. The opposite corner is
+/// held.
 struct Halves
 {
   static constexpr int size = 30;
@@ -93,7 +93,7 @@ struct Halves
     return simulation;
   }
 
-  /// Calls f(i, j, k) where neither half's outer faces matter.
+  /// Calls f(i, j, k) for voxels far from the outer faces of both halves.
   template <typename F> void each(F&& f) const
   {
     const int layers = this->scene.grid.size[2];
@@ -110,8 +110,8 @@ struct Halves
   }
 };
 
-/// Angles [degrees] between the gradient of what is shown, 1 in tissue and 0 behind cuts, and the normal, where a wall
-/// passes; sorted.
+/// Angles [degrees] between the normal of the cut and the gradient of the output's coverage, 1 in tissue and 0 behind
+/// cuts, at voxels of the wall; sorted.
 std::vector<double> anglesAt(const Halves& halves, const Picture& picture)
 {
   std::vector<double> angles;
@@ -158,8 +158,8 @@ TEST(CutSurfaces, AVoxelShowsTheShareOnTheTissuesSideOfAPlane)
         exact += expected;
       });
     EXPECT_GT(partial, 300);
-    // The samples fill a box of 1.25 voxels: at a plane across an axis that covers a tenth more or less at most, and 31
-    // samples are good to 0.05. Both together stay below a sixth and 0.06.
+    // 31 samples fill a box of 1.25 voxels. At an axis-parallel plane the box alone causes an error of at most a tenth,
+    // and the number of samples one of 0.05. The bound of both for any plane is 1 / 6 + 0.06.
     EXPECT_LT(worst, 1.0 / 6 + 0.06);
     EXPECT_GT(worst, 0.01);
     EXPECT_NEAR(sum, exact, 3e-3 * exact);
@@ -239,7 +239,7 @@ TEST(CutSurfaces, ACarvedBallIsRound)
         sum += 1.0 - smooth.covered(i, j, k);
         exact += 1.0 - expected;
       });
-    EXPECT_LT(worst, 0.35); // the box of samples against a ball of 7 voxels
+    EXPECT_LT(worst, 0.35); // a box of samples at a ball with a radius of 7 voxels
     EXPECT_NEAR(sum, exact, 0.015 * exact) << "of which the facets are most";
     const Picture stepped = resample(simulation);
     const auto carved = [&](const Picture& picture)
@@ -315,8 +315,8 @@ TEST(CutSurfaces, AnImageOfOneLayerHasAreasForVolumes)
   EXPECT_NEAR(sum, exact, 0.01 * exact);
 }
 
-/// Soft tissue that is bent, cut as it is then, and not yet drawn apart: the two sides fit, but for what the samples of
-/// neighbouring cells are off by.
+/// Bent soft tissue, cut in this state and not yet pulled apart: the two sides fit, except for the sampling error of
+/// neighbouring cells.
 TEST(CutSurfaces, BentTissueIsCutWhereItIs)
 {
   Halves halves({ 0.8, 0.45, 0.3 }, {});
@@ -347,7 +347,7 @@ TEST(CutSurfaces, BentTissueIsCutWhereItIs)
   EXPECT_GT(least, 0.8);
   EXPECT_GT(sum / count, 0.999);
 
-  // Drawn apart by as much as the links let it, the surfaces are smooth.
+  // Pulled apart to the limits of the links, the surfaces are smooth.
   std::vector<Probe> probes{ probe, Probe() };
   probes[0].displacement = { 8.6, -2.1, 5.4 };
   probes[1].position = halves.scene.place(0, 0, 15);
@@ -401,7 +401,7 @@ TEST(CutSurfaces, NeitherTheOrderOfTrianglesMattersNorWhetherTheyComeTogether)
   }
 }
 
-TEST(CutSurfaces, ABladeBesideTissueChangesNothing)
+TEST(CutSurfaces, ABladeThatMissesTissueChangesNothing)
 {
   const Halves halves({ 0.8, 0.45, 0.3 }, { 3.4, 1.2, 0.7 });
   Simulation simulation = simulate(halves.scene);

@@ -1,4 +1,4 @@
-// Finer output and parts of it. Voxel `finer` * i lies where grid point i does, and offsets are in voxels of the grid.
+// Finer output and parts of it. Voxel finer * i has the place of grid point i, and offsets are in voxels of the grid.
 
 #include "Blades.h"
 #include "Picture.h"
@@ -17,7 +17,7 @@ OutputDetail finer(int factor)
   return detail;
 }
 
-/// Tissue with holes, cut and carved, of which some is pulled.
+/// Tissue with holes, cut, carved and partly pulled.
 Simulation opened(const Scene& scene, const Index3& brick)
 {
   Simulation simulation = simulate(scene, brick);
@@ -25,13 +25,13 @@ Simulation opened(const Scene& scene, const Index3& brick)
   simulation.carve(sphere({ 14.2, 6.3, 4.1 }, 2.9, 12, 16));
   Probe first = probeAt(scene, { 5, 6, 11 }, { 1.4, -1.1, 2.3 });
   Probe second = probeAt(scene, { 16, 12, 3 }, { -0.7, 1.2, 0.4 });
-  first.radius = second.radius = 1.8; // one element there may be air
+  first.radius = second.radius = 1.8; // some of these elements may be
   simulation.pull({ first, second });
   simulation.relax(12, 0.0);
   return simulation;
 }
 
-/// How many floats of two arrays differ; NaN is NaN.
+/// The number of different floats in two arrays; NaN equals NaN.
 std::size_t different(const std::vector<float>& a, const std::vector<float>& b)
 {
   std::size_t count = a.size() == b.size() ? 0 : std::max(a.size(), b.size());
@@ -66,7 +66,7 @@ TEST(Detail, GridPointsShowWhatTheyShowAnyway)
               others += expected == got || (std::isnan(expected) && std::isnan(got)) ? 0 : 1;
             }
           });
-        // Where a cut surface passes, a larger voxel that shows nothing in its middle reaches further to what it shows.
+        // At a cut surface a larger voxel without tissue in its middle extends further to the tissue that it shows.
         const std::size_t values = 3 * 26 * 17 * 20;
         EXPECT_LE(others, cuts == CutSurfaces::Stepped ? 0 : values / 50) << factor;
       }
@@ -118,7 +118,7 @@ TEST(Detail, ABlockMovesByVoxelsThatTheGridDoesNotHave)
             return inX && inY && p[2] >= 5 - beyond && p[2] <= 11 + beyond;
           };
           const Vector3 here{ i / f, j / f, k / f }, from{ here[0] - 3.5, here[1] + 1.5, here[2] };
-          if (lies(from, 1.0)) // tissue and the air around it
+          if (lies(from, 1.0)) // tissue, and air next to it
           {
             ASSERT_EQ(fine(i, j, k), (Vector3{ -3.5, 1.5, 0.0 })) << i << ' ' << j << ' ' << k;
             ++moved;
@@ -139,7 +139,7 @@ TEST(Detail, ABlockMovesByVoxelsThatTheGridDoesNotHave)
   }
 }
 
-/// Where the map, x + u(x) with trilinear u, takes a place [voxels] of a grid without air.
+/// The map x + u(x), with trilinear u, of a place [voxels] in a grid without air.
 Vector3 forward(const Scene& scene, const std::vector<oracle::Vector3>& u, const Vector3& x)
 {
   int low[3];
@@ -199,13 +199,13 @@ TEST(Detail, OffsetsInvertTheDisplacementField)
       const auto width = [&](int a) { return std::size_t(factor * (size[a] - 1) + 1); };
       EXPECT_EQ(checked, width(0) * width(1) * width(2));
       EXPECT_GT(moved, checked / 4);
-      EXPECT_LT(worst, 5e-4); // as without detail
+      EXPECT_LT(worst, 5e-4); // the tolerance of the output without detail
       EXPECT_GT(worst, 0.0);
     }
   }
 }
 
-// What stays beside a cut keeps its wall where the blade was, between grid points, too.
+// Tissue that stays next to a cut has its wall at the blade's place, between grid points, too.
 TEST(Detail, AWallIsWhereTheBladeWas)
 {
   const auto height = [](double x, double y) { return 12.37 + 0.31 * (x - 12) + 0.17 * (y - 12); };
@@ -221,7 +221,7 @@ TEST(Detail, AWallIsWhereTheBladeWas)
   for (const int factor : { 1, 2, 3 })
   {
     const Picture fine = resample(simulation, { 0, 0, 0 }, CutSurfaces::Smooth, finer(factor));
-    // Behind the wall there is a gap of 6 voxels, and 31 samples of a box of 1.25 voxels tell where it begins.
+    // Behind the wall is a gap of 6 voxels. 31 samples in a box of 1.25 voxels determine where it begins.
     const double gap = 5.0;
     double worst = 0.0, sum = 0.0;
     std::size_t columns = 0;
@@ -239,7 +239,7 @@ TEST(Detail, AWallIsWhereTheBladeWas)
             ASSERT_EQ(fine(i, j, k), (Vector3{ 0, 0, 0 })) << i << ' ' << j << ' ' << k;
           }
         }
-        const double off = shown - (wall + 0.5 / factor); // the lowest voxel begins half a voxel below 0
+        const double off = shown - (wall + 0.5 / factor); // the lowest voxel begins at -0.5
         worst = std::max(worst, std::abs(off));
         sum += off;
         ++columns;
@@ -284,7 +284,7 @@ TEST(Detail, APartShowsWhatTheWholeShows)
   }
 }
 
-/// Writes what it gets into a picture.
+/// Writes the boxes into a picture.
 BoxVisitor into(Picture& picture)
 {
   return [&picture](const std::vector<ResampledBox>& boxes)

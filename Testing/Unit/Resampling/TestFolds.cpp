@@ -1,5 +1,5 @@
-// Where tissue is folded, several cells reach a voxel and the lowest of them has it: however many work-items there are,
-// and whichever of them comes first.
+// In folded tissue several cells cover a voxel, and the voxel shows the lowest of them, for any number and order of
+// work-items.
 
 #include "ChildProcess.h"
 #include "Picture.h"
@@ -11,7 +11,8 @@ namespace
 
 using namespace chainmail;
 
-/// Resamples folded tissue and prints a figure a scene. Returns how many scenes came out otherwise the next time.
+/// Resamples folded tissue and prints a number for each scene. Returns the number of scenes with another result the
+/// second time.
 int playFolds()
 {
   int unlike = 0;
@@ -33,7 +34,7 @@ int playFolds()
     std::cout << ' ' << hashOfBits(picture.offset);
     for (int again = 0; again < 3; ++again)
     {
-      resample(simulation, { 0, 1, 0 }); // another padding, so that the next one begins anew
+      resample(simulation, { 0, 1, 0 }); // another padding, so the next resampling starts anew
       if (!sameBits(resample(simulation).offset, picture.offset))
       {
         ++unlike;
@@ -51,7 +52,7 @@ const ChildPart foldsPart("folds", playFolds);
 
 TEST(Folds, AreResampledAlikeByFewWorkItemsAndByMany)
 {
-  // That the variable makes a GPU of the device is tested with it (Device/TestWidths.cpp).
+  // Device/TestWidths.cpp tests that the variable makes the device a GPU.
   const ChildResult many = runChild({ { "CHAINMAIL_TEST_AS_GPU", "1" } }, "folds");
   const ChildResult few = runChild({}, "folds");
   EXPECT_EQ(many.status, 0) << many.output;

@@ -19,7 +19,7 @@ void expectNothingChanged(const Picture& picture)
   }
 }
 
-/// Whether an element lies within one voxel, diagonals included: the tissue and its skirt.
+/// Whether an element is within one voxel, diagonals included: the tissue and its skirt.
 bool nearTissue(const Scene& scene, int i, int j, int k)
 {
   for (int c = -1; c <= 1; ++c)
@@ -43,7 +43,7 @@ bool isTissue(const Scene& scene, int i, int j, int k)
   return scene.grid.contains(i, j, k) && scene.tissue(scene.grid.at(i, j, k));
 }
 
-/// A rigid lump without symmetry, free in air.
+/// An asymmetric rigid body in air.
 Scene lump(const Index3& size, const Vector3& centre, double radius)
 {
   Scene scene(size, 0.0f);
@@ -57,7 +57,7 @@ Scene lump(const Index3& size, const Vector3& centre, double radius)
   return scene;
 }
 
-/// 1 in tissue, 0 in air, trilinear between voxel centres, at the place that voxel y shows; 0 where it was vacated.
+/// The output's value at voxel y: 1 in tissue, 0 in air, trilinear between voxel centres; 0 where it is vacated.
 double shownTissue(const Scene& scene, const Picture& picture, int i, int j, int k)
 {
   if (picture.vacated(i, j, k))
@@ -109,7 +109,7 @@ TEST(Resample, WholeVoxelTranslationIsExact)
     {
       SCOPED_TRACE(testing::Message() << "shift " << shift[0] << ' ' << shift[1] << ' ' << shift[2]);
       Scene scene = lump({ 24, 22, 20 }, { 11, 10, 9 }, 4.6);
-      scene.grid.spacing = { 0.5, 1.0, 2.0 }; // so that millimetres to voxels is exact
+      scene.grid.spacing = { 0.5, 1.0, 2.0 }; // powers of two, so the conversion of millimetres to voxels is exact
       Simulation simulation = simulate(scene, brick);
       simulation.pull({ probeAt(scene, { 11, 10, 9 }, { 0.5 * shift[0], 1.0 * shift[1], 2.0 * shift[2] }) });
       const Picture picture = resample(simulation);
@@ -120,7 +120,7 @@ TEST(Resample, WholeVoxelTranslationIsExact)
           const int x = i - shift[0], y = j - shift[1], z = k - shift[2];
           if (isTissue(scene, x, y, z) || nearTissue(scene, x, y, z))
           {
-            // Tissue and the partial-volume voxels around it: the input, shifted.
+            // Tissue and the partial-volume voxels around it are the shifted input.
             ASSERT_EQ(picture(i, j, k), back) << i << ' ' << j << ' ' << k;
           }
           else if (isTissue(scene, i, j, k))
@@ -153,7 +153,7 @@ TEST(Resample, LessThanAMillionthOfAVoxelIsRest)
         expectNothingChanged(picture);
         continue;
       }
-      // Places in a cell are rounded as numbers near 1 are.
+      // Coordinates in a cell are rounded like numbers near 1.
       EXPECT_NEAR(picture(11, 10, 9)[0], -far, 1.2e-7);
     }
   }
@@ -161,7 +161,7 @@ TEST(Resample, LessThanAMillionthOfAVoxelIsRest)
 
 TEST(Resample, TissueUpToTheBorderMovesIntoThePadding)
 {
-  // No air at all: everything is shown, also the outermost layers, and the rest is vacated.
+  // Without air everything is shown, also the outermost layers, and the rest is vacated.
   Scene scene({ 9, 8, 7 }, 0.0f);
   Simulation simulation = simulate(scene, { 4, 4, 4 });
   simulation.pull({ probeAt(scene, { 4, 4, 3 }, { 2.0, -3.0, 1.0 }) });
@@ -185,7 +185,7 @@ TEST(Resample, TissueUpToTheBorderMovesIntoThePadding)
   EXPECT_EQ(shown, 9 * 8 * 7);
   EXPECT_EQ(vacated, 9 * 8 * 7 - 7 * 5 * 6);
 
-  // Without padding: what left the image is gone, what stayed is shown.
+  // Without padding, tissue outside of the image is missing and the rest is shown.
   const Picture cropped = resample(simulation);
   cropped.each(
     [&](int i, int j, int k)
@@ -195,8 +195,8 @@ TEST(Resample, TissueUpToTheBorderMovesIntoThePadding)
     });
 }
 
-// Trilinear interpolation keeps the sum of an image under any translation, if the voxels at the border travel along. An
-// eroded border would lose some of its surface, a swollen one would gain.
+// Trilinear interpolation preserves the sum of an image under any translation if the voxels at the border move along.
+// An eroded border would reduce the sum, a dilated one would increase it.
 TEST(Resample, BordersNeitherErodeNorGrow)
 {
   for (const Vector3& shift : { Vector3{ 0.5, 0, 0 }, Vector3{ 0.37, -0.61, 0.25 }, Vector3{ -2.25, 1.75, 3.5 } })
@@ -245,7 +245,7 @@ TEST(Resample, LinearStretchIsTheAnalyticPreimage)
     }
     Simulation simulation = simulate(scene);
     simulation.pull(probes);
-    simulation.relax(2000, 1e-6); // for the shear, which the limits alone do not make linear
+    simulation.relax(2000, 1e-6); // for the shear, which is linear only after relaxation
     oracle::LinearField field;
     field.gradient[0][0] = slope;
     field.gradient[1][0] = slope / 2;
@@ -261,7 +261,7 @@ TEST(Resample, LinearStretchIsTheAnalyticPreimage)
           return;
         }
         ++inside;
-        // Relaxation leaves 2e-4 of a voxel (see TestRelaxation); the inversion itself is far better.
+        // Relaxation leaves an error of 2e-4 voxels (see TestRelaxation); that of the inversion is far smaller.
         ASSERT_NEAR(picture(i, j, k)[0], x[0] - i, 5e-4) << i << ' ' << j << ' ' << k;
         ASSERT_NEAR(picture(i, j, k)[1], x[1] - j, 5e-4) << i << ' ' << j << ' ' << k;
         ASSERT_NEAR(picture(i, j, k)[2], 0.0, 5e-4);
@@ -272,7 +272,7 @@ TEST(Resample, LinearStretchIsTheAnalyticPreimage)
 
 TEST(Resample, TwoHalvesPulledApartAreWholeAndLeaveTheGap)
 {
-  // The blade between, just beside and exactly on voxels.
+  // The blade is between voxels, close to voxels and exactly on them.
   for (const double at : { 9.5, 9.1, 9.9, 10.0 })
   {
     SCOPED_TRACE(at);
@@ -314,7 +314,7 @@ TEST(Resample, TwoHalvesPulledApartAreWholeAndLeaveTheGap)
           }
           else if (isTissue(scene, i, j, k) && i >= edge - 2 && i < edge + 3)
           {
-            // Between the halves, where neither is: background, unless the border of one came along the other axes.
+            // Between the halves is background, except where the border of one half moves along the other axes.
             const bool borderOfOne = !isTissue(scene, i, j - 1, k) || !isTissue(scene, i, j, k + 1);
             gap += picture.vacated(i, j, k);
             ASSERT_TRUE(picture.vacated(i, j, k) || borderOfOne) << i << ' ' << j << ' ' << k;
@@ -322,7 +322,7 @@ TEST(Resample, TwoHalvesPulledApartAreWholeAndLeaveTheGap)
         });
       EXPECT_EQ(left, (edge - 5) * 8 * 7);
       EXPECT_EQ(right, (18 - edge) * 8 * 7);
-      EXPECT_EQ(gap, 5 * 8 * 7); // two voxels to the left, three to the right, over the whole cross section
+      EXPECT_EQ(gap, 5 * 8 * 7); // two voxels to the left and three to the right, over the whole cross section
     }
   }
 }
@@ -391,7 +391,7 @@ TEST(Resample, OffsetsAreOfTheSameBitsForEveryBrickAndRun)
   }
 }
 
-// Every voxel shows material that the displacement field really takes there.
+// Every voxel shows material that the displacement field maps there.
 TEST(Resample, OffsetsInvertTheDisplacementField)
 {
   Scene scene({ 22, 20, 18 }, 0.3f);
@@ -475,8 +475,8 @@ TEST(Resample, SingleSlice)
   }
 }
 
-// A column of equal layers that moves along them shows the same in each, but for the outermost ones: and so does a
-// single layer alone, air that its border takes along or leaves behind included.
+// A column of equal layers that moves along them shows the same in each layer except the outermost. A single layer
+// alone shows the same, too, including the air at its border.
 TEST(Resample, ASingleSliceShowsWhatALayerOfAColumnDoes)
 {
   const auto shape = [](int axis, int thickness)
@@ -526,7 +526,8 @@ TEST(Resample, ASingleSliceShowsWhatALayerOfAColumnDoes)
             const Vector3 alone = pictures[0](i, j, k);
             for (int a = 0; a < 3; ++a)
             {
-              ASSERT_NEAR(alone[a], layer[a], 1e-5) << i << ' ' << j << ' ' << k; // Newton stops there
+              ASSERT_NEAR(alone[a], layer[a], 1e-5)
+                << i << ' ' << j << ' ' << k; // the residual at which Newton's method stops
             }
           }
           moved += layer != Vector3{ 0, 0, 0 };
@@ -541,7 +542,7 @@ TEST(Resample, ASingleSliceShowsWhatALayerOfAColumnDoes)
   }
 }
 
-// Two bodies on one place: the winner is fixed, both whole elsewhere.
+// Two bodies at the same place: the winner does not depend on the run, and both are complete elsewhere.
 TEST(Resample, OverlapShowsOneOfTheTwo)
 {
   Scene scene({ 26, 12, 12 }, 0.0f);
@@ -558,7 +559,8 @@ TEST(Resample, OverlapShowsOneOfTheTwo)
   for (int run = 0; run < 3; ++run)
   {
     Simulation simulation = simulate(scene, brickSizes()[run]);
-    simulation.pull({ probeAt(scene, { 5, 5, 5 }, { 9.0, 0.0, 0.0 }) }); // to 12..17, over 15..17 of the other
+    simulation.pull(
+      { probeAt(scene, { 5, 5, 5 }, { 9.0, 0.0, 0.0 }) }); // to 12..17, which overlaps 15..17 of the other body
     const Picture picture = resample(simulation);
     for (int i = 12; i <= 20; ++i)
     {
@@ -650,7 +652,7 @@ TEST(Resample, OnlyWhatWasCarvedIsVisited)
   EXPECT_LE(visited, 3u * 3u * 3u * 512u);
 }
 
-// A rigid body with a hole goes by whole voxels: the hole goes with it.
+// A rigid body with a hole moves by whole voxels: the hole moves with it.
 TEST(Resample, AHoleMovesWithItsTissue)
 {
   for (const Index3& brick : brickSizes())
@@ -689,7 +691,7 @@ TEST(Resample, AHoleMovesWithItsTissue)
   }
 }
 
-// By parts of a voxel: what is left keeps its half of the way to a carved neighbour, in either direction.
+// Moves by fractions of a voxel: the remaining tissue extends half way to a carved neighbour, in either direction.
 TEST(Resample, WhatIsLeftKeepsItsHalfOfACarvedCell)
 {
   for (const double shift : { 0.3, 0.45, 0.55, 0.8, -0.3, -0.45, -0.55, -0.8 })
@@ -697,14 +699,14 @@ TEST(Resample, WhatIsLeftKeepsItsHalfOfACarvedCell)
     SCOPED_TRACE(shift);
     Scene scene({ 24, 10, 9 }, 0.0f);
     Simulation simulation = simulate(scene, { 8, 4, 4 });
-    // Two halves: 0 .. 9 goes, 14 .. 23 rests.
+    // Two halves: 0 .. 9 moves, 14 .. 23 is at rest.
     ASSERT_EQ(simulation.carve(box({ 9.5, -1.0, -1.0 }, { 13.5, 20.0, 20.0 })), 4u * 10u * 9u);
     simulation.pull({ probeAt(scene, { 4, 4, 4 }, { shift, 0.0, 0.0 }) });
     const Picture picture = resample(simulation);
     picture.each(
       [&](int i, int j, int k)
       {
-        // Layer 9 and half of the way to 10 are at up to 9.5 + shift now; nothing is below 0 + shift.
+        // Layer 9 and half of the distance to layer 10 are at up to 9.5 + shift now; nothing is below 0 + shift.
         const bool shown = i >= shift && i < 9.5 + shift;
         if (i >= 14)
         {
@@ -726,7 +728,7 @@ TEST(Resample, TissueMovesThroughAHole)
 {
   for (const Index3& brick : brickSizes())
   {
-    // A body goes through a channel that was carved into another one.
+    // A body moves through a channel that was carved into another one.
     Scene scene({ 34, 14, 14 }, 0.0f);
     scene.each(
       [&](int i, int j, int k)
@@ -766,7 +768,7 @@ TEST(Resample, TissueMovesThroughAHole)
   }
 }
 
-// Deformed, carved, deformed on: every voxel shows tissue that is left, and every element that is left is shown.
+// Deformed, carved and deformed further: every voxel shows remaining tissue, and every remaining element is shown.
 TEST(Resample, NothingCarvedIsShownAndNothingElseIsLost)
 {
   Scene scene({ 26, 22, 20 }, 0.3f);
@@ -804,8 +806,8 @@ TEST(Resample, NothingCarvedIsShownAndNothingElseIsLost)
           ASSERT_TRUE(left[scene.grid.at(nearest[0], nearest[1], nearest[2])] || tie) << i << ' ' << j << ' ' << k;
         }
       });
-    // Every element that is left is nearest to a voxel that shows what is around it: followed to where it went, the
-    // voxel there shows a place within the half cell of it, or of a neighbour.
+    // The voxel nearest to the current place of a remaining element shows a place within half a cell of the element, or
+    // of one of its neighbours.
     int lost = 0;
     scene.each(
       [&](int i, int j, int k)

@@ -1,4 +1,5 @@
-// Carves: which elements go, against winding numbers and closed forms; what is left behaves as if they had never been.
+// Carving: which elements it removes, against winding numbers and closed forms. The remaining tissue behaves as if the
+// removed elements had never existed.
 
 #include "../../Oracles/Inside.h"
 #include "Blades.h"
@@ -19,7 +20,7 @@ std::vector<std::uint8_t> elements(const Simulation& simulation)
   return tissue;
 }
 
-/// The scene with air where there is no tissue any more.
+/// The scene with air in place of removed tissue.
 Scene without(const Scene& scene, const Simulation& simulation)
 {
   Scene rest = scene;
@@ -31,8 +32,8 @@ Scene without(const Scene& scene, const Simulation& simulation)
   return rest;
 }
 
-/// Engine against winding number at the current places. Left out: what is within 1e-3 mm of the surface, which rounding
-/// to 1/4096 voxel may turn over.
+/// The engine against winding numbers at the current places. Elements within 1e-3 mm of the surface are left out:
+/// rounding to 1/4096 voxel may decide them.
 void expectWhatIsInside(const Scene& scene, Simulation& simulation, const Surface& surface)
 {
   const std::vector<std::uint8_t> before = elements(simulation);
@@ -67,7 +68,7 @@ void expectWhatIsInside(const Scene& scene, Simulation& simulation, const Surfac
   EXPECT_LT(unsure, 20u) << "the surface is not in general position";
 }
 
-/// The state and what it says of itself are those of the tissue that is left.
+/// The state and its figures are those of the remaining tissue.
 void expectConsistent(const Scene& scene, const Simulation& simulation)
 {
   const Scene rest = without(scene, simulation);
@@ -162,7 +163,8 @@ TEST(Carve, TissueThatIsFarAway)
   expectConsistent(scene, simulation);
 }
 
-// The tissue is as if shifted by an infinitesimal: a box holds its lower faces, not its upper ones.
+// Ties are decided as if the tissue were shifted by an infinitesimal: a box contains its lower faces, not its upper
+// ones.
 TEST(Carve, ABoxExactlyOnVoxels)
 {
   Scene scene({ 20, 16, 12 });
@@ -181,7 +183,7 @@ TEST(Carve, ABoxExactlyOnVoxels)
   }
 }
 
-/// Hexahedra that fill [0, cells * step] on every axis, with inner corners moved to any multiple of `snap`. Neighbours
+/// Hexahedra that fill [0, cells * step] on every axis. Inner corners are moved to multiples of `snap`. Neighbours
 /// share the triangles between them.
 std::vector<Surface> brickwork(int cells, int step, double jitter, double snap, std::uint64_t seed)
 {
@@ -218,7 +220,7 @@ std::vector<Surface> brickwork(int cells, int step, double jitter, double snap, 
         {
           cell.points[c] = points[ids[c] + i + n * (j + n * k)];
         }
-        // The diagonal of a face from its lowest corner, seen from both cells.
+        // The diagonal of a face starts at its lowest corner, for both cells.
         cell.triangles.clear();
         for (const auto& f :
           { std::array<int, 4>{ 0, 2, 6, 4 }, std::array<int, 4>{ 1, 3, 7, 5 }, std::array<int, 4>{ 0, 4, 5, 1 },
@@ -261,7 +263,7 @@ TEST(Carve, SolidsThatShareFacesShareOutTheElements)
 
 TEST(Carve, SolidsThatShareFacesShareOutDeformedElements)
 {
-  // Constraints and pull are multiples of 1/8, so that deformed elements lie exactly on faces and edges.
+  // Constraints and pull are multiples of 1/8, so deformed elements lie exactly on faces and edges.
   Scene scene({ 14, 14, 14 }, 0.25f);
   const std::vector<Probe> probes{ probeAt(scene, { 7, 7, 7 }, { 1.5, -1.25, 1.0 }) };
   std::vector<int> owners(scene.grid.voxels(), 0);
@@ -303,9 +305,9 @@ TEST(Carve, OnlyTheShapeOfTheSurfaceMatters)
   ASSERT_GT(reference.carve(ball), 400u);
   const std::vector<std::uint8_t> expected = elements(reference);
 
-  Surface turned = ball, degenerate = ball, unused = ball;
+  Surface rotated = ball, degenerate = ball, unused = ball;
   Random random(7);
-  for (std::array<int, 3>& t : turned.triangles)
+  for (std::array<int, 3>& t : rotated.triangles)
   {
     if (random.below(2))
     {
@@ -316,7 +318,7 @@ TEST(Carve, OnlyTheShapeOfTheSurfaceMatters)
   degenerate.triangles.push_back({ 3, 3, 3 });
   degenerate.triangles.push_back({ 3, 9, 3 });
   degenerate.triangles.push_back({ 4, 4, 5 });
-  // An edge that is split on one side only, with a flat triangle in between.
+  // An edge that is split on one side only, with a degenerate triangle in between.
   {
     const std::array<int, 3> t = degenerate.triangles.front();
     Vector3 middle;
@@ -331,7 +333,7 @@ TEST(Carve, OnlyTheShapeOfTheSurfaceMatters)
     degenerate.triangles.push_back({ t[0], t[1], m });
   }
   unused.points.push_back({ 7.3, 5.5, 1.2 });
-  for (const auto& [name, surface] : { std::make_pair("turned", turned), std::make_pair("separate", soup(ball)),
+  for (const auto& [name, surface] : { std::make_pair("rotated", rotated), std::make_pair("separate", soup(ball)),
          std::make_pair("degenerate", degenerate), std::make_pair("unused", unused) })
   {
     SCOPED_TRACE(name);
@@ -365,7 +367,7 @@ TEST(Carve, AFineSphereIsTheSphere)
       {
         square += (p[a] - centre[a]) * (p[a] - centre[a]);
       }
-      // The triangles stay within 0.025 mm below the sphere: r (1 - cos(pi / 101)) for rings and sectors each.
+      // The triangles are at most 0.025 mm below the sphere: r (1 - cos(pi / 101)) for rings and for sectors.
       const double outside = std::sqrt(square) - radius;
       const bool gone = !left[scene.grid.at(i, j, k)];
       wrong += (outside > 1e-3 && gone) || (outside < -0.03 && !gone);
@@ -420,7 +422,7 @@ TEST(Carve, RefusedSurfacesChangeNothing)
   EXPECT_TRUE(contains(message, "not closed") && contains(message, "merge")) << message;
 
   Surface triple = whole;
-  triple.triangles.push_back(whole.triangles[5]); // its edges have three
+  triple.triangles.push_back(whole.triangles[5]); // three triangles at its edges
   message = messageOf<InputError>([&] { simulation.carve(triple); });
   EXPECT_TRUE(contains(message, "3 of its edges")) << message;
 
@@ -441,7 +443,7 @@ TEST(Carve, RefusedSurfacesChangeNothing)
 
 // --- What is left
 
-// Tissue that was carved at rest, be it before anything reached it or after, is exactly like air.
+// Tissue that is carved at rest, before or after a wave reaches it, is exactly like air.
 TEST(Carve, WhatIsLeftIsAsIfTheRestHadNeverBeen)
 {
   for (const int axes : { 1, 3 })
@@ -521,7 +523,7 @@ TEST(Carve, TheWaveGoesAroundTheHole)
       EXPECT_LT(expected.state[behind][0], straight.state[behind][0] - 1.0) << "the wave needs no way around";
       expectConsistent(scene, simulation);
 
-      // Also once it has come: a hole has no time.
+      // Also after the wave: a hole has no time.
       const auto timeAt = [&](const Index3& at)
       {
         std::vector<float> times(scene.grid.voxels());
@@ -539,7 +541,7 @@ TEST(Carve, TheWaveGoesAroundTheHole)
   }
 }
 
-// Deform, carve, and go on from there: formula (P) on what is left, from the state that it had.
+// Deform, carve and continue: formula (P) on the remaining tissue, from its state on.
 TEST(Carve, TheWaveGoesOnFromADeformedState)
 {
   for (const int axes : { 1, 3 })
@@ -601,7 +603,7 @@ TEST(Carve, ABoneWithAHoleThroughIsTwoBones)
     for (const Index3& brick : brickSizes())
     {
       Simulation simulation = simulate(scene, brick);
-      simulation.relax(1, 0.0); // clusters are known before the carve
+      simulation.relax(1, 0.0); // clusters exist before the carve
       EXPECT_EQ(simulation.carve(box({ 8.5, 3.5, 3.5 }, { 10.5, 7.5, 7.5 })), 2u * 4u * 4u);
       expectConsistent(scene, simulation);
       simulation.pull({ probeAt(scene, { 4, 5, 5 }, { 0.0, 2.0, 0.0 }) });
@@ -630,7 +632,7 @@ TEST(Carve, AProbeLetsGoOfWhatIsCarved)
   const std::size_t whole = simulation.pull(probes)[0].elements;
   ASSERT_EQ(whole, 33u);
 
-  // The lower half of the first handle's tissue, which is two voxels further now.
+  // The lower half of the first handle's tissue, which has moved two voxels.
   expectWhatIsInside(scene, simulation, box({ 5.4, 5.4, 4.4 }, { 10.6, 10.6, 6.6 }));
   auto results = simulation.probes();
   EXPECT_EQ(results[0].elements, 33u - 10u);
@@ -638,12 +640,12 @@ TEST(Carve, AProbeLetsGoOfWhatIsCarved)
   EXPECT_EQ(results[1].elements, 7u);
   EXPECT_EQ(results[1].reached, (Vector3{ 0.0, 1.0, 0.0 }));
 
-  // What it holds still stays where it is when the rest relaxes.
+  // Its remaining tissue keeps its place when the rest relaxes.
   simulation.relax(20, 0.0);
   EXPECT_EQ(simulation.probes()[0].reached, (Vector3{ 2.0, 0.0, 0.0 }));
   expectConsistent(scene, simulation);
 
-  // All of it.
+  // All of the handle's tissue.
   simulation.carve(sphere({ 8.0, 8.0, 7.0 }, 2.9, 16, 16));
   results = simulation.probes();
   EXPECT_EQ(results[0].elements, 0u);
@@ -663,12 +665,12 @@ TEST(Carve, AProbeWithoutTissueOfItsOwn)
   Simulation simulation = simulate(scene);
   std::vector<Probe> probes{ probeAt(scene, { 6, 8, 7 }, { 2.0, 0.0, 0.0 }) };
   simulation.pull(probes);
-  probes.push_back(probeAt(scene, { 8, 8, 7 }, {})); // where the first one has taken its element
+  probes.push_back(probeAt(scene, { 8, 8, 7 }, {})); // the current place of the first probe's element
   auto results = simulation.pull(probes);
   ASSERT_EQ(results[1].elements, 0u);
   const Vector3 reached = results[1].reached;
 
-  // Elsewhere, and then both.
+  // Elsewhere, then both.
   EXPECT_GT(simulation.carve(sphere({ 15.2, 8.1, 7.3 }, 2.1, 9, 12)), 0u);
   results = simulation.probes();
   EXPECT_EQ(results[0].reached, (Vector3{ 2.0, 0.0, 0.0 }));
@@ -682,7 +684,7 @@ TEST(Carve, AProbeWithoutTissueOfItsOwn)
   }
 }
 
-// A carve waits for the wave; one that is refused, and likewise a cut, lets it travel on.
+// A carve first completes the wave. A refused carve or cut leaves it under way.
 TEST(Carve, WhileAWaveIsUnderWay)
 {
   for (const PropagationMethod method : { PropagationMethod::Envelope, PropagationMethod::Timestamp })
@@ -746,7 +748,7 @@ TEST(Carve, CutsAndCarvesTogether)
   }
 }
 
-TEST(Carve, MendingBringsEverythingBack)
+TEST(Carve, RestoringBringsEverythingBack)
 {
   Scene scene = randomScene({ 22, 18, 16 }, 3, 51, 0.1);
   scene.anchors.faces[2] = true;
@@ -759,7 +761,7 @@ TEST(Carve, MendingBringsEverythingBack)
     untouched.relax(8, 0.0);
 
     Simulation simulation = simulate(scene, brick);
-    simulation.carve(sphere({ 4.2, 4.1, 4.3 }, 3.1, 9, 12)); // before anything is in memory
+    simulation.carve(sphere({ 4.2, 4.1, 4.3 }, 3.1, 9, 12)); // before any brick has memory
     simulation.pull(probes);
     simulation.carve(sphere({ 11.2, 9.1, 8.3 }, 5.1, 9, 12));
     simulation.cut(planeAcrossX(13.4));
@@ -805,7 +807,7 @@ TEST(Carve, SingleSlice)
     const oracle::Block block = without(scene, simulation).block();
     const auto wave = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), handles(block, probes));
     EXPECT_LT(largestDifference(block, state(simulation), wave.state), 1e-5);
-    // The slice as a whole at its place along the axis: a solid beside it does not reach it.
+    // The slice is at its place along the axis: a solid next to it does not reach it.
     low[axis] = 10.0;
     high[axis] = 12.0;
     EXPECT_EQ(simulation.carve(box(low, high)), 0u);

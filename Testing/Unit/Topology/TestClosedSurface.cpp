@@ -1,4 +1,4 @@
-// What is inside a closed surface of several parts: against the winding number of each part by itself, and against
+// The inside of closed surfaces with several parts: against the winding number of each part alone, and against
 // formulas.
 
 #include "../../Oracles/Inside.h"
@@ -22,7 +22,7 @@ Scene tissue()
   return scene;
 }
 
-/// Each triangle turned over or not, by chance.
+/// Inverts triangles at random.
 Surface shuffled(Surface surface, std::uint64_t seed)
 {
   Random random(seed);
@@ -46,7 +46,7 @@ Surface all(const std::vector<Surface>& parts)
   return surface;
 }
 
-/// Nine balls that overlap, and nothing in common but that: none within the others.
+/// Nine overlapping balls, none within another.
 std::vector<Surface> nineBalls()
 {
   std::vector<Surface> balls;
@@ -60,8 +60,7 @@ std::vector<Surface> nineBalls()
   return balls;
 }
 
-/// Whether a place is beyond all points of a surface along some axis, which takes less time to tell than winding
-/// numbers.
+/// Whether a place is beyond all points of a surface along some axis: faster than winding numbers.
 bool isFar(const Vector3& place, const Surface& surface)
 {
   for (int a = 0; a < 3; ++a)
@@ -77,7 +76,7 @@ bool isFar(const Vector3& place, const Surface& surface)
   return false;
 }
 
-/// 1 inside any of the parts, 0 outside all, -1 within 1e-3 mm of where that changes.
+/// 1 inside of a part, 0 outside of all, -1 within 1e-3 mm of a change between the two.
 int insideAny(const Vector3& place, const std::vector<Surface>& parts)
 {
   int result = 0;
@@ -93,7 +92,7 @@ int insideAny(const Vector3& place, const std::vector<Surface>& parts)
   return result;
 }
 
-/// For each voxel: 1 where it goes, 0 where it stays, -1 where it may do either.
+/// For each voxel: 1 if it is removed, 0 if it stays, -1 if either may happen.
 using Expected = std::vector<int>;
 
 Expected everywhere(const std::function<int(const Vector3&)>& expected)
@@ -130,10 +129,10 @@ SurfaceParts expectCarved(const Surface& surface, const Expected& expected)
 TEST(ClosedSurface, PartsThatOverlapAreCarvedTogether)
 {
   const std::vector<Surface> balls = nineBalls();
-  std::vector<Surface> anyWay, mixed;
+  std::vector<Surface> someInverted, mixed;
   for (std::size_t n = 0; n < balls.size(); ++n)
   {
-    anyWay.push_back(n % 3 == 1 ? inverted(balls[n]) : balls[n]);
+    someInverted.push_back(n % 3 == 1 ? inverted(balls[n]) : balls[n]);
     mixed.push_back(n == 4 || n == 5 ? shuffled(balls[n], n) : balls[n]);
   }
   const Expected any = everywhere([&](const Vector3& place) { return insideAny(place, balls); });
@@ -144,7 +143,7 @@ TEST(ClosedSurface, PartsThatOverlapAreCarvedTogether)
     SurfaceParts parts;
   };
   const Case cases[] = { { "outwards", all(balls), { 9, 0, 0, 0 } },
-    { "inwards", inverted(all(balls)), { 9, 0, 0, 0 } }, { "each its own way", all(anyWay), { 9, 0, 0, 3 } },
+    { "inwards", inverted(all(balls)), { 9, 0, 0, 0 } }, { "some inwards", all(someInverted), { 9, 0, 0, 3 } },
     { "the triangles of two shuffled", all(mixed), { 9, 2, 0, 0 } },
     { "all triangles shuffled", shuffled(all(balls), 3), { 9, 9, 0, 0 } },
     { "without shared points", soup(shuffled(all(balls), 4)), { 9, 9, 0, 0 } } };
@@ -166,8 +165,8 @@ TEST(ClosedSurface, FineBallsAreTheUnionOfTheBalls)
   expectCarved(surface, everywhere(
                           [&](const Vector3& p)
                           {
-                            // The triangles stay within 0.006 mm below the sphere: r (1 - cos(pi / 101)) for rings and
-                            // sectors each.
+                            // The triangles are at most 0.006 mm below the sphere: r (1 - cos(pi / 101)) for rings and
+                            // for sectors.
                             const double outside =
                               std::min(std::hypot(p[0] - one[0], p[1] - one[1], p[2] - one[2]) - 6.0,
                                 std::hypot(p[0] - other[0], p[1] - other[1], p[2] - other[2]) - 5.0);
@@ -208,8 +207,8 @@ TEST(ClosedSurface, PartsWithinOthersThatFaceTheOtherWayAreHollows)
   }
 }
 
-// What a mirrored copy beside its original looks like: both have their hollow.
-TEST(ClosedSurface, AShellTurnedInsideOutBesideAnother)
+// A surface and its mirrored copy: both have their hollow.
+TEST(ClosedSurface, AShellInsideOutNextToAnother)
 {
   const Surface left = sphere({ 6.1, 11.3, 12.1 }, 5.1, 11, 13), leftHole = sphere({ 6.2, 11.1, 12.0 }, 2.9, 9, 11),
                 right = sphere({ 17.1, 11.3, 12.1 }, 4.9, 11, 13), rightHole = sphere({ 17.2, 11.1, 12.0 }, 2.8, 9, 11);
@@ -224,12 +223,12 @@ TEST(ClosedSurface, AShellTurnedInsideOutBesideAnother)
   EXPECT_EQ(parts.reversed, 1u);
 }
 
-// A hollow in what two parts enclose only together.
+// A hollow in the union of two parts, in neither alone.
 TEST(ClosedSurface, AHollowAcrossTwoParts)
 {
   const Surface left = sphere({ 8.1, 11.3, 12.1 }, 6.4, 11, 13), right = sphere({ 15.1, 11.3, 12.1 }, 6.3, 11, 13),
                 hole = box({ 5.33, 9.71, 10.52 }, { 17.91, 12.87, 13.43 });
-  // Where both are, the hollow takes one away, and what is left winds around once more.
+  // In the intersection the winding number is 2, minus 1 by the hollow, so the remaining 1 is inside.
   expectCarved(all({ left, right, inverted(hole) }),
     everywhere(
       [&](const Vector3& p)
@@ -258,7 +257,7 @@ TEST(ClosedSurface, AHollowThatTouchesWhatItIsIn)
   }
 }
 
-// Exactly, where parts share faces and edges.
+// Exactly, for parts that share faces and edges.
 TEST(ClosedSurface, PartsThatTouchShareNoElementAndLeaveNone)
 {
   Scene scene({ 20, 16, 12 });
@@ -278,7 +277,8 @@ TEST(ClosedSurface, PartsThatTouchShareNoElementAndLeaveNone)
   EXPECT_EQ(carved(shuffled(both(left, across), 5)), 6u * 4u * 2u + 4u * 2u * 5u - 2u * 2u * 2u);
 }
 
-/// A Klein bottle as a figure of eight that turns half round on its way around the z axis: closed, without two sides.
+/// A Klein bottle: a figure of eight that rotates by half a revolution on its path around the z axis. It is closed and
+/// has one side.
 Surface kleinBottle(const Vector3& centre, double ring, double width)
 {
   constexpr int around = 32, across = 24;
@@ -295,7 +295,7 @@ Surface kleinBottle(const Vector3& centre, double ring, double width)
         centre[2] + std::sin(a / 2) * x + std::cos(a / 2) * y });
     }
   }
-  // After half a turn the figure of eight is its own image under b -> -b.
+  // After half a revolution the figure of eight is its own image under b -> -b.
   const auto at = [&](int s, int t) { return s == around ? (2 * across - 1 - t) % across : s * across + t % across; };
   for (int s = 0; s < around; ++s)
   {

@@ -1,4 +1,4 @@
-// Cuts: which links go, against a naive test and by flooding what is left; what a cut does to the next pull.
+// Cuts: which links they remove, against a simple test and by connected components, and their effect on the next pull.
 
 #include "Blades.h"
 
@@ -9,7 +9,7 @@ namespace
 
 using namespace chainmail;
 
-/// Parts of the tissue after the engine's cuts.
+/// Connected components after the engine's cuts.
 std::vector<int> partsOf(const Scene& scene, const Simulation& simulation, int* number)
 {
   oracle::Block block = scene.block();
@@ -17,7 +17,7 @@ std::vector<int> partsOf(const Scene& scene, const Simulation& simulation, int* 
   return oracle::parts(block, number);
 }
 
-/// The bits of links() say the same from both ends, and nothing of air or beyond the grid.
+/// The bits of links() agree for both ends, and there are none for air and beyond the grid.
 void expectConsistentLinks(const Scene& scene, const std::vector<std::uint8_t>& bits)
 {
   oracle::Block block = scene.block();
@@ -25,7 +25,7 @@ void expectConsistentLinks(const Scene& scene, const std::vector<std::uint8_t>& 
   EXPECT_EQ(oracle::linkBits(block), bits);
 }
 
-/// Naive test and engine on the same blade and state; links where the naive test is unsure are left out.
+/// The simple test and the engine with the same blade and state; links with a small margin are left out.
 void expectNaiveLinks(const Scene& scene, Simulation& simulation, const Surface& blade)
 {
   oracle::Block block = scene.block();
@@ -42,7 +42,7 @@ void expectNaiveLinks(const Scene& scene, Simulation& simulation, const Surface&
     const bool cutByNaive = naive.cut[link.from] >> link.direction & 1;
     const bool cutByEngine = !(bits[link.from] >> (2 * link.direction + 1) & 1);
     gone += cutByEngine;
-    // 1e-5 of a link or a triangle: what displacements in float32 can turn over.
+    // 1e-5 of a link or a triangle: decisions that rounding of displacements to float32 may reverse.
     if (margin[link.from][link.direction] < 1e-5)
     {
       ++unsure;
@@ -102,7 +102,7 @@ TEST(Cut, HappensAtTheCurrentDeformation)
     simulation.pull(compatibleProbes(scene, 3, 3.0, 4));
     simulation.relax(5, 0.0);
     const Surface blade = sheet(-9.0, -8.5, 7.7, 6, 6, [](double x, double y) { return 4.03 + 0.31 * x - 0.17 * y; });
-    // The deformation matters: at rest the same blade cuts other links.
+    // The deformation matters: the same blade cuts other links at rest.
     Simulation atRest = simulate(scene);
     atRest.cut(blade);
     expectNaiveLinks(scene, simulation, blade);
@@ -113,7 +113,7 @@ TEST(Cut, HappensAtTheCurrentDeformation)
 
 // --- Watertight
 
-/// Exactly two parts, and whoever is clearly on one side of z = height(x, y) is there.
+/// Exactly two components; voxels clearly on one side of z = height(x, y) belong to the same one.
 template <typename F> void expectTwoSides(const Scene& scene, const Surface& blade, F&& height, const char* what)
 {
   SCOPED_TRACE(what);
@@ -123,7 +123,7 @@ template <typename F> void expectTwoSides(const Scene& scene, const Surface& bla
   int number = 0;
   const std::vector<int> part = partsOf(scene, simulation, &number);
   EXPECT_EQ(number, 2);
-  int side[2] = { -1, -1 }; // what the first voxel that is clearly below, and above, belongs to
+  int side[2] = { -1, -1 }; // the components of the first voxel clearly below and of the first one clearly above
   int wrong = 0;
   scene.each(
     [&](int i, int j, int k)
@@ -145,7 +145,7 @@ template <typename F> void expectTwoSides(const Scene& scene, const Surface& bla
 TEST(Cut, APlaneExactlyThroughVoxelCentresHasNoHoles)
 {
   Scene scene({ 12, 11, 10 });
-  // Vertices beside, on and between the columns; edges and diagonals through voxel centres.
+  // Vertices near, on and between the columns; edges and diagonals through voxel centres.
   for (const double z : { 4.0, 4.5, 5.0 })
   {
     const auto flat = [z](double, double) { return z; };
@@ -176,8 +176,8 @@ TEST(Cut, APlaneExactlyThroughVoxelCentresHasNoHoles)
 
 TEST(Cut, ASteppedSheetThroughVoxelCentresHasNoHoles)
 {
-  // Heights are multiples of half a voxel at vertices on every column: every column is cut exactly at a vertex, half of
-  // them exactly at a voxel.
+  // Heights are multiples of half a voxel, at vertices on every column. So every column is cut exactly at a vertex, and
+  // half of them exactly at a voxel.
   Scene scene({ 24, 22, 16 });
   const auto vertex = [](double x, double y)
   { return std::round(2.0 * (7.5 + 4.0 * std::sin(0.6 * x) * std::cos(0.45 * y))) / 2.0; };
@@ -254,7 +254,7 @@ TEST(Cut, ClosedSurfacesCutOutTheirInside)
     scene.each(
       [&](int i, int j, int k)
       {
-        // The triangles of the spheres stay within 0.06 of them; on the surface itself either side is right.
+        // The triangles of the spheres are at most 0.06 from them. Voxels on the surface may be on either side.
         const double d = c.outside(scene.place(i, j, k));
         const int here = part[scene.grid.at(i, j, k)];
         wrong += (d > 0.06 && here != 0) || (d < -0.06 && here != 1);
@@ -283,7 +283,7 @@ TEST(Cut, SurfacesThatCutNothing)
   EXPECT_EQ(simulation.cut({}), 0u);
   EXPECT_EQ(simulation.cut(planeAcrossX(-0.5)), 0u);
   EXPECT_EQ(simulation.cut(planeAcrossX(7.5)), 0u);
-  // Between two neighbouring rows of links, where no link passes.
+  // Between two neighbouring rows of links, where it meets no link.
   EXPECT_EQ(simulation.cut({ { { 2.1, 2.2, 2.3 }, { 2.9, 2.3, 2.2 }, { 2.4, 2.8, 2.6 } }, { { 0, 1, 2 } } }), 0u);
   EXPECT_EQ(links(simulation), whole);
 }
@@ -354,7 +354,7 @@ TEST(Cut, BothSidesOfAnIncisionMoveApart)
   const std::vector<Probe> probes{ probeAt(scene, { 11, 7, 11 }, { -1.5, 0.0, 0.0 }),
     probeAt(scene, { 12, 7, 11 }, { 1.5, 0.0, 0.0 }) };
   const auto results = simulation.pull(probes);
-  // Together they ask for 3; the way around the incision's floor is 6 + 1 + 6 links of 0.3 = 3.9.
+  // Together they request 3. The path around the incision's floor has 6 + 1 + 6 links of 0.3 = 3.9.
   EXPECT_EQ(results[0].reached[0], -1.5);
   EXPECT_EQ(results[1].reached[0], 1.5);
   const auto expected = oracle::propagate(block, std::vector<oracle::Vector3>(block.count()), handles(block, probes));
@@ -370,7 +370,7 @@ TEST(Cut, ACutBoneIsTwoBones)
   {
     scene.give(i, 5, 5, 0.0f);
   }
-  scene.give(5, 8, 8, 0.0f); // another one
+  scene.give(5, 8, 8, 0.0f); // a second rigid element
   for (const Index3& brick : brickSizes())
   {
     Simulation simulation = simulate(scene, brick);
@@ -437,7 +437,7 @@ TEST(Cut, ClustersOfRandomTissueOnEachAxis)
   }
 }
 
-TEST(Cut, MendUndoesAllCuts)
+TEST(Cut, RestoringUndoesAllCuts)
 {
   Scene scene({ 20, 10, 10 }, 0.3f);
   for (int i = 3; i < 17; ++i)
@@ -462,8 +462,8 @@ TEST(Cut, MendUndoesAllCuts)
   EXPECT_TRUE(sameBits(displacements(simulation), displacements(fresh)));
 }
 
-// Mending tissue that was pulled apart must not leave links past their limits.
-TEST(Cut, MendOfADeformedStateIsFeasible)
+// Restoring the topology of tissue that was pulled apart must not leave links beyond their limits.
+TEST(Cut, RestoringADeformedStateIsFeasible)
 {
   Scene scene({ 16, 8, 8 }, 0.3f);
   Simulation simulation = simulate(scene);

@@ -1,7 +1,7 @@
-// Soft probes where tissue and bones turn, and in reduced models: against optima in double precision, and against the
-// rigid motion that is nearest to landmarks.
+// Soft probes with rotations and in reduced models: against optima in double precision, and against the rigid motion
+// that fits landmarks best.
 
-#include "TurningScene.h"
+#include "RotationScene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,9 +11,9 @@ namespace
 
 using namespace chainmail;
 
-/// The rigid motion x -> c + R (x - b) that takes points nearest to others, by the squares of the distances with
-/// weights: R by B. Horn's unit quaternion (J. Opt. Soc. Am. A 4, 1987), the eigenvector of the largest eigenvalue of a
-/// matrix of 4 x 4, found by powers of it.
+/// The rigid motion x -> c + R (x - b) that minimises the weighted sum of squared distances between two sets of points.
+/// R is from B. Horn's unit quaternion (J. Opt. Soc. Am. A 4, 1987): the eigenvector of the largest eigenvalue of a 4 x
+/// 4 matrix, found by power iteration.
 struct Motion
 {
   Vector3 from{};
@@ -95,7 +95,7 @@ struct Motion
   }
 };
 
-/// A bone in the air, or in tissue so soft that it hardly matters.
+/// A bone in air, or in tissue so soft that its forces are negligible.
 Scene landmarkScene(bool inTissue)
 {
   Scene scene({ 24, 13, 15 }, 0.9f);
@@ -116,7 +116,7 @@ Scene landmarkScene(bool inTissue)
   return scene;
 }
 
-/// Landmarks on the bone: soft probes, of different tolerances, whose places no rigid motion meets exactly.
+/// Landmarks on the bone: soft probes of different tolerances whose targets no rigid motion fits exactly.
 std::vector<Probe> landmarks(const Scene& scene, double degrees, double scale)
 {
   const double angle = degrees * 3.14159265358979323846 / 180.0;
@@ -128,7 +128,7 @@ std::vector<Probe> landmarks(const Scene& scene, double degrees, double scale)
     const double x = probe.position[0] - 10.0, y = probe.position[1] - 9.0;
     probe.displacement = { x * std::cos(angle) - y * std::sin(angle) - x + 1.5,
       x * std::sin(angle) + y * std::cos(angle) - y - 0.5, 0.7 + 0.1 * x };
-    probe.displacement[n % 3] += 0.3; // as landmarks are
+    probe.displacement[n % 3] += 0.3; // landmarks have errors
     probe.tolerance = scale * (0.5 + 0.3 * n);
     probes.push_back(probe);
     ++n;
@@ -136,7 +136,7 @@ std::vector<Probe> landmarks(const Scene& scene, double degrees, double scale)
   return probes;
 }
 
-TEST(SoftProbesTurning, LandmarksGiveABoneTheNearestRigidMotion)
+TEST(SoftProbesRotations, LandmarksGiveABoneTheNearestRigidMotion)
 {
   for (const bool inTissue : { false, true })
   {
@@ -144,7 +144,7 @@ TEST(SoftProbesTurning, LandmarksGiveABoneTheNearestRigidMotion)
     {
       if (inTissue && degrees > 3.0)
       {
-        continue; // its links end at their limits
+        continue; // its links reach their limits
       }
       SCOPED_TRACE(testing::Message() << degrees << " degrees, " << (inTissue ? "in tissue" : "in air"));
       const Scene scene = landmarkScene(inTissue);
@@ -162,7 +162,7 @@ TEST(SoftProbesTurning, LandmarksGiveABoneTheNearestRigidMotion)
         weights.push_back(1.0 / probe.tolerance);
       }
       const Motion motion(points, goals, weights);
-      Simulation simulation = simulateTurning(scene);
+      Simulation simulation = simulateRotations(scene);
       simulation.hold(probes);
       double last = simulation.measure().energy;
       for (int n = 0; n < 10; ++n)
@@ -189,7 +189,7 @@ TEST(SoftProbesTurning, LandmarksGiveABoneTheNearestRigidMotion)
           }
         }
       }
-      // Near the optimum float32 does not tell any more which steps lower the energy: 1.1e-3 was seen.
+      // Near the optimum float32 cannot resolve which steps lower the energy: measured 1.1e-3.
       EXPECT_LT(worst, 2e-3);
       EXPECT_LT(bend(simulation), 1e-4);
       double energy = 0.0;
@@ -206,8 +206,8 @@ TEST(SoftProbesTurning, LandmarksGiveABoneTheNearestRigidMotion)
   }
 }
 
-// Where elements do not turn, landmarks give a bone the shift that is nearest.
-TEST(SoftProbesTurning, WithoutRotationsABoneGoesByTheMean)
+// Without rotations, landmarks give a bone the best translation.
+TEST(SoftProbesRotations, WithoutRotationsABoneGoesByTheMean)
 {
   const Scene scene = landmarkScene(false);
   const std::vector<Probe> probes = landmarks(scene, 3.0, 1.0);
@@ -233,8 +233,8 @@ TEST(SoftProbesTurning, WithoutRotationsABoneGoesByTheMean)
   }
 }
 
-// Small pulls end at the optimum of the linear energy: in soft tissue, and at a bone that they turn.
-TEST(SoftProbesTurning, ReachTheOptimumOfSmallPulls)
+// Small pulls end at the optimum of the linear energy: in soft tissue, and on a bone that rotates.
+TEST(SoftProbesRotations, ReachTheOptimumOfSmallPulls)
 {
   for (const double poissonRatio : { 0.0, 0.3 })
   {
@@ -255,7 +255,7 @@ TEST(SoftProbesTurning, ReachTheOptimumOfSmallPulls)
         for (int tries = 0; n % 2 == 0 && tries < 1000 && block.give[scene.grid.at(at[0], at[1], at[2])][0] > 0.0;
              ++tries)
         {
-          at = randomElement(scene, random); // on bone
+          at = randomElement(scene, random); // on the bone
         }
         Probe probe = probeAt(scene, at, { random(-0.01, 0.01), random(-0.01, 0.01), random(-0.01, 0.01) });
         probe.tolerance = random(0.005, 0.1);
@@ -270,24 +270,24 @@ TEST(SoftProbesTurning, ReachTheOptimumOfSmallPulls)
         block.soft.push_back(soft);
       }
       const std::vector<oracle::Vector3> start(block.count(), oracle::Vector3{});
-      const oracle::Turned best = oracle::TurningProblem(block, block.anchored, poissonRatio).minimise(start);
+      const oracle::RotationOptimum best = oracle::RotationProblem(block, block.anchored, poissonRatio).minimise(start);
       for (const bool coarse : { false, true })
       {
-        Simulation simulation = simulateTurning(scene, { 0, 0, 0 }, 1, poissonRatio);
+        Simulation simulation = simulateRotations(scene, { 0, 0, 0 }, 1, poissonRatio);
         simulation.setCoarseToFine(coarse);
         simulation.hold(probes);
         const double first = simulation.measure().energy;
         simulation.relax(2000, 0.0);
         const double energy = simulation.measure().energy;
         EXPECT_GT(first, 1.1 * best.energy) << "nothing to relax: a poor test";
-        EXPECT_NEAR(energy, best.energy, 2e-3 * best.energy); // what the linear energy leaves out
+        EXPECT_NEAR(energy, best.energy, 2e-3 * best.energy); // the terms that the linear energy neglects
       }
     }
   }
 }
 
-// A reduced model weighs soft probes against its tissue as the whole one does.
-TEST(SoftProbesTurning, ReducedModelsWeighThemAlike)
+// In a reduced model the weight of soft probes relative to the tissue is that in the whole model.
+TEST(SoftProbesRotations, ReducedModelsWeighThemAlike)
 {
   for (const bool rotations : { false, true })
   {

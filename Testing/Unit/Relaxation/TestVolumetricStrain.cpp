@@ -1,7 +1,7 @@
-// Tissue that keeps its volume (Settings::poissonRatio): against an optimum in double precision, against what a
-// Poisson's ratio is, and the invariants of every sweep.
+// Tissue that resists changes of volume (Settings::poissonRatio): against an optimum in double precision, against the
+// definition of Poisson's ratio, and the invariants of every sweep.
 
-#include "TurningScene.h"
+#include "RotationScene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ using namespace chainmail;
 
 Simulation simulateVolumetricStrain(const Scene& scene, double poissonRatio, const Index3& brick = { 0, 0, 0 })
 {
-  return simulateTurning(scene, brick, 1, poissonRatio);
+  return simulateRotations(scene, brick, 1, poissonRatio);
 }
 
 TEST(VolumetricStrain, ReachesTheOptimumOfSmallPulls)
@@ -25,7 +25,7 @@ TEST(VolumetricStrain, ReachesTheOptimumOfSmallPulls)
   expectLinearOptimum(scene, { 0.004, -0.004, 0.015 }, "elements that are no cubes", 0.3);
 }
 
-/// A limb that is held below and, by a ball so far above that it reaches into the uppermost layer alone, at its top.
+/// A limb that is held at its base and, by a ball that reaches into the uppermost layer alone, at its top.
 struct Limb
 {
   Scene scene{ { 9, 9, 25 }, 0.4f };
@@ -41,7 +41,7 @@ struct Limb
 
   std::vector<oracle::Vector3> settled(double poissonRatio, int reduction = 1) const
   {
-    Simulation simulation = simulateTurning(this->scene, { 0, 0, 0 }, reduction, poissonRatio);
+    Simulation simulation = simulateRotations(this->scene, { 0, 0, 0 }, reduction, poissonRatio);
     simulation.setCoarseToFine(true);
     simulation.pull({ this->top });
     simulation.relax(400, 1e-6);
@@ -58,7 +58,7 @@ struct Limb
     return place;
   }
 
-  /// The volume between the elements, by the divergence theorem on cells of the surface [mm^3].
+  /// The volume that the surface's cells enclose, by the divergence theorem [mm^3].
   double volume(const std::vector<oracle::Vector3>& u) const
   {
     double sum = 0.0;
@@ -96,7 +96,7 @@ struct Limb
   }
 };
 
-// Half way along a limb, far from where it is held, it bulges aside as Poisson's ratio says, and its volume is kept.
+// In the middle of a limb, far from its held ends, it expands sideways by Poisson's ratio, and its volume is preserved.
 TEST(VolumetricStrain, ASqueezedLimbBulgesAsideAndKeepsItsVolume)
 {
   const Limb limb(1.2);
@@ -113,14 +113,14 @@ TEST(VolumetricStrain, ASqueezedLimbBulgesAsideAndKeepsItsVolume)
   };
   const auto [none, lost] = look(0.0);
   EXPECT_NEAR(none, 0.0, 0.01);
-  EXPECT_NEAR(lost, -0.05, 0.002); // all that it is squeezed by
-  // A limb so short is held a little by its ends, and at its faces volumetric strain counts half. Measured: 0.308 and
-  // 0.459.
+  EXPECT_NEAR(lost, -0.05, 0.002); // the whole compression
+  // A limb of this length is constrained by its ends, and at its faces volumetric strain has half the weight. Measured:
+  // 0.308 and 0.459.
   const auto [some, lostSome] = look(0.3);
   EXPECT_NEAR(some, 0.3, 0.015);
   const auto [most, lostMost] = look(0.45);
   EXPECT_NEAR(most, 0.45, 0.015);
-  // It would be 1 - 2 nu of 5 % if nothing held its ends. Measured: 2.25 and 0.50 %.
+  // With free ends it would be 1 - 2 nu of 5 %. Measured: 2.25 and 0.50 %.
   EXPECT_NEAR(lostSome, -0.0225, 0.001);
   EXPECT_NEAR(lostMost, -0.0050, 0.001);
 }
@@ -132,7 +132,7 @@ TEST(VolumetricStrain, ReducedModelsBulgeAsideToo)
   EXPECT_GT(limb.now(u, 8, 4, 12)[0] - limb.now(u, 0, 4, 12)[0], 8.0 * 1.01);
 }
 
-// Energy falls from call to call, links keep within their limits and bones keep their shape, however far the pull.
+// Energy falls with every call, links keep within their limits and bones keep their shape, for every pull.
 TEST(VolumetricStrain, EverySweepKeepsTheInvariants)
 {
   for (const double poissonRatio : { 0.3, 0.49 })
@@ -147,7 +147,7 @@ TEST(VolumetricStrain, EverySweepKeepsTheInvariants)
         simulation.setCoarseToFine(pull < 1.0);
         simulation.pull({ corner(scene, { pull, -0.7 * pull, 0.9 * pull }) });
         double last = simulation.measure().energy;
-        for (const int sweeps : { 5, 1, 1, 1, 2, 3, 5, 10, 40, 80 }) // at least sweepsToJudge at first
+        for (const int sweeps : { 5, 1, 1, 1, 2, 3, 5, 10, 40, 80 }) // the first call has at least sweepsToJudge
         {
           simulation.relax(sweeps, 0.0);
           const Statistics now = simulation.measure();
@@ -180,7 +180,8 @@ TEST(VolumetricStrain, BitsDoNotDependOnBricks)
   }
 }
 
-// No axis and no direction is preferred: what is mirrored along x, with y and z exchanged, does the same to rounding.
+// No axis and no direction is preferred: a scene that is mirrored along x, with y and z exchanged, has the mirrored
+// result, up to rounding.
 TEST(VolumetricStrain, MirroredScenesAreAlike)
 {
   const Scene scene = boneScene();
@@ -209,7 +210,7 @@ TEST(VolumetricStrain, MirroredScenesAreAlike)
   EXPECT_LT(worst, 1e-4);
 }
 
-// The force on a probe is the derivative of the energy: from pulls that differ a little.
+// The force on a probe is the derivative of the energy: by the difference of two pulls.
 TEST(VolumetricStrain, ForcesAreTheSlopeOfTheEnergy)
 {
   const Scene scene = boneScene();
@@ -226,7 +227,7 @@ TEST(VolumetricStrain, ForcesAreTheSlopeOfTheEnergy)
   EXPECT_NEAR(settled(0.4).second, slope, 0.01 * slope);
 }
 
-// Coarser grids come to the same optimum, sooner.
+// Coarser grids reach the same optimum with fewer sweeps.
 TEST(VolumetricStrain, CoarseToFineComesToTheSameOptimumSooner)
 {
   const Scene scene = boneScene();
@@ -234,7 +235,7 @@ TEST(VolumetricStrain, CoarseToFineComesToTheSameOptimumSooner)
   {
     Simulation simulation = simulateVolumetricStrain(scene, 0.45);
     simulation.setCoarseToFine(coarse);
-    // Not as far as links reach: at their limits tissue that turns may come to rest above the optimum.
+    // A pull below the limits of the links: at its limits rotating tissue may come to rest above the optimum.
     simulation.pull({ onBone(scene, 18, 5, 12, { 0.04, 0.02, 0.16 }, 1.1) });
     simulation.relax(20, 0.0);
     const double soon = simulation.measure().energy;
@@ -251,7 +252,7 @@ TEST(VolumetricStrain, ZeroIsTheDefaultAndTakesNoMemory)
 {
   EXPECT_EQ(Settings().poissonRatio, 0.0);
   const Scene scene = boneScene();
-  Simulation without = simulateTurning(scene);
+  Simulation without = simulateRotations(scene);
   Simulation zero = simulateVolumetricStrain(scene, 0.0);
   Simulation with = simulateVolumetricStrain(scene, 0.3);
   for (Simulation* simulation : { &without, &zero, &with })

@@ -1,9 +1,8 @@
-// The ends of what may be asked of tissue that turns. Where everything is turned by one rotation, exact places are
-// known, and nothing is strained. Each test prints what it measured as "NUMERICS: name | figure"; Testing/Numerics.md
-// lists them.
+// Extreme rotations. If everything is rotated by one rotation, exact places are known, and nothing is strained.
+// Each test prints its measurements as "NUMERICS: name | figure"; Testing/Numerics.md lists them.
 
 #include "Figures.h"
-#include "TurningScene.h"
+#include "RotationScene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,14 +22,14 @@ public:
     const double angle = degrees * 3.14159265358979323846 / 180.0;
     const double length = std::sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
     const double x = axis[0] / length, y = axis[1] / length, z = axis[2] / length;
-    // 1 - cos as a square, which is exact for small angles, too.
+    // 1 - cos as a square: accurate for small angles, too.
     const double s = std::sin(angle), v = 2.0 * std::sin(0.5 * angle) * std::sin(0.5 * angle);
     this->less_ = { { { { v * (x * x - 1.0), v * x * y - s * z, v * x * z + s * y } },
       { { v * x * y + s * z, v * (y * y - 1.0), v * y * z - s * x } },
       { { v * x * z - s * y, v * y * z + s * x, v * (z * z - 1.0) } } } };
   }
 
-  /// Where a point goes, less where it was.
+  /// The displacement of a point.
   Vector3 operator()(const Vector3& at) const
   {
     Vector3 moved{};
@@ -49,24 +48,24 @@ private:
   std::array<std::array<double, 3>, 3> less_{};
 };
 
-/// What is left of a rotation of everything.
+/// The errors after a rotation of everything.
 struct Followed
 {
-  double astray = 0.0; ///< how far an element is from its place at most, by how far any moves
-  double energy = 0.0; ///< by that before the last relaxation
+  double astray = 0.0; ///< largest distance of an element from its place, relative to the largest displacement
+  double energy = 0.0; ///< relative to the energy before the last relaxation
   double bend = 0.0;   ///< of bones [spacings]
   double excess = 0.0; ///< of links [spacings]
 };
 
-/// Turns tissue by its corners, in steps of at most ten degrees, and lets it settle.
+/// Rotates tissue by its corners in steps of at most ten degrees, and relaxes it.
 ///
-/// What is left of it is rounding, some ten times as much as was seen: a place is known to the last bits of float32,
-/// and the energy of what that strains by its square.
-Followed turnByCorners(const Scene& scene, const Vector3& axis, double degrees)
+/// The error is rounding, about ten times as much as was measured: a place is rounded to the last bits of float32, and
+/// the energy is the square of the strain by this.
+Followed rotateByCorners(const Scene& scene, const Vector3& axis, double degrees)
 {
   const Index3& n = scene.grid.size;
   const Vector3 middle = scene.place(n[0] / 2, n[1] / 2, n[2] / 2);
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   std::vector<Probe> probes;
   for (int corner = 0; corner < 8; ++corner)
   {
@@ -94,11 +93,11 @@ Followed turnByCorners(const Scene& scene, const Vector3& axis, double degrees)
   scene.each(
     [&](int i, int j, int k)
     {
-      const Vector3 wanted = rotation(scene.place(i, j, k));
+      const Vector3 expected = rotation(scene.place(i, j, k));
       for (int a = 0; a < 3; ++a)
       {
-        worst = std::max(worst, std::fabs(u[scene.grid.at(i, j, k)][a] - wanted[a]));
-        most = std::max(most, std::fabs(wanted[a]));
+        worst = std::max(worst, std::fabs(u[scene.grid.at(i, j, k)][a] - expected[a]));
+        most = std::max(most, std::fabs(expected[a]));
       }
     });
   const Statistics now = simulation.measure();
@@ -112,7 +111,7 @@ Scene block()
   return scene;
 }
 
-TEST(TurningExtremes, AnglesFromAMillionthOfADegreeToNinety)
+TEST(RotationExtremes, AnglesFromAMillionthOfADegreeToNinety)
 {
   Scene scene = block();
   Random random(5);
@@ -121,7 +120,7 @@ TEST(TurningExtremes, AnglesFromAMillionthOfADegreeToNinety)
   {
     char name[64];
     std::snprintf(name, sizeof name, "turned by %g degrees, ", degrees);
-    const Followed followed = turnByCorners(scene, { 1.0, -2.0, 3.0 }, degrees);
+    const Followed followed = rotateByCorners(scene, { 1.0, -2.0, 3.0 }, degrees);
     expectAtMost(std::string(name) + "distance by the largest displacement", followed.astray, 1e-5);
     expectAtMost(std::string(name) + "energy left", followed.energy, 1e-6);
     expectAtMost(std::string(name) + "link excess", followed.excess, 2e-6, "spacings");
@@ -133,7 +132,7 @@ void expectBonesFollow(const Scene& scene, const std::string& name)
   for (const Vector3& axis : { Vector3{ 1.0, 0.0, 0.0 }, Vector3{ 0.3, 1.0, 0.2 } })
   {
     const std::string about = name + (axis[1] == 0.0 ? ", about x: " : ", aslant: ");
-    const Followed followed = turnByCorners(scene, axis, 60.0);
+    const Followed followed = rotateByCorners(scene, axis, 60.0);
     expectAtMost(about + "distance by the largest displacement", followed.astray, 1e-5);
     expectAtMost(about + "energy left", followed.energy, 1e-6);
     expectAtMost(about + "bend of bones", followed.bend, 1e-5, "spacings");
@@ -141,8 +140,8 @@ void expectBonesFollow(const Scene& scene, const std::string& name)
   }
 }
 
-// A bone of one voxel has no shape that says how it is turned: only its links do.
-TEST(TurningExtremes, BonesOfOneVoxel)
+// The shape of a bone of one voxel does not determine its rotation: only its links do.
+TEST(RotationExtremes, BonesOfOneVoxel)
 {
   Scene scene = block();
   scene.each(
@@ -156,8 +155,8 @@ TEST(TurningExtremes, BonesOfOneVoxel)
   expectBonesFollow(scene, "bones of one voxel");
 }
 
-// The members of a bone in a line do not say how it is turned about that line.
-TEST(TurningExtremes, BonesInALine)
+// The members of a straight bone do not determine its rotation about their line.
+TEST(RotationExtremes, BonesInALine)
 {
   Scene scene = block();
   for (int n = 2; n < 9; ++n)
@@ -172,7 +171,7 @@ TEST(TurningExtremes, BonesInALine)
   expectBonesFollow(scene, "bones in a line");
 }
 
-TEST(TurningExtremes, Noise)
+TEST(RotationExtremes, Noise)
 {
   Scene scene = block();
   Random random(9);

@@ -1,14 +1,14 @@
 #pragma once
 
-// Scenes of tissue that turns, and what is asked of them.
+// Scenes of rotating tissue, and checks of them.
 
-#include "../Oracles/Turning.h"
+#include "../Oracles/Rotations.h"
 #include "Inclusion.h"
 
 #include <algorithm>
 #include <cmath>
 
-inline chainmail::Simulation simulateTurning(
+inline chainmail::Simulation simulateRotations(
   const Scene& scene, const chainmail::Index3& brick = { 0, 0, 0 }, int reduction = 1, double poissonRatio = 0.0)
 {
   chainmail::Settings settings;
@@ -31,7 +31,7 @@ inline std::vector<oracle::Vector3> millimetres(const chainmail::Simulation& sim
   return v;
 }
 
-/// By how much a distance between two members of a rigid cluster has changed, at most, as a fraction of the spacing.
+/// The largest change of a distance between two members of a rigid cluster [mm].
 inline double bend(const chainmail::Simulation& simulation)
 {
   const chainmail::Grid& grid = simulation.model().grid();
@@ -67,7 +67,7 @@ inline void expectLinearOptimum(
   SCOPED_TRACE(what);
   const chainmail::Index3& n = scene.grid.size;
   scene.scalar[scene.grid.at(n[0] - 2, n[1] - 3, n[2] / 2)] = 1.0f;
-  chainmail::Simulation simulation = simulateTurning(scene, { 0, 0, 0 }, 1, poissonRatio);
+  chainmail::Simulation simulation = simulateRotations(scene, { 0, 0, 0 }, 1, poissonRatio);
   const std::vector<chainmail::Probe> probes{ corner(scene, displacement) };
   simulation.pull(probes);
   const double pulled = simulation.measure().energy;
@@ -77,9 +77,9 @@ inline void expectLinearOptimum(
   const oracle::Block block = scene.block();
   std::vector<char> held = block.anchored;
   held[handles(block, probes)[0].elements[0]] = 1;
-  const oracle::Turned best = oracle::TurningProblem(block, held, poissonRatio).minimise(relaxed);
+  const oracle::RotationOptimum best = oracle::RotationProblem(block, held, poissonRatio).minimise(relaxed);
   ASSERT_GT(pulled, 1.05 * best.energy) << "nothing to relax: a poor test";
-  // The pull strains links by a hundredth at most, and what is left out of the linear energy is of that order.
+  // The pull strains links by at most 0.01. The terms that the linear energy neglects are of this order.
   EXPECT_NEAR(simulation.measure().energy, best.energy, 2e-3 * best.energy);
   double worst = 0.0;
   for (std::size_t v = 0; v < relaxed.size(); ++v)
@@ -97,7 +97,7 @@ inline void expectLinearOptimum(
   EXPECT_LT(worst, 0.01 * pull);
 }
 
-/// A bone in soft tissue that is anchored below, and probes on it.
+/// A bone in soft tissue that is anchored below.
 inline Scene boneScene()
 {
   Scene scene({ 25, 11, 17 }, 0.35f);

@@ -1,24 +1,25 @@
 #pragma once
 
-// The optimum of tissue that turns, for small pulls: displacements and spins that minimise the linear energy
+// The optimum of rotating tissue for small pulls: displacements u and rotation vectors s that minimise the linear
+// energy
 //
 //   E = 1/2 sum over links of W ( |u(j) - u(i) - s(i) x h e|^2 + |u(j) - u(i) - s(j) x h e|^2 ),  W = v / (h^2 D),
 //
 // where e and h are a link's direction and length and v is the cube root of an element's volume [mm]. With a Poisson's
-// ratio n each element adds n / (1 - 2 n) v / D volumetric strain^2, where its volumetric strain is the sum of its
-// shares of the strains of its links along themselves; links of rigid elements do not count. Rigid parts have one
-// displacement and one spin. Soft links add what softEnergy() says. Limits are left out. Conjugate gradients on the
-// normal equations, in double.
+// ratio n an element of volumetric strain t adds n / (1 - 2 n) v / D t^2. Its volumetric strain is the sum of its
+// shares of the axial strains of its links; links of rigid elements do not count. A rigid body has one displacement and
+// one rotation. Soft links add softEnergy(). Limits are ignored. The method is conjugate gradients on the normal
+// equations, in double.
 
 #include "Block.h"
 
 namespace oracle
 {
 
-struct Turned
+struct RotationOptimum
 {
-  std::vector<Vector3> u;    ///< [mm]
-  std::vector<Vector3> spin; ///< [rad]
+  std::vector<Vector3> u;        ///< [mm]
+  std::vector<Vector3> rotation; ///< [rad]
   double energy = 0.0;
 };
 
@@ -27,11 +28,11 @@ inline Vector3 crossProduct(const Vector3& a, const Vector3& b)
   return { a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0] };
 }
 
-class TurningProblem
+class RotationProblem
 {
 public:
-  /// `held`: 1 where an element's displacement is given. A rigid part of which elements are held must not be.
-  TurningProblem(const Block& block, std::vector<char> held, double poissonRatio = 0.0)
+  /// `held`: 1 where an element's displacement is given. No element of a rigid body may be held.
+  RotationProblem(const Block& block, std::vector<char> held, double poissonRatio = 0.0)
     : block_(block)
     , links_(links(block))
     , held_(std::move(held))
@@ -70,14 +71,14 @@ public:
     }
     for (std::size_t b = 0; b < sum.size(); ++b)
     {
-      this->middle_.push_back({ sum[b][0] / count[b], sum[b][1] / count[b], sum[b][2] / count[b] });
+      this->centre_.push_back({ sum[b][0] / count[b], sum[b][1] / count[b], sum[b][2] / count[b] });
     }
   }
 
   /// Minimises from `given`, which holds the displacements of held elements [mm].
-  Turned minimise(const std::vector<Vector3>& given) const
+  RotationOptimum minimise(const std::vector<Vector3>& given) const
   {
-    const std::size_t n = 6 * (this->block_.count() + this->middle_.size());
+    const std::size_t n = 6 * (this->block_.count() + this->centre_.size());
     State fixed = this->zero();
     for (std::size_t v = 0; v < this->block_.count(); ++v)
     {
@@ -113,13 +114,13 @@ public:
     {
       state.u[v] = this->held_[v] ? given[v] : state.u[v];
     }
-    return { state.u, state.spin, this->energy(state.u, state.spin) };
+    return { state.u, state.rotation, this->energy(state.u, state.rotation) };
   }
 
-  double energy(const std::vector<Vector3>& u, const std::vector<Vector3>& spin) const
+  double energy(const std::vector<Vector3>& u, const std::vector<Vector3>& rotation) const
   {
     double sum = 0.0;
-    this->each(u, spin,
+    this->each(u, rotation,
       [&](const Link&, double weight, const Vector3&, const Vector3& byFrom, const Vector3& byTo)
       {
         for (int a = 0; a < 3; ++a)
@@ -136,8 +137,8 @@ public:
     {
       for (int a = 0; a < 3; ++a)
       {
-        const double way = u[soft.voxel][a] - soft.target[a] * this->block_.spacing[a];
-        sum += way * way / soft.tolerance;
+        const double distance = u[soft.voxel][a] - soft.target[a] * this->block_.spacing[a];
+        sum += distance * distance / soft.tolerance;
       }
     }
     return sum;
@@ -147,7 +148,7 @@ private:
   struct State
   {
     std::vector<Vector3> u;
-    std::vector<Vector3> spin;
+    std::vector<Vector3> rotation;
   };
 
   static double dot(const std::vector<double>& a, const std::vector<double>& b)
@@ -166,17 +167,18 @@ private:
       std::vector<Vector3>(this->block_.count(), Vector3{}) };
   }
 
-  Vector3 arm(std::size_t v) const
+  Vector3 leverArm(std::size_t v) const
   {
-    Vector3 arm;
+    Vector3 r;
     for (int a = 0; a < 3; ++a)
     {
-      arm[a] = this->block_.index(v)[a] * this->block_.spacing[a] - this->middle_[this->body_[v]][a];
+      r[a] = this->block_.index(v)[a] * this->block_.spacing[a] - this->centre_[this->body_[v]][a];
     }
-    return arm;
+    return r;
   }
 
-  /// Unknowns: 6 for each voxel, of which those of rigid and held ones do not count, then 6 for each body.
+  /// The state of a vector of unknowns: 6 for each voxel, then 6 for each body. Those of rigid and held voxels are
+  /// unused.
   State place(const std::vector<double>& x) const
   {
     State state = this->zero();
@@ -184,18 +186,18 @@ private:
     {
       const int b = this->body_[v];
       const double* at = x.data() + 6 * (b < 0 ? v : this->block_.count() + b);
-      const Vector3 spin{ at[3], at[4], at[5] };
-      const Vector3 turn = b < 0 ? Vector3{} : crossProduct(spin, this->arm(v));
+      const Vector3 rotation{ at[3], at[4], at[5] };
+      const Vector3 byRotation = b < 0 ? Vector3{} : crossProduct(rotation, this->leverArm(v));
       for (int a = 0; a < 3; ++a)
       {
-        state.u[v][a] = this->held_[v] ? 0.0 : at[a] + turn[a];
-        state.spin[v][a] = spin[a];
+        state.u[v][a] = this->held_[v] ? 0.0 : at[a] + byRotation[a];
+        state.rotation[v][a] = rotation[a];
       }
     }
     return state;
   }
 
-  template <typename F> void each(const std::vector<Vector3>& u, const std::vector<Vector3>& spin, F&& f) const
+  template <typename F> void each(const std::vector<Vector3>& u, const std::vector<Vector3>& rotation, F&& f) const
   {
     const Vector3& h = this->block_.spacing;
     const double size = std::cbrt(h[0] * h[1] * h[2]);
@@ -206,21 +208,22 @@ private:
       {
         continue;
       }
-      Vector3 way{};
-      way[link.direction] = h[link.direction];
-      const Vector3 from = crossProduct(spin[link.from], way), to = crossProduct(spin[link.to], way);
+      Vector3 rest{};
+      rest[link.direction] = h[link.direction];
+      const Vector3 from = crossProduct(rotation[link.from], rest), to = crossProduct(rotation[link.to], rest);
       Vector3 byFrom, byTo;
       for (int a = 0; a < 3; ++a)
       {
-        const double apart = u[link.to][a] - u[link.from][a];
-        byFrom[a] = apart - from[a];
-        byTo[a] = apart - to[a];
+        const double difference = u[link.to][a] - u[link.from][a];
+        byFrom[a] = difference - from[a];
+        byTo[a] = difference - to[a];
       }
-      f(link, size / (way[link.direction] * way[link.direction] * (d + 1e-6)), way, byFrom, byTo);
+      f(link, size / (rest[link.direction] * rest[link.direction] * (d + 1e-6)), rest, byFrom, byTo);
     }
   }
 
-  /// Calls f(link, length, share of the element it comes from, of the one it leads to) for each link between soft ones.
+  /// Calls f(link, length, share of link.from, share of link.to) for each link between soft elements. A share is the
+  /// part of the link's strain in the element's half.
   template <typename F> void eachSoft(F&& f) const
   {
     for (const Link& link : this->links_)
@@ -246,15 +249,15 @@ private:
     return sum;
   }
 
-  /// `constant`: how often what does not depend on the state counts, the places of soft links.
+  /// `constant`: factor of the constant part of the gradient, which comes from the targets of soft links; 0 or 1.
   std::vector<double> gradient(const State& state, double constant) const
   {
     std::vector<Vector3> force(this->block_.count(), Vector3{}), torque(this->block_.count(), Vector3{});
-    this->each(state.u, state.spin,
-      [&](const Link& link, double weight, const Vector3& way, const Vector3& byFrom, const Vector3& byTo)
+    this->each(state.u, state.rotation,
+      [&](const Link& link, double weight, const Vector3& rest, const Vector3& byFrom, const Vector3& byTo)
       {
-        // The derivative of -s x way by s, times the residual, is way x residual with the sign turned.
-        const Vector3 from = crossProduct(way, byFrom), to = crossProduct(way, byTo);
+        // d/ds (|b|^2 / 2) = -rest x b for b = ... - s x rest.
+        const Vector3 from = crossProduct(rest, byFrom), to = crossProduct(rest, byTo);
         for (int a = 0; a < 3; ++a)
         {
           force[link.to][a] += weight * (byFrom[a] + byTo[a]);
@@ -277,11 +280,11 @@ private:
     {
       for (int a = 0; a < 3; ++a)
       {
-        const double way = state.u[soft.voxel][a] - constant * soft.target[a] * this->block_.spacing[a];
-        force[soft.voxel][a] += 2.0 / soft.tolerance * way;
+        const double distance = state.u[soft.voxel][a] - constant * soft.target[a] * this->block_.spacing[a];
+        force[soft.voxel][a] += 2.0 / soft.tolerance * distance;
       }
     }
-    std::vector<double> result(6 * (this->block_.count() + this->middle_.size()), 0.0);
+    std::vector<double> result(6 * (this->block_.count() + this->centre_.size()), 0.0);
     for (std::size_t v = 0; v < this->block_.count(); ++v)
     {
       if (!this->block_.tissue[v])
@@ -290,11 +293,11 @@ private:
       }
       const int b = this->body_[v];
       double* at = result.data() + 6 * (b < 0 ? v : this->block_.count() + b);
-      const Vector3 turn = b < 0 ? Vector3{} : crossProduct(this->arm(v), force[v]);
+      const Vector3 ofForce = b < 0 ? Vector3{} : crossProduct(this->leverArm(v), force[v]);
       for (int a = 0; a < 3; ++a)
       {
         at[a] += this->held_[v] ? 0.0 : force[v][a];
-        at[3 + a] += torque[v][a] + turn[a];
+        at[3 + a] += torque[v][a] + ofForce[a];
       }
     }
     return result;
@@ -304,8 +307,8 @@ private:
   std::vector<Link> links_;
   std::vector<char> held_;
   std::vector<int> body_;
-  std::vector<double> bulk_; ///< what volumetric strain costs each element
-  std::vector<Vector3> middle_;
+  std::vector<double> bulk_; ///< second derivative of each element's energy with respect to its volumetric strain
+  std::vector<Vector3> centre_;
 };
 
 }

@@ -1,7 +1,7 @@
-// Tissue that is dragged round in circles: every rotation, also half a turn and more than one, has to be as good as any
-// other. The state after whole turns is the one before them.
+// Tissue that is dragged in circles: rotations of any angle, also of half a revolution and more than one, are
+// equivalent. The state after whole revolutions is the state before them.
 
-#include "TurningScene.h"
+#include "RotationScene.h"
 
 #include <cmath>
 
@@ -12,7 +12,7 @@ using namespace chainmail;
 
 constexpr double pi = 3.14159265358979323846;
 
-/// Where a rotation by so many degrees about one axis of the grid through a point takes another, less where that was.
+/// The displacement of a point under a rotation by `degrees` about an axis of the grid through another point.
 Vector3 circled(const Vector3& at, const Vector3& middle, int axis, double degrees)
 {
   const int b = (axis + 1) % 3, c = (axis + 2) % 3;
@@ -24,18 +24,18 @@ Vector3 circled(const Vector3& at, const Vector3& middle, int axis, double degre
   return moved;
 }
 
-/// Drags one voxel of a sheet round another, twice and a third, and back to where it began. Each update has what holds
-/// of all, and the state at each angle is the one a turn before.
-void expectTurnsAlike(double stepDegrees)
+/// Drags one voxel of a sheet around another, by two and a third revolutions, and back to the start. Invariants hold
+/// after each update, and the state at each angle equals the state one revolution earlier.
+void expectRevolutionsAlike(double stepDegrees)
 {
   const Scene scene({ 1, 5, 8 }, 0.2f);
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   Probe anchor = probeAt(scene, { 0, 2, 3 }, {});
   anchor.anchor = true;
   Probe probe = probeAt(scene, { 0, 2, 7 }, {});
-  const int stepsPerTurn = static_cast<int>(std::lround(360.0 / std::fabs(stepDegrees)));
-  const int there = 2 * stepsPerTurn + stepsPerTurn / 3;
-  std::vector<std::vector<oracle::Vector3>> ofAngle(stepsPerTurn);
+  const int stepsPerRevolution = static_cast<int>(std::lround(360.0 / std::fabs(stepDegrees)));
+  const int there = 2 * stepsPerRevolution + stepsPerRevolution / 3;
+  std::vector<std::vector<oracle::Vector3>> ofAngle(stepsPerRevolution);
   double worst = 0.0;
   for (int step = 1; step <= 2 * there; ++step)
   {
@@ -53,8 +53,8 @@ void expectTurnsAlike(double stepDegrees)
     EXPECT_LE(now.energy, before * (1.0 + 1e-5) + 1e-9) << "step " << step;
     ASSERT_LE(now.maxLinkExcess, 2e-5) << "step " << step;
     const std::vector<oracle::Vector3> u = millimetres(simulation);
-    std::vector<oracle::Vector3>& last = ofAngle[number % stepsPerTurn];
-    for (std::size_t v = 0; v < u.size() && step > stepsPerTurn + 1 && step <= there; ++v)
+    std::vector<oracle::Vector3>& last = ofAngle[number % stepsPerRevolution];
+    for (std::size_t v = 0; v < u.size() && step > stepsPerRevolution + 1 && step <= there; ++v)
     {
       for (int a = 0; a < 3; ++a)
       {
@@ -64,28 +64,28 @@ void expectTurnsAlike(double stepDegrees)
     }
     last = u;
   }
-  // Displacements are of up to 10 voxels. Tissue that a step leaves behind is not quite the same in each turn.
+  // Displacements are up to 10 voxels. Tissue that a step leaves behind differs slightly between revolutions.
   EXPECT_LT(worst, 0.2);
 }
 
-// A free sheet: all of it turns about the anchored voxel and nothing is strained, whatever the angle.
-TEST(FullTurns, ASheetGoesRound)
+// A free sheet: all of it rotates about the anchored voxel without strain, at any angle.
+TEST(FullRotations, ASheetGoesRound)
 {
   for (const double degrees : { 10.0, -10.0, 3.0 })
   {
     SCOPED_TRACE(degrees);
-    expectTurnsAlike(degrees);
+    expectRevolutionsAlike(degrees);
   }
 }
 
-/// Turns a block by its corners, one and a half times round, and expects it at half a turn and at every further one
-/// where the rotation has it. What is left is rounding: places are known to 1.2e-7 of the largest displacement, and a
-/// few sweeps leave ten times as much.
+/// Rotates a block by its corners, by one and a half revolutions. From half a revolution on, at every further one, it
+/// expects the exact places. The error is rounding: displacements are rounded to 1.2e-7 of the largest one, and a few
+/// sweeps leave ten times as much.
 void expectRotationOfEverything(const Scene& scene, double stepDegrees, int axis, double poissonRatio, bool coarse)
 {
   const Index3& n = scene.grid.size;
   const Vector3 middle = scene.place(n[0] / 2, n[1] / 2, n[2] / 2);
-  Simulation simulation = simulateTurning(scene, { 0, 0, 0 }, 1, poissonRatio);
+  Simulation simulation = simulateRotations(scene, { 0, 0, 0 }, 1, poissonRatio);
   simulation.setCoarseToFine(coarse);
   std::vector<Probe> probes;
   for (int corner = 0; corner < 8; ++corner)
@@ -113,10 +113,10 @@ void expectRotationOfEverything(const Scene& scene, double stepDegrees, int axis
       scene.each(
         [&](int i, int j, int k)
         {
-          const Vector3 wanted = circled(scene.place(i, j, k), middle, axis, step * stepDegrees);
+          const Vector3 expected = circled(scene.place(i, j, k), middle, axis, step * stepDegrees);
           for (int a = 0; a < 3; ++a)
           {
-            const double off = std::fabs(u[scene.grid.at(i, j, k)][a] - wanted[a]);
+            const double off = std::fabs(u[scene.grid.at(i, j, k)][a] - expected[a]);
             worst = off <= worst ? worst : off; // takes a NaN as well
           }
         });
@@ -127,8 +127,8 @@ void expectRotationOfEverything(const Scene& scene, double stepDegrees, int axis
   }
 }
 
-// A block with bones, elements that are no cubes and tissue that keeps its volume.
-TEST(FullTurns, ABlockWithBonesGoesRound)
+// A block with bones, anisotropic elements and a Poisson's ratio.
+TEST(FullRotations, ABlockWithBonesGoesRound)
 {
   Scene scene({ 7, 8, 12 }, 0.2f);
   scene.grid.spacing = { 1.0, 0.8, 1.3 };

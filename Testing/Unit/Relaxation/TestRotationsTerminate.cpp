@@ -1,7 +1,7 @@
-// Updates of tissue that turns come to an end, in a number of iterations that does not depend on how stiff tissue is or
-// how far it is pulled. Rounding once made loops of links that raised each other for ever.
+// Updates of rotating tissue terminate. Their number of iterations does not depend on the stiffness of the tissue or on
+// the pull. Rounding once made loops of links that raised each other without end.
 
-#include "TurningScene.h"
+#include "RotationScene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ using namespace chainmail;
 
 constexpr double pi = 3.14159265358979323846;
 
-/// What an update took, in calls of the progress callback, which come between launches.
+/// The cost of an update in calls of the progress callback, which are between launches.
 struct Progress
 {
   explicit Progress(Simulation& simulation)
@@ -26,12 +26,12 @@ struct Progress
       });
   }
 
-  static constexpr int most = 20000; ///< an update that never ends is stopped, and its test fails
+  static constexpr int most = 20000; ///< an update without end is stopped, and its test fails
   int calls = 0;
 };
 
-/// Expects finite numbers, and links within their limits but for rounding: probes count as compatible up to 2e-6 of the
-/// largest displacement (Waves.cpp), and places are rounded to 1.2e-7 of it.
+/// Expects finite numbers, and links within their limits up to rounding: probes count as compatible up to 2e-6 of the
+/// largest displacement (Waves.cpp), and displacements are rounded to 1.2e-7 of it.
 void expectInOrder(const Simulation& simulation)
 {
   float largest = 1.0f;
@@ -45,8 +45,8 @@ void expectInOrder(const Simulation& simulation)
   EXPECT_LE(now.maxLinkExcess, 3e-6 * largest);
 }
 
-// Limits from a ten-millionth of the spacing up, pulled by a hundred: places are rounded to more than such a limit.
-TEST(TurningEnds, LimitsBelowRounding)
+// Limits from 1e-7 of the spacing on, and a pull of a hundred spacings, whose rounding is larger than such a limit.
+TEST(RotationsTerminate, LimitsBelowRounding)
 {
   for (const std::uint64_t seed : { 1, 2, 3 })
   {
@@ -55,7 +55,7 @@ TEST(TurningEnds, LimitsBelowRounding)
     Random random(seed);
     scene.each(
       [&](int i, int j, int k) { scene.give(i, j, k, static_cast<float>(std::pow(10.0, random(-7.0, -0.01)))); });
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     Progress progress(simulation);
     std::vector<Probe> probes;
     for (int n = 0; n < 3; ++n)
@@ -77,8 +77,8 @@ TEST(TurningEnds, LimitsBelowRounding)
   }
 }
 
-// Soft tissue with rigid voxels, dragged in circles that are further than it can follow, from coarse to fine.
-TEST(TurningEnds, CirclesBeyondWhatTissueAllows)
+// Soft tissue with rigid voxels, dragged in circles beyond its limits, coarse to fine.
+TEST(RotationsTerminate, CirclesBeyondWhatTissueAllows)
 {
   for (const std::uint64_t seed : { 1, 2, 3 })
   {
@@ -91,7 +91,7 @@ TEST(TurningEnds, CirclesBeyondWhatTissueAllows)
       scene.give(random.below(12), random.below(11), random.below(10), 0.0f);
     }
     scene.anchors.faces[4] = true;
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     simulation.setCoarseToFine(true);
     Progress progress(simulation);
     Probe probe = probeAt(scene, { 6, 5, 8 }, {}, 1.1);
@@ -108,16 +108,16 @@ TEST(TurningEnds, CirclesBeyondWhatTissueAllows)
   }
 }
 
-// Probes pull at bones that other tissue holds, again and again. Each wave may strain links by rounding, and what it
-// has left counts in the next one: it once grew by 2e-6 with each update.
-TEST(TurningEnds, WhatRoundingLeavesDoesNotGrow)
+// Probes pull again and again at bones that other tissue holds. Each wave may strain links by rounding, and the next
+// wave adds to this: it once grew by 2e-6 with each update.
+TEST(RotationsTerminate, WhatRoundingLeavesDoesNotGrow)
 {
   for (const std::uint64_t seed : { 1, 2, 3, 4, 5, 6 })
   {
     SCOPED_TRACE(seed);
     Scene scene = randomScene({ 7, 7, 7 }, 1, seed, 0.03, 0.3);
     scene.anchors.faces[static_cast<int>(seed % 6)] = true;
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     Random random(seed);
     Probe probe = probeAt(scene, randomElement(scene, random), {});
     for (int update = 0; update < 15; ++update)

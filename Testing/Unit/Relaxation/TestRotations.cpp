@@ -1,7 +1,7 @@
-// Tissue and bones that turn: against an optimum in double precision, against rotations of everything, and the
+// Tissue and bones that rotate: against an optimum in double precision, against rotations of whole scenes, and the
 // invariants of every sweep.
 
-#include "TurningScene.h"
+#include "RotationScene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,8 @@ namespace
 
 using namespace chainmail;
 
-/// Where a rotation by so many degrees about the y axis through a point takes another, less where that was [mm].
-Vector3 turnedAboutY(const Vector3& at, const Vector3& middle, double degrees)
+/// The displacement of a point under a rotation by `degrees` about the y axis through another point [mm].
+Vector3 rotationAboutY(const Vector3& at, const Vector3& middle, double degrees)
 {
   const double angle = degrees * 3.14159265358979323846 / 180.0;
   const double x = at[0] - middle[0];
@@ -20,7 +20,7 @@ Vector3 turnedAboutY(const Vector3& at, const Vector3& middle, double degrees)
   return { x * std::cos(angle) + z * std::sin(angle) - x, 0.0, z * std::cos(angle) - x * std::sin(angle) - z };
 }
 
-TEST(Turning, ReachesTheOptimumOfSmallPulls)
+TEST(Rotations, ReachesTheOptimumOfSmallPulls)
 {
   Scene scene = inclusionScene(14, 1, 11);
   expectLinearOptimum(scene, { 0.006, -0.004, 0.008 }, "cubes");
@@ -28,16 +28,16 @@ TEST(Turning, ReachesTheOptimumOfSmallPulls)
   expectLinearOptimum(scene, { 0.004, -0.004, 0.015 }, "elements that are no cubes");
 }
 
-// A rod without anchors whose ends are taken along by a rotation: all of it follows, and nothing is strained.
-TEST(Turning, TurningTissueAsAWholeCostsNothing)
+// A free rod whose ends are rotated: all of it follows, without strain.
+TEST(Rotations, RotatingTissueAsAWholeCostsNothing)
 {
   Scene scene({ 13, 4, 4 }, 0.2f);
   scene.grid.spacing = { 1.0, 0.7, 1.2 };
-  scene.give(6, 1, 1, 0.0f); // bones, one of them of a single voxel
+  scene.give(6, 1, 1, 0.0f); // bones, one of a single voxel
   scene.give(8, 2, 2, 0.0f);
   scene.give(9, 2, 2, 0.0f);
   const Vector3 middle = { 6.0, 1.0, 1.8 };
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   std::vector<Probe> probes;
   for (const Index3& at : { Index3{ 0, 0, 0 }, Index3{ 0, 3, 3 }, Index3{ 12, 0, 3 }, Index3{ 12, 3, 0 } })
   {
@@ -50,7 +50,7 @@ TEST(Turning, TurningTissueAsAWholeCostsNothing)
   {
     for (Probe& probe : probes)
     {
-      probe.displacement = turnedAboutY(probe.position, middle, degrees);
+      probe.displacement = rotationAboutY(probe.position, middle, degrees);
     }
     const std::vector<ProbeResult> reached = simulation.pull(probes);
     for (std::size_t n = 0; n < probes.size(); ++n)
@@ -71,16 +71,16 @@ TEST(Turning, TurningTissueAsAWholeCostsNothing)
   scene.each(
     [&](int i, int j, int k)
     {
-      const Vector3 wanted = turnedAboutY(scene.place(i, j, k), middle, 90.0);
+      const Vector3 expected = rotationAboutY(scene.place(i, j, k), middle, 90.0);
       for (int a = 0; a < 3; ++a)
       {
-        EXPECT_NEAR(u[scene.grid.at(i, j, k)][a], wanted[a], 2e-3);
+        EXPECT_NEAR(u[scene.grid.at(i, j, k)][a], expected[a], 2e-3);
       }
     });
 }
 
-// Energy falls from sweep to sweep, links keep within their limits and bones keep their shape, however far the pull.
-TEST(Turning, EverySweepKeepsTheInvariants)
+// Energy falls with every sweep, links keep within their limits and bones keep their shape, for every pull.
+TEST(Rotations, EverySweepKeepsTheInvariants)
 {
   for (const bool coarse : { false, true })
   {
@@ -88,13 +88,13 @@ TEST(Turning, EverySweepKeepsTheInvariants)
     {
       SCOPED_TRACE(testing::Message() << pull << (coarse ? " with" : " without") << " coarser grids");
       Scene scene = cornerScene(15, 1, 21);
-      Simulation simulation = simulateTurning(scene);
+      Simulation simulation = simulateRotations(scene);
       simulation.setCoarseToFine(coarse);
       simulation.pull({ corner(scene, { pull, -0.7 * pull, 0.9 * pull }) });
       double last = simulation.measure().energy;
       for (int n = 0; n < 12; ++n)
       {
-        simulation.relax(n < 6 ? 5 : 40, 0.0); // at least sweepsToJudge at first
+        simulation.relax(n < 6 ? 5 : 40, 0.0); // the first call has at least sweepsToJudge
         const Statistics now = simulation.measure();
         EXPECT_LE(now.energy, last * (1.0 + 1e-5)) << n;
         EXPECT_LE(now.maxLinkExcess, 2e-5) << n;
@@ -105,13 +105,13 @@ TEST(Turning, EverySweepKeepsTheInvariants)
   }
 }
 
-TEST(Turning, BitsDoNotDependOnBricks)
+TEST(Rotations, BitsDoNotDependOnBricks)
 {
   Scene scene = cornerScene(15, 1, 22);
   std::vector<float> first;
   for (const Index3& brick : brickSizes())
   {
-    Simulation simulation = simulateTurning(scene, brick);
+    Simulation simulation = simulateRotations(scene, brick);
     simulation.pull({ corner(scene, { 2.0, -1.0, 1.5 }) });
     simulation.relax(60, 1e-4);
     const std::vector<float> u = displacements(simulation);
@@ -120,22 +120,22 @@ TEST(Turning, BitsDoNotDependOnBricks)
   }
 }
 
-TEST(Turning, TheDefaultIsOff)
+TEST(Rotations, TheDefaultIsOff)
 {
   Scene scene = cornerScene(12, 1, 23);
   Simulation off = simulate(scene);
-  Simulation on = simulateTurning(scene);
+  Simulation on = simulateRotations(scene);
   for (Simulation* simulation : { &off, &on })
   {
     simulation->pull({ corner(scene, { 1.0, 0.0, 0.0 }) });
   }
-  EXPECT_GT(on.measure().deviceBytes, off.measure().deviceBytes); // of spins
+  EXPECT_GT(on.measure().deviceBytes, off.measure().deviceBytes); // the rotations of elements
   off.relax(50, 0.0);
   on.relax(50, 0.0);
   EXPECT_FALSE(sameBits(displacements(off), displacements(on)));
 }
 
-/// The angles that the bone of boneScene() turns by about each axis [rad], where they are small.
+/// The rotation angles of boneScene()'s bone about each axis [rad], if they are small.
 Vector3 anglesOf(const Simulation& simulation)
 {
   const Grid& grid = simulation.model().grid();
@@ -145,71 +145,71 @@ Vector3 anglesOf(const Simulation& simulation)
     (at(18, 4, 7)[1] - at(6, 4, 7)[1]) / 12.0 };
 }
 
-TEST(Turning, AProbeTurnsABoneAsFarAsItsGripAllows)
+TEST(Rotations, AProbeRotatesABoneAsFarAsItsGripAllows)
 {
   const Scene scene = boneScene();
   const auto angles = [&](const std::vector<Probe>& probes)
   {
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     simulation.pull(probes);
     simulation.relax(400, 0.0);
     EXPECT_LT(bend(simulation), 1e-4);
     EXPECT_LE(simulation.measure().maxLinkExcess, 1e-5);
     return anglesOf(simulation);
   };
-  // One voxel at the end of the bone: it turns about it.
+  // One voxel at the end of the bone: the bone rotates about it.
   const Vector3 ball = angles({ onBone(scene, 18, 5, 8, { 0.0, 0.0, 0.8 }) });
   EXPECT_LT(ball[1], -0.02);
   EXPECT_NEAR(ball[0], 0.0, 1e-3);
   EXPECT_NEAR(ball[2], 0.0, 1e-3);
-  // Two voxels beside each other: it turns about the axis through them alone.
+  // Two neighbouring voxels: it rotates about the axis through them.
   const Vector3 hinge =
     angles({ onBone(scene, 18, 4, 8, { 0.0, 0.6, 0.8 }), onBone(scene, 18, 6, 8, { 0.0, 0.6, 0.8 }) });
   EXPECT_LT(hinge[1], -0.02);
   EXPECT_NEAR(hinge[0], 0.0, 1e-5);
   EXPECT_NEAR(hinge[2], 0.0, 1e-5);
-  // The whole end: it only moves.
+  // The whole end: it only translates.
   for (const double angle : angles({ onBone(scene, 18, 5, 8, { 0.0, 0.0, 0.8 }, 1.1) }))
   {
     EXPECT_EQ(angle, 0.0);
   }
-  // The tissue above it: it moves and turns.
+  // The tissue above it: it translates and rotates.
   const Vector3 free = angles({ onBone(scene, 18, 5, 12, { 0.0, 0.0, 0.8 }, 1.1) });
   EXPECT_LT(free[1], -0.01);
 }
 
-// A bone gets the same bits alone and beside another one of so many links that a processor cannot turn both in one
-// launch. Air lies between the two.
-TEST(Turning, BonesOfFewLinksTurnAsThoseOfManyDo)
+// A bone has the same bits alone and together with another one, which has so many links that a processor cannot update
+// both in one launch. Air lies between the two.
+TEST(Rotations, BonesOfFewLinksRotateLikeThoseOfMany)
 {
   constexpr int between = 17; // the layer of air
   std::vector<float> first;
-  for (const bool beside : { false, true })
+  for (const bool withSecond : { false, true })
   {
     Scene scene({ 25, 11, 62 }, 0.35f);
     scene.anchors.faces[2] = true;
     scene.each(
       [&](int i, int j, int k)
       {
-        if (k == between || (k > between && !beside))
+        if (k == between || (k > between && !withSecond))
         {
           scene.air(i, j, k);
         }
         else if (i >= 3 && i < 22 && j >= 3 && j < 8 && ((k >= 7 && k < 10) || (k >= 24 && k < 58)))
         {
-          scene.give(i, j, k, 0.0f); // 334 and 1822 links leave these bones
+          scene.give(i, j, k, 0.0f); // these bones have 334 and 1822 links to other tissue
         }
       });
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     std::vector<Probe> probes{ onBone(scene, 21, 5, 12, { 0.0, 0.1, 0.8 }, 1.1) };
-    if (beside)
+    if (withSecond)
     {
       probes.push_back(onBone(scene, 3, 9, 40, { 0.1, 0.3, 0.2 }));
     }
     simulation.pull(probes);
     simulation.relax(20, 0.0);
     EXPECT_LT(bend(simulation), 1e-4);
-    EXPECT_GT(std::fabs(anglesOf(simulation)[1]), 1e-3) << "nothing turns: a poor test";
+    EXPECT_GT(std::fabs(anglesOf(simulation)[1]), 1e-3) << "nothing rotates: a poor test";
     std::vector<float> below = displacements(simulation);
     below.resize(3 * scene.grid.at(0, 0, between));
     first = first.empty() ? below : first;
@@ -217,14 +217,14 @@ TEST(Turning, BonesOfFewLinksTurnAsThoseOfManyDo)
   }
 }
 
-TEST(Turning, ABoneThatIsAnchoredStays)
+TEST(Rotations, ABoneThatIsAnchoredStays)
 {
   Scene scene = boneScene();
   for (int k = 0; k < 7; ++k)
   {
     scene.give(6, 5, k, 0.0f); // down to the face
   }
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   simulation.setCoarseToFine(true);
   simulation.pull({ onBone(scene, 18, 5, 12, { 0.0, 0.0, 0.8 }, 1.1) });
   simulation.relax(40, 0.0);
@@ -235,23 +235,23 @@ TEST(Turning, ABoneThatIsAnchoredStays)
   }
 }
 
-TEST(Turning, ReachGrowsWithTheRotationOfBones)
+TEST(Rotations, ReachGrowsWithTheRotationOfBones)
 {
   Scene scene = boneScene();
   scene.anchors.faces.fill(false);
-  scene.anchors.faces[0] = true; // a joint of soft tissue between this face and the bone
+  scene.anchors.faces[0] = true; // soft tissue is the joint between this face and the bone
   const std::vector<Probe> probes{ onBone(scene, 18, 5, 8, { 0.0, 0.0, 9.0 }) };
   Simulation off = simulate(scene);
   const double slides = off.pull(probes)[0].reached[2];
-  Simulation on = simulateTurning(scene);
-  const double turns = on.pull(probes)[0].reached[2];
-  EXPECT_GT(turns, 1.05 * slides);
-  EXPECT_LT(turns, 4.0 * slides);
+  Simulation on = simulateRotations(scene);
+  const double rotates = on.pull(probes)[0].reached[2];
+  EXPECT_GT(rotates, 1.05 * slides);
+  EXPECT_LT(rotates, 4.0 * slides);
 }
 
-// A probe is asked for more than turning helps it to: relaxation goes on where the settling in between ended, as it
-// would after a pull that is asked for no more than was reached.
-TEST(Turning, RelaxationGoesOnFromSettling)
+// A probe requests more than rotations allow. Relaxation then continues from the end of the settling within the pull,
+// like after a pull that requests exactly what was reached.
+TEST(Rotations, RelaxationGoesOnFromSettling)
 {
   Scene scene({ 17, 17, 17 }, 0.2f);
   scene.anchors.faces[4] = true;
@@ -261,28 +261,28 @@ TEST(Turning, RelaxationGoesOnFromSettling)
   const auto settled = [&](double asked, int iterations)
   {
     probe.displacement[2] = asked;
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     simulation.setCoarseToFine(true);
     const double reached = simulation.pull({ probe })[0].reached[2];
     simulation.relax(iterations, 0.0);
     return std::make_pair(reached, simulation.measure().energy);
   };
-  constexpr int ofSettling = 4;
+  constexpr int whileSettling = 4;
   constexpr int sweeps = 6;
   const auto [reached, energy] = settled(6.0, sweeps);
   ASSERT_LT(reached, 5.0);
-  const auto [again, expected] = settled(reached, ofSettling + sweeps);
+  const auto [again, expected] = settled(reached, whileSettling + sweeps);
   EXPECT_NEAR(again, reached, 1e-5);
   EXPECT_NEAR(energy, expected, 1e-5 * expected);
 }
 
-// Coarser grids come to the same optimum, sooner.
-TEST(Turning, CoarseToFineComesToTheSameOptimumSooner)
+// Coarser grids reach the same optimum with fewer sweeps.
+TEST(Rotations, CoarseToFineComesToTheSameOptimumSooner)
 {
   const Scene scene = boneScene();
   const auto energies = [&](bool coarse)
   {
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     simulation.setCoarseToFine(coarse);
     simulation.pull({ onBone(scene, 18, 5, 12, { 0.2, 0.1, 0.8 }, 1.1) });
     const RelaxResult result = simulation.relax(10, 0.0);
@@ -297,11 +297,10 @@ TEST(Turning, CoarseToFineComesToTheSameOptimumSooner)
   EXPECT_LT(coarse - fineEnd, 0.25 * (fine - fineEnd));
 }
 
-// Soft and stiff patches with bones through them, pulled as far as they go: rotations that come from coarser grids turn
-// the limits of links so that no state is within all of them. The rotations of before are taken in their place, and
-// what coarser grids have moved is kept. Without that the energy is 1.1 times that of the finest grid alone; it is 0.83
-// times.
-TEST(Turning, CoarseToFineGainsWhereRotationsContradictEachOther)
+// Soft and stiff patches with bones, pulled to their limit. Rotations from coarser grids rotate the limits of links,
+// and no state is within all of them. Then the earlier rotations are used, and the displacements from coarser grids are
+// kept. The energy is 0.83 times that of the finest grid alone; otherwise it is 1.1 times.
+TEST(Rotations, CoarseToFineGainsWhereRotationsContradictEachOther)
 {
   const int n = 40;
   Scene scene({ n, n, n });
@@ -326,7 +325,7 @@ TEST(Turning, CoarseToFineGainsWhereRotationsContradictEachOther)
   scene.anchors.faces[4] = true;
   const auto energy = [&](bool coarse)
   {
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     simulation.setCoarseToFine(coarse);
     const Probe handle = onBone(scene, n / 2, n / 2, n - 1, { 16.0, 0.0, 8.0 }, 2.0);
     EXPECT_NEAR(simulation.pull({ handle })[0].reached[0], 6.7, 0.2) << "the tissue gives no more";
@@ -340,21 +339,21 @@ TEST(Turning, CoarseToFineGainsWhereRotationsContradictEachOther)
   EXPECT_GT(ratio, 0.7);
 }
 
-TEST(Turning, ReducedModelsKeepBonesStraight)
+TEST(Rotations, ReducedModelsKeepBonesStraight)
 {
   const Scene scene = boneScene();
-  Simulation simulation = simulateTurning(scene, { 0, 0, 0 }, 2);
+  Simulation simulation = simulateRotations(scene, { 0, 0, 0 }, 2);
   simulation.pull({ onBone(scene, 18, 5, 12, { 0.0, 0.0, 0.8 }, 1.5) });
   simulation.relax(200, 0.0);
   EXPECT_LT(bend(simulation), 1e-4);
   EXPECT_GT(std::fabs(anglesOf(simulation)[1]), 0.005);
 }
 
-// Constraints that differ by axis: tissue turns, bones move.
-TEST(Turning, ConstraintsByAxisKeepTheInvariants)
+// Anisotropic constraints: tissue rotates, bones only translate.
+TEST(Rotations, ConstraintsByAxisKeepTheInvariants)
 {
   Scene scene = cornerScene(13, 3, 24);
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   simulation.setCoarseToFine(true);
   simulation.pull({ corner(scene, { 1.0, -0.7, 0.9 }) });
   double last = simulation.measure().energy;
@@ -368,13 +367,13 @@ TEST(Turning, ConstraintsByAxisKeepTheInvariants)
   }
 }
 
-// The force on a probe is the derivative of the energy: from pulls that differ a little.
-TEST(Turning, ForcesAreTheSlopeOfTheEnergy)
+// The force on a probe is the derivative of the energy: by the difference of two pulls.
+TEST(Rotations, ForcesAreTheSlopeOfTheEnergy)
 {
   const Scene scene = boneScene();
   const auto settled = [&](double pull)
   {
-    Simulation simulation = simulateTurning(scene);
+    Simulation simulation = simulateRotations(scene);
     simulation.pull({ onBone(scene, 15, 5, 12, { 0.0, 0.0, pull }, 1.1) });
     simulation.relax(1500, 0.0);
     return std::make_pair(simulation.measure().energy, simulation.probes()[0].force[2]);
@@ -384,10 +383,10 @@ TEST(Turning, ForcesAreTheSlopeOfTheEnergy)
   EXPECT_NEAR(settled(0.4).second, slope, 0.01 * slope);
 }
 
-TEST(Turning, WhatHoldsAProbeIsFound)
+TEST(Rotations, WhatHoldsAProbeIsFound)
 {
   const Scene scene = boneScene();
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   simulation.pull({ onBone(scene, 15, 5, 12, { 0.0, 0.0, 30.0 }, 1.1) });
   simulation.relax(20, 0.0);
   const HeldBy heldBy = simulation.heldBy(0);
@@ -395,15 +394,15 @@ TEST(Turning, WhatHoldsAProbeIsFound)
   EXPECT_EQ(heldBy.face, 4);
 }
 
-// Random tissue with rigid specks and bones, drags of several probes, cuts and releases: whatever happens, links keep
-// within their limits, relaxation never raises the energy nor moves what is held, bones stay straight, and bits do not
-// depend on bricks until a probe comes less far than it asks: how a wave that is too long is shortened depends on
-// bricks by rounding, and tissue that settles between it and the next makes more of that.
-class RandomTurning : public testing::TestWithParam<int>
+// Random tissue with rigid specks and bones, drags of several probes, cuts and releases. Links keep within their
+// limits, relaxation neither raises the energy nor moves held tissue, and bones keep their shape. Bits do not depend on
+// bricks until a probe is shortened: the rounding of a shortened wave depends on bricks, and relaxation between two
+// waves amplifies the difference.
+class RotationsOfRandomTissue : public testing::TestWithParam<int>
 {
 };
 
-TEST_P(RandomTurning, KeepsTheInvariants)
+TEST_P(RotationsOfRandomTissue, KeepsTheInvariants)
 {
   const std::uint64_t seed = static_cast<std::uint64_t>(GetParam());
   Random random(seed);
@@ -415,12 +414,12 @@ TEST_P(RandomTurning, KeepsTheInvariants)
     face = random.oneIn(3);
   }
   const bool coarse = random.oneIn(2);
-  Random more(seed + 2000); // so that these scenes are those that they were without
+  Random more(seed + 2000); // a generator of its own, so the other random numbers remain the same
   const double poissonRatio = more.oneIn(2) ? 0.0 : more(0.0, 0.49);
   std::vector<Simulation> simulations;
   for (const Index3& brick : { Index3{ 4, 2, 2 }, Index3{ 32, 8, 8 } })
   {
-    simulations.push_back(simulateTurning(scene, brick, 1, poissonRatio));
+    simulations.push_back(simulateRotations(scene, brick, 1, poissonRatio));
     simulations.back().setCoarseToFine(coarse);
   }
   std::vector<Probe> probes;
@@ -470,7 +469,7 @@ TEST_P(RandomTurning, KeepsTheInvariants)
       }
       catch (const ProbeError&)
       {
-        probes.pop_back(); // no tissue there any more
+        probes.pop_back(); // there is no tissue any more
         simulation.pull(probes);
       }
       double last = simulation.measure().energy;
@@ -480,7 +479,7 @@ TEST_P(RandomTurning, KeepsTheInvariants)
         simulation.relax(6, 0.0);
         const Statistics now = simulation.measure();
         EXPECT_LE(now.energy, last * (1.0 + 1e-5) + 1e-9);
-        EXPECT_LE(now.maxLinkExcess, 1e-4); // what waves in a row may leave by rounding
+        EXPECT_LE(now.maxLinkExcess, 1e-4); // the rounding of a sequence of waves
         last = now.energy;
       }
       const std::vector<ProbeResult> after = simulation.probes();
@@ -501,12 +500,12 @@ TEST_P(RandomTurning, KeepsTheInvariants)
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Some, RandomTurning, testing::Range(CHAINMAIL_LONG ? 1 : 2, 7));
+INSTANTIATE_TEST_SUITE_P(Some, RotationsOfRandomTissue, testing::Range(CHAINMAIL_LONG ? 1 : 2, 7));
 
-TEST(Turning, MethodsThatDoNotTurnAreRefused)
+TEST(Rotations, MethodsWithoutRotationsAreRefused)
 {
   const Scene scene = boneScene();
-  Simulation simulation = simulateTurning(scene);
+  Simulation simulation = simulateRotations(scene);
   EXPECT_THROW(simulation.setPropagation(PropagationMethod::Timestamp, ConflictPolicy::Limit), InputError);
   EXPECT_THROW(simulation.setRelaxation(RelaxationMethod::Paper, 1.0), InputError);
   EXPECT_THROW(simulation.setRelaxation(RelaxationMethod::Projected, 0.8), InputError);
@@ -515,8 +514,8 @@ TEST(Turning, MethodsThatDoNotTurnAreRefused)
 
 }
 
-// As long as nothing has turned waves are those of tissue that does not turn, to the bit, however many there are.
-TEST(Turning, WavesBeforeAnythingTurnsAreAsWithout)
+// Until something rotates, waves have the same bits as without rotations, for any number of waves.
+TEST(Rotations, WavesBeforeAnyRotationAreAsWithout)
 {
   Scene scene = boneScene();
   Random random(24);
@@ -529,7 +528,7 @@ TEST(Turning, WavesBeforeAnythingTurnsAreAsWithout)
       }
     });
   Simulation off = simulate(scene);
-  Simulation on = simulateTurning(scene);
+  Simulation on = simulateRotations(scene);
   for (const Vector3& to : { Vector3{ 1.3, -0.7, 0.9 }, Vector3{ 0.4, 0.8, -0.6 }, Vector3{ -0.3, 0.1, 0.7 } })
   {
     for (Simulation* simulation : { &off, &on })
@@ -544,5 +543,5 @@ TEST(Turning, WavesBeforeAnythingTurnsAreAsWithout)
   }
   on.relax(10, 0.0);
   off.relax(10, 0.0);
-  EXPECT_FALSE(sameBits(displacements(on), displacements(off))) << "nothing turns: a poor test";
+  EXPECT_FALSE(sameBits(displacements(on), displacements(off))) << "nothing rotates: a poor test";
 }
