@@ -14,7 +14,8 @@ fill "$output/soft" "s|$output/scan.vti|$output/soft.vti|; s|@WAIT@|$(pauses 16)
 CHAINMAIL_WATCHED=$output/soft/watched.txt play "$output/soft" --script="$here/watchPose.py"
 [ "$(grep -c '^critical: There is no bone in the middle of the view: turn the view' "$output/soft/log.txt")" -eq 1 ] ||
   fail "without bones ParaView says: $(tail -n 30 "$output/soft/log.txt")"
-if errors "$output/soft" >/dev/null; then fail "without bones ParaView reports: $(errors "$output/soft")"; fi
+others=$(errors "$output/soft" | grep -v '^critical:') # the message itself is critical
+[ -z "$others" ] || fail "without bones ParaView reports: $others"
 [ "$(seen "$output/soft" | tail -n 1)" = "0 1 - -" ] || fail "without bones there are Rotations, probes and pose: $(seen "$output/soft")"
 
 fill "$output" "s|@WAIT@|$(pauses 16)|; s|@LONG@|$(pauses 120 2500)|" <"$here/HoldBone.xml.in"
