@@ -262,7 +262,7 @@ void Readout::displacements(float* out, bool zeroed) const
   {
     std::fill(out, out + 3 * grid.voxels(), 0.0f);
   }
-  bricks.readSlots<float>({ { bricks.displacement, 3 } }, bricks.touchedSlots(),
+  bricks.readSlots<float>({ { bricks.displacement(), 3 } }, bricks.touchedSlots(),
     [&](int slot, const Bricks::SlotValues<float>& u)
     {
       for (const Bricks::Row& row : bricks.rows(bricks.brick(slot)))

@@ -89,4 +89,39 @@ std::vector<BrickTable::Row> BrickTable::rows(int brick) const
   return rows;
 }
 
+std::vector<int> BrickTable::bricksWhere(const std::vector<int>& slots, const std::vector<int>& found) const
+{
+  std::vector<int> bricks;
+  for (std::size_t n = 0; n < slots.size(); ++n)
+  {
+    if (found[n] != 0)
+    {
+      bricks.push_back(this->brick(slots[n]));
+    }
+  }
+  return bricks;
+}
+
+std::vector<int> BrickTable::slotsAround(const std::vector<int>& slots) const
+{
+  std::vector<char> isAround(this->slots(), 0);
+  for (const int slot : slots)
+  {
+    isAround[slot] = 1;
+    for (int direction = 0; direction < 6; ++direction)
+    {
+      isAround[this->slot(this->neighbour(this->brick(slot), direction))] = 1;
+    }
+  }
+  std::vector<int> around;
+  for (int slot = 1; slot < this->slots(); ++slot)
+  {
+    if (isAround[slot] != 0)
+    {
+      around.push_back(slot);
+    }
+  }
+  return around;
+}
+
 }

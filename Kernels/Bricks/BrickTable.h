@@ -43,6 +43,11 @@ public:
   /// Slots are 1 .. slots() - 1.
   int slots() const { return static_cast<int>(this->place_.size()); }
 
+  /// The bricks of those slots whose entry in `found` is not 0.
+  std::vector<int> bricksWhere(const std::vector<int>& slots, const std::vector<int>& found) const;
+  /// These slots and all that share a face with one of them, ascending.
+  std::vector<int> slotsAround(const std::vector<int>& slots) const;
+
   std::uint32_t address(int i, int j, int k) const;
   std::uint32_t local(int i, int j, int k) const;
 

@@ -57,7 +57,7 @@ std::vector<BrickExtent> ChangeTracker::measure(const std::vector<int>& slots)
     const std::size_t items = this->bricks_.workItems(true);
     const cl::Buffer& result = this->result_.sized(context, sizeof(BrickExtent) * slots.size());
     context.launch(context.kernel("changetracker.cl", this->bricks_.defines(true), "survey"), slots.size(), items,
-      this->list_.holding(context, slots), this->bricks_.pitch(), this->bricks_.displacement,
+      this->list_.holding(context, slots), this->bricks_.pitch(), this->bricks_.displacement(),
       cl::Local(sizeof(BrickExtent) * items), result);
     context.read(result, extents);
   }

@@ -21,8 +21,8 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
   context.launch(
     context.kernel("measure.cl",
       bricks.definesOfRows() + elasticity.ofLinks() + bricks.ofVolumetricStrain() + bricks.ofSoftLinks(), "measure"),
-    list.size(), items, listBuffer, elasticity.slack, bricks.layout(), bricks.state(), bricks.spins(),
-    bricks.softLinks(), cl::Local(sizeof(BrickFigures) * items), result);
+    list.size(), items, listBuffer, bricks.state(bricks.spins(), bricks.softLinks()), elasticity.slack,
+    cl::Local(sizeof(BrickFigures) * items), result);
   std::vector<BrickFigures> measured(list.size());
   context.read(result, measured);
   for (std::size_t n = 0; n < list.size(); ++n)

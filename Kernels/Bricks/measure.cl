@@ -11,6 +11,7 @@
 // The host guarantees what brick.clh requires, for every brick with a displaced element.
 
 #include "brick.clh"
+#include "state.clh"
 #include "element.clh"
 #include "turning.clh"
 
@@ -21,26 +22,25 @@
 #define FIGURES 15
 
 // Adds the energy of all links of a lane group, and updates the largest violation.
-CHAINMAIL_INLINE void addLinks(const int odd, const Stencil* s, const Stencil* state, float slack, uint pitch,
-  uint tissuePitch, global const float* displacement, global const float* constraint, global const uchar* cut,
-  real* energy,
-  real* excess SPIN_ARGUMENTS)
+CHAINMAIL_INLINE void addLinks(
+  const int odd, const State* state, const Stencil* s, float slack, real* energy, real* excess)
 {
+  const Stencil moving = stateStencil(s);
 #ifdef TURNING
   real own[3], other[3], mine[6][3], theirs[6][3];
   for (int axis = 0; axis < 3; ++axis)
   {
-    own[axis] = LOAD(spin + axis * pitch + state->self);
+    own[axis] = LOAD(spinAlong(state, axis) + moving.self);
   }
   UNROLL
   for (int d = 0; d < 6; ++d)
   {
     for (int axis = 0; axis < 3; ++axis)
     {
-      other[axis] = neighbour(spin + axis * pitch, state, d, odd);
+      other[axis] = neighbour(spinAlong(state, axis), &moving, d, odd);
     }
-    restOffset(own, d, proportions, mine[d]);
-    restOffset(other, d, proportions, theirs[d]);
+    restOffset(own, d, state->proportions, mine[d]);
+    restOffset(other, d, state->proportions, theirs[d]);
   }
 #endif
   real limit[6], weight[6];
@@ -49,8 +49,8 @@ CHAINMAIL_INLINE void addLinks(const int odd, const Stencil* s, const Stencil* s
   {
     if (axis < AXES)
     {
-      const real c = LOAD(constraint + axis * tissuePitch + s->self);
-      loadConstraints(constraint + axis * tissuePitch, cut, s, limit);
+      const real c = LOAD(constraintAlong(state, axis) + s->self);
+      loadConstraints(state, axis, s, limit);
       UNROLL
       for (int d = 0; d < 6; ++d)
       {
@@ -58,17 +58,17 @@ CHAINMAIL_INLINE void addLinks(const int odd, const Stencil* s, const Stencil* s
         weight[d] = linkWeight(limit[d]);
       }
     }
-    const real u = LOAD(displacement + axis * pitch + state->self);
+    const real u = LOAD(displacementAlong(state, axis) + moving.self);
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-      const real other = neighbour(displacement + axis * pitch, state, d, odd);
+      const real other = neighbour(displacementAlong(state, axis), &moving, d, odd);
 #ifdef TURNING
       const real byMine = other - u - mine[d][axis];
       const real byTheirs = other - u - theirs[d][axis];
-      const float length = proportion(proportions, d / 2);
+      const float length = alongAxis(state->proportions, d / 2);
       energy[axis] += weight[d] * 0.5f * (byMine * byMine + byTheirs * byTheirs) *
-                      (proportion(proportions, axis) / (length * length));
+                      (alongAxis(state->proportions, axis) / (length * length));
       *excess = max(*excess, 0.5f * fabs(byMine + byTheirs) - limit[d]);
 #else
       const real pull = linkPull(u, other, limit[d], slack);
@@ -79,10 +79,9 @@ CHAINMAIL_INLINE void addLinks(const int odd, const Stencil* s, const Stencil* s
   }
 }
 
-kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SOFT_ARGUMENTS, local float* partial,
-  global float* result)
+kernel void measure(global const int* list, STATE_ARGUMENTS, float slack, local float* partial, global float* result)
 {
+  const State state = STATE;
   const int lid = get_local_id(0);
   const uint slot = list[get_group_id(0)];
   real energy[3], low[3], high[3];
@@ -96,45 +95,42 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
   {
     for (int work = lid; work < VECTORS; work += get_local_size(0))
     {
-      const Stencil s = stencilOf(slot, colour, work, pitch, table, place, strideY, strideZ);
-      const Stencil state = stateStencil(&s);
+      const Stencil s = stencilOf(&state.layout, slot, colour, work);
+      const Stencil moving = stateStencil(&s);
 #if WIDTH > 1
       if (colour == 0) // this prefetches both colours
       {
-        askAhead(&s, slot, list[get_num_groups(0) - 1], colour, pitch, tissuePitch, table, place, strideY, strideZ,
-          displacement, constraint SPIN_PASSED_ON);
+        prefetchAhead(&state, &s, slot, list[get_num_groups(0) - 1], colour);
       }
 #endif
       mask displaced = (mask)(0);
       for (int axis = 0; axis < 3; ++axis)
       {
-        const real u = LOAD(displacement + axis * pitch + state.self);
+        const real u = LOAD(displacementAlong(&state, axis) + moving.self);
         displaced |= u != 0.0f;
         low[axis] = min(low[axis], u);
         high[axis] = max(high[axis], u);
       }
       if (colour == 0)
       {
-        addLinks(s.odd, &s, &state, slack, pitch, tissuePitch, displacement, constraint, cut, energy,
-          &excess SPIN_PASSED_ON);
+        addLinks(s.odd, &state, &s, slack, energy, &excess);
       }
 #ifdef SOFT
       real softWeight, softPlaces[3];
-      if (loadSoftLinks(&s, place SOFT_PASSED_ON, &softWeight, softPlaces))
+      if (loadSoftLinks(&state, &s, &softWeight, softPlaces))
       {
         for (int axis = 0; axis < 3; ++axis)
         {
-          const real way = softPlaces[axis] - LOAD(displacement + axis * pitch + state.self);
-          energy[axis] += softProportion(softProportions, axis) * softWeight * way * way;
+          const real offset = softPlaces[axis] - LOAD(displacementAlong(&state, axis) + moving.self);
+          energy[axis] += alongAxis(state.softProportions, axis) * softWeight * offset * offset;
         }
       }
 #endif
 #ifdef VOLUMETRIC_STRAIN
       // The volumetric energy belongs to no axis. It is added to that of x, in units of the spacing of x.
       real bulk, middle[3];
-      const real volumetricStrain = volumetricStrainAt(
-        s.odd, &s, &state, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk, middle);
-      energy[0] += 0.5f * bulk * volumetricStrain * volumetricStrain * (1.0f / proportions.x);
+      const real volumetricStrain = volumetricStrainAt(s.odd, &state, &s, &bulk, middle);
+      energy[0] += 0.5f * bulk * volumetricStrain * volumetricStrain * (1.0f / state.proportions.x);
 #endif
       if (SOME(displaced))
       {
@@ -146,9 +142,9 @@ kernel void measure(global const int* list, float slack, LAYOUT_ARGUMENTS, globa
       count += select((real)(0.0f), (real)(1.0f), displaced);
     }
   }
-  const float figures[FIGURES] = { sumOf(energy[0]), sumOf(energy[1]), sumOf(energy[2]),
-    largestOf(excess), sumOf(count), smallestOf(low[0]), smallestOf(low[1]), smallestOf(low[2]), firstRow[0],
-    firstRow[1], largestOf(high[0]), largestOf(high[1]), largestOf(high[2]), lastRow[0], lastRow[1] };
+  const float figures[FIGURES] = { sumOf(energy[0]), sumOf(energy[1]), sumOf(energy[2]), largestOf(excess),
+    sumOf(count), smallestOf(low[0]), smallestOf(low[1]), smallestOf(low[2]), firstRow[0], firstRow[1],
+    largestOf(high[0]), largestOf(high[1]), largestOf(high[2]), lastRow[0], lastRow[1] };
   for (int f = 0; f < FIGURES; ++f)
   {
     partial[lid * FIGURES + f] = figures[f];

@@ -154,10 +154,11 @@ public:
     const auto transfer = [&](const cl::Buffer& from, float scale, bool spins, const cl::Buffer& to)
     {
       context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "coarsen"), slots.size(),
-        this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.layout(),
-        this->finer_.layout(), from, this->finer_.constraint, scale, static_cast<cl_int>(spins), to);
+        this->bricks_.workItems(true), this->list_.holding(context, slots),
+        this->bricks_.stateWith(to, this->bricks_.spins()), this->finer_.layout(), from, this->finer_.constraint(),
+        scale, static_cast<cl_int>(spins));
     };
-    transfer(this->finer_.displacement, 0.5f, false, this->bricks_.displacement);
+    transfer(this->finer_.displacement(), 0.5f, false, this->bricks_.displacement());
     this->clusters_->begin(this->held_);
     if (this->bricks_.spins())
     {
@@ -232,11 +233,11 @@ public:
     {
       // The program is built for the cuts of this grid. Cuts of the finer grid have no effect here.
       context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "refine"), slots.size(),
-        this->bricks_.workItems(true), this->list_.holding(context, slots), this->finer_.layout(),
-        this->bricks_.layout(), from, this->bricks_.tissue(), this->finer_.constraint, scale,
-        static_cast<cl_int>(spins), to);
+        this->bricks_.workItems(true), this->list_.holding(context, slots),
+        this->bricks_.stateWith(from, this->bricks_.spins()), this->finer_.layout(), to, this->finer_.constraint(),
+        scale, static_cast<cl_int>(spins));
     };
-    transfer(this->bricks_.displacement, 2.0f, false, this->finer_.displacement);
+    transfer(this->bricks_.displacement(), 2.0f, false, this->finer_.displacement());
     if (this->bricks_.spins())
     {
       transfer(this->bricks_.spins()->spin.buffer, 1.0f, true, this->finer_.spins()->spin.buffer);
@@ -406,7 +407,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   std::vector<cl_int> found(touched.size());
   const cl::Buffer& foundBuffer = this->found_.sized(context, sizeof(cl_int) * std::max<std::size_t>(1, found.size()));
   context.launch(context.kernel("components.cl", defines, "wholes"), touched.size(), items,
-    this->list_.holding(context, touched), this->bricks_.layout(), this->before_.buffer, this->bricks_.tissue(),
+    this->list_.holding(context, touched), this->bricks_.stateWith(this->before_.buffer, this->bricks_.spins()),
     foundBuffer);
   context.read(foundBuffer, found);
   const std::vector<std::uint32_t> soft = this->markSoft(touched, found);
@@ -426,7 +427,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   context.launch(context.kernel("components.cl", defines, "markAll"), moving.size(), items,
     this->list_.holding(context, moving), this->marks_.buffer);
   context.launch(context.kernel("components.cl", defines, "mark"), others.size(), items,
-    this->list_.holding(context, others), this->bricks_.layout(), this->before_.buffer, this->bricks_.tissue(),
+    this->list_.holding(context, others), this->bricks_.stateWith(this->before_.buffer, this->bricks_.spins()),
     this->marks_.buffer);
   this->bricks_.set(this->marks_, soft, std::vector<cl_int>(soft.size(), PIECE_HELD | PIECE_STRAINED));
   std::vector<int> bricks;
@@ -453,15 +454,15 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
     }
   }
   this->pieces_.start(bricks);
-  this->pieces_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
-    [this](ArgumentList& own) { own.add(this->bricks_.tissue(), this->marks_.buffer); });
+  this->pieces_.run(
+    0, std::numeric_limits<float>::infinity(), checkpoint, [this](ArgumentList& own) { own.add(this->marks_.buffer); });
   const cl::Buffer& list = this->list_.holding(context, others);
   const auto putBack = [&](const cl::Buffer& before, const cl::Buffer& field)
   {
     context.launch(context.kernel("components.cl", defines, "putBack"), others.size(), items, list,
       this->bricks_.pitch(), this->marks_.buffer, before, field);
   };
-  putBack(this->before_.buffer, this->bricks_.displacement);
+  putBack(this->before_.buffer, this->bricks_.displacement());
   if (this->bricks_.spins())
   {
     putBack(this->spinsBefore_.buffer, this->bricks_.spins()->spin.buffer);
@@ -564,7 +565,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
       kept = 0.0;
       Context& context = this->bricks_.context();
       const std::size_t bytes = sizeof(cl_float) * 3 * this->bricks_.pitch();
-      context.queue().enqueueCopyBuffer(this->before_.buffer, this->bricks_.displacement, 0, 0, bytes);
+      context.queue().enqueueCopyBuffer(this->before_.buffer, this->bricks_.displacement(), 0, 0, bytes);
       turnBack(this->bricks_, this->spinsBefore_);
       this->bricks_.setTurned(this->turnedBefore_);
     }
@@ -597,7 +598,7 @@ void CoarseToFine::goBack(float share)
   const std::vector<int> slots = this->bricks_.touchedSlots();
   context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "goBack"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), share,
-    this->before_.buffer, this->bricks_.displacement);
+    this->before_.buffer, this->bricks_.displacement());
 }
 
 }

@@ -489,10 +489,11 @@ void ModelReduction::expand()
                               " -DFY=" + std::to_string(this->factor_[1]) + " -DFZ=" + std::to_string(this->factor_[2]);
   context.launch(context.kernel("reduce.cl",
                    this->bricks_.defines(false) + factors + (this->owners_.empty() ? "" : " -DOWNERS"), "expand"),
-    slots.size(), this->whole_.workItems(false), this->list_.holding(context, slots), this->whole_.layout(),
-    this->bricks_.pitch(), this->bricks_.table(), cl_int4{ { grid.size[0], grid.size[1], grid.size[2], 1 } },
-    this->bricks_.state(), this->bricks_.spins(), this->owners_.empty() ? this->whole_.constraint : this->owner_.buffer,
-    this->whole_.constraint, this->whole_.displacement);
+    slots.size(), this->whole_.workItems(false), this->list_.holding(context, slots),
+    this->bricks_.state(this->bricks_.spins()), this->whole_.layout(),
+    cl_int4{ { grid.size[0], grid.size[1], grid.size[2], 1 } },
+    this->owners_.empty() ? this->whole_.constraint() : this->owner_.buffer, this->whole_.constraint(),
+    this->whole_.displacement());
   context.queue().finish();
 }
 

@@ -2,31 +2,49 @@
 // finer ones (its children): restriction (`coarsen`) and prolongation (`refine`) of a multigrid method. Displacements
 // are fractions of each grid's own spacing.
 //
-// The host guarantees: both grids have bricks of the same size; arguments named `finer` belong to the finer grid and
-// the others to the coarser one; tables are as brick.clh says.
+// With `spins` both kernels transfer rotations. The host then passes the rotations of both grids in place of their
+// displacements.
+//
+// The host guarantees: both grids have bricks of the same size; the State is that of the coarser grid; tables are as
+// brick.clh says.
 
 #include "brick.clh"
+#include "state.clh"
 #include "element.clh"
 #ifdef TURNING
 #include "spin.clh"
 #endif
 
+// The finer grid.
+typedef struct
+{
+  Layout layout;
+  global float* displacement;     // [axis][address]
+  global const float* constraint; // [axis][address], a tissue field
+} Finer;
+
+#define FINER_ARGUMENTS LAYOUT_ARGUMENTS(finer), global float *finerDisplacement, global const float *finerConstraint
+#define FINER                                                                                                          \
+  {                                                                                                                    \
+    LAYOUT(finer), finerDisplacement, finerConstraint                                                                  \
+  }
+
 // Restriction: an element of the coarser grid gets the mean displacement of its children. If some of them are held,
 // only these count. With `spins`, the same for rotations. Each rotation has two spins (spin.clh), of which the mean
 // takes the one nearest to the first child's. `scale`: 1/2 for displacements, because they are fractions of the
 // spacing, and 1 for rotations.
-kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, uint finerTissuePitch,
-  global const int* finerTable, global const int* finerPlace, int finerStrideY, int finerStrideZ,
-  global const float* finerDisplacement, global const float* finerConstraint, float scale, int spins,
-  global float* displacement)
+kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float scale, int spins)
 {
+  const State state = STATE;
+  const Finer finer = FINER;
   const uint slot = list[get_group_id(0)];
-  const int3 brick = brickAt(place[slot], strideY, strideZ);
+  const int3 brick = brickOf(&state.layout, slot);
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
     const int i = work % (BX / WIDTH) * WIDTH, j = work / (BX / WIDTH) % BY, k = work / (BX / WIDTH) / BY;
     const int3 finerBrick = 2 * brick + (int3)(i >= HALF, 2 * j >= BY, 2 * k >= BZ) + 1;
-    const uint finerSlot = finerTable[finerBrick.x + finerBrick.y * finerStrideY + finerBrick.z * finerStrideZ];
+    const uint finerSlot =
+      finer.layout.table[finerBrick.x + finerBrick.y * finer.layout.strideY + finerBrick.z * finer.layout.strideZ];
     real free[3], held[3], first[3], numberFree = (real)(0.0f), numberHeld = (real)(0.0f);
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -37,13 +55,13 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, u
     {
       const int y = 2 * j % BY + (d >> 1 & 1), z = 2 * k % BZ + (d >> 2);
       const uint at = finerSlot * ELEMENTS + ((d ^ y ^ z) & 1) * COLOUR + (z * BY + y) * HALF + i % HALF;
-      const real c = LOAD(finerConstraint + at);
+      const real c = LOAD(finer.constraint + at);
       const mask isOfHeld = isHeld(c), isFree = AS_MASK(c) >= 0;
       real u[3];
       UNROLL
       for (int axis = 0; axis < 3; ++axis)
       {
-        u[axis] = LOAD(finerDisplacement + axis * finerPitch + min(at, finerPitch - SKEW));
+        u[axis] = LOAD(finer.displacement + axis * finer.layout.pitch + min(at, finer.layout.pitch - SKEW));
       }
 #ifdef TURNING
       if (spins)
@@ -93,7 +111,7 @@ kernel void coarsen(global const int* list, LAYOUT_ARGUMENTS, uint finerPitch, u
       STORE(mean[axis], each);
       for (int n = 0; n < WIDTH; ++n)
       {
-        displacement[axis * pitch + slot * ELEMENTS + localAddress(i + n, j, k)] = each[n];
+        displacementAlong(&state, axis)[slot * ELEMENTS + localAddress(i + n, j, k)] = each[n];
       }
     }
   }
@@ -128,36 +146,45 @@ kernel void goBack(
 #define LAYER (FIELDS * SPAN_Y * SPAN_X)
 
 // Loads a layer whose first element is at `corner`. All items of the group have to call it.
-inline void loadLayer(local float* layer, int3 corner, uint pitch, uint tissuePitch, global const int* table,
-  int strideY, int strideZ, global const float* displacement, global const float* constraint, global const uchar* cut)
+inline void loadLayer(const State* state, int3 corner, local float* layer)
 {
+  const uint atRest = state->layout.pitch - SKEW; // see brick.clh
   for (int n = get_local_id(0); n < SPAN_Y * SPAN_X; n += get_local_size(0))
   {
-    const uint at = addressOf(corner + (int3)(n % SPAN_X, n / SPAN_X, 0), table, strideY, strideZ);
-    const bool air = isinf(constraint[at]);
+    const uint at = addressOf(&state->layout, corner + (int3)(n % SPAN_X, n / SPAN_X, 0));
+    const bool air = isinf(state->constraint[at]);
     for (int axis = 0; axis < 3; ++axis)
     {
-      layer[axis * SPAN_Y * SPAN_X + n] = air ? 0.0f : displacement[axis * pitch + min(at, pitch - SKEW)];
+      layer[axis * SPAN_Y * SPAN_X + n] = air ? 0.0f : displacementAlong(state, axis)[min(at, atRest)];
     }
     for (int axis = 0; axis < AXES; ++axis)
     {
-      layer[(3 + axis) * SPAN_Y * SPAN_X + n] = constraint[axis * tissuePitch + at];
+      layer[(3 + axis) * SPAN_Y * SPAN_X + n] = constraintAlong(state, axis)[at];
     }
 #ifdef CUTS
-    layer[(3 + AXES) * SPAN_Y * SPAN_X + n] = as_float((int)cut[at]);
+    layer[(3 + AXES) * SPAN_Y * SPAN_X + n] = as_float((int)state->cut[at]);
 #endif
   }
 }
 
-// One field of the 3 x 3 x 3 coarser elements around (x, y) of the middle layer, at index x + 3 y + 9 z. The element
+// WIDTH consecutive coarser elements in a row, the first at (x, y) of layer number `middle`. That layer and the two
+// next to it are in `layers`, each at its number modulo 3.
+typedef struct
+{
+  local const float* layers;
+  int middle;
+  int x, y;
+} Window;
+
+// One field of the 3 x 3 x 3 coarser elements around each element of a window, at index x + 3 y + 9 z. The element
 // itself is at 13.
-CHAINMAIL_INLINE void loadAround(local const float* layers, int middle, int field, int x, int y, real* around)
+CHAINMAIL_INLINE void loadAround(const Window* window, int field, real* around)
 {
   UNROLL
   for (int m = 0; m < 27; ++m)
   {
-    local const float* layer = layers + (middle + 2 + m / 9) % 3 * LAYER + field * SPAN_Y * SPAN_X;
-    around[m] = LOAD(layer + (y + m / 3 % 3) * SPAN_X + x + m % 3);
+    local const float* layer = window->layers + (window->middle + 2 + m / 9) % 3 * LAYER + field * SPAN_Y * SPAN_X;
+    around[m] = LOAD(layer + (window->y + m / 3 % 3) * SPAN_X + window->x + m % 3);
   }
 }
 
@@ -217,13 +244,13 @@ CHAINMAIL_INLINE void shareOut(const real* c, const mask cut, Towards* towards)
 #ifdef TURNING
 // The factors of nearestSpinTo() (spin.clh) for the 27 elements. They select, of the two spins of each rotation, the
 // one nearest to the spin of the central element.
-CHAINMAIL_INLINE void nearestAround(local const float* layers, int middle, int x, int y, real* nearest)
+CHAINMAIL_INLINE void nearestAround(const Window* window, real* nearest)
 {
   real around[3][27];
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
-    loadAround(layers, middle, axis, x, y, around[axis]);
+    loadAround(window, axis, around[axis]);
   }
   const real own[3] = { around[0][13], around[1][13], around[2][13] };
   UNROLL
@@ -234,9 +261,11 @@ CHAINMAIL_INLINE void nearestAround(local const float* layers, int middle, int x
   }
 }
 
-// Replaces spins by the shortest ones of the same rotations (spin.clh).
-CHAINMAIL_INLINE void shorten(uint at, uint pitch, global float* spin)
+// Replaces spins of the finer grid by the shortest ones of the same rotations (spin.clh).
+CHAINMAIL_INLINE void shorten(const Finer* finer, uint at)
 {
+  const uint pitch = finer->layout.pitch;
+  global float* const spin = finer->displacement;
   real next[3];
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
@@ -252,21 +281,20 @@ CHAINMAIL_INLINE void shorten(uint at, uint pitch, global float* spin)
 }
 #endif
 
-// Moves the children, except held ones, of WIDTH consecutive elements in a row, the first at (x, y) of the middle
-// layer. `finer`: addresses of the children of the first element, at index x + 2 y + 4 z. Children of the same index,
-// of consecutive elements, have consecutive addresses.
-NOINLINE void refineAt(local const float* layers, int middle, int x, int y, const uint* finer, uint finerPitch,
-  uint finerTissuePitch, global const float* finerConstraint, float scale, int spins, global float* finerDisplacement)
+// Moves the children, except held ones, of the elements of a window. `children`: addresses of the children of its first
+// element, at index x + 2 y + 4 z. Children of the same index, of consecutive elements, have consecutive addresses.
+NOINLINE void refineAt(Finer finer, Window window, const uint* children, float scale, int spins)
 {
 #ifdef TURNING
   real nearest[27];
   if (spins)
   {
-    nearestAround(layers, middle, x, y, nearest);
+    nearestAround(&window, nearest);
   }
 #endif
 #ifdef CUTS
-  const mask bits = AS_MASK(LOAD(layers + middle % 3 * LAYER + ((3 + AXES) * SPAN_Y + y + 1) * SPAN_X + x + 1));
+  local const float* const cuts = window.layers + window.middle % 3 * LAYER;
+  const mask bits = AS_MASK(LOAD(cuts + ((3 + AXES) * SPAN_Y + window.y + 1) * SPAN_X + window.x + 1));
 #else
   const mask bits = (mask)(0);
 #endif
@@ -277,7 +305,7 @@ NOINLINE void refineAt(local const float* layers, int middle, int x, int y, cons
   {
     if (axis < AXES)
     {
-      loadAround(layers, middle, 3 + axis, x, y, c);
+      loadAround(&window, 3 + axis, c);
       shareOut(c, bits, &towards);
       UNROLL
       for (int m = 0; m < 27; ++m)
@@ -286,7 +314,7 @@ NOINLINE void refineAt(local const float* layers, int middle, int x, int y, cons
       }
       interpolate(part, &towards, weight);
     }
-    loadAround(layers, middle, axis, x, y, u);
+    loadAround(&window, axis, u);
 #ifdef TURNING
     if (spins)
     {
@@ -299,12 +327,12 @@ NOINLINE void refineAt(local const float* layers, int middle, int x, int y, cons
 #endif
     interpolate(u, &towards, sum);
 
-    global const float* constraints = finerConstraint + min(axis, AXES - 1) * finerTissuePitch;
+    global const float* constraints = finer.constraint + min(axis, AXES - 1) * finer.layout.tissuePitch;
     mask anyRigid = (mask)(0);
     UNROLL
     for (int child = 0; child < 8; ++child)
     {
-      anyRigid |= LOAD(constraints + finer[child]) == 0.0f;
+      anyRigid |= LOAD(constraints + children[child]) == 0.0f;
     }
     if (SOME(anyRigid))
     {
@@ -323,18 +351,19 @@ NOINLINE void refineAt(local const float* layers, int middle, int x, int y, cons
       real next = scale * sum[child] / weight[child];
       if (SOME(anyRigid))
       {
-        const mask isRigid = (LOAD(constraints + finer[child]) == 0.0f) & (rigidWeight[child] > 0.0f);
+        const mask isRigid = (LOAD(constraints + children[child]) == 0.0f) & (rigidWeight[child] > 0.0f);
         next = select(next, scale * rigidSum[child] / rigidWeight[child], isRigid);
       }
-      const mask isFree = AS_MASK(LOAD(finerConstraint + finer[child])) >= 0; // false in air, too: its sign bit is set
-      global float* to = finerDisplacement + axis * finerPitch + finer[child];
+      // false in air, too: its sign bit is set
+      const mask isFree = AS_MASK(LOAD(finer.constraint + children[child])) >= 0;
+      global float* to = finer.displacement + axis * finer.layout.pitch + children[child];
       STORE(select(LOAD(to), next, isFree), to);
     }
   }
 #ifdef TURNING
   for (int child = 0; spins && child < 8; ++child)
   {
-    shorten(finer[child], finerPitch, finerDisplacement);
+    shorten(&finer, children[child]);
   }
 #endif
 }
@@ -343,31 +372,28 @@ NOINLINE void refineAt(local const float* layers, int middle, int x, int y, cons
 // between the up to eight coarser elements around it. Those that a cut separates from its own coarser element do not
 // count (shareOut). For rigid children only the rigid ones among these count, separately on each axis. So finer bone is
 // where the coarser bone is. `scale`: 2 for displacements, 1 for rotations.
-kernel void refine(global const int* list, uint finerPitch, uint finerTissuePitch, global const int* finerTable,
-  global const int* finerPlace, int finerStrideY, int finerStrideZ, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut, global const float* finerConstraint, float scale,
-  int spins, global float* finerDisplacement)
+kernel void refine(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float scale, int spins)
 {
+  const State state = STATE;
+  const Finer finer = FINER;
   local float layers[3 * LAYER];
   const uint finerSlot = list[get_group_id(0)];
-  const int3 corner = brickAt(finerPlace[finerSlot], finerStrideY, finerStrideZ) * (int3)(HALF, BY / 2, BZ / 2) - 1;
+  const int3 corner = brickOf(&finer.layout, finerSlot) * (int3)(HALF, BY / 2, BZ / 2) - 1;
   for (int z = 0; z < BZ / 2 + 2; ++z)
   {
-    loadLayer(layers + z % 3 * LAYER, corner + (int3)(0, 0, z), pitch, tissuePitch, table, strideY, strideZ,
-      displacement, constraint, cut);
+    loadLayer(&state, corner + (int3)(0, 0, z), layers + z % 3 * LAYER);
     barrier(CLK_LOCAL_MEM_FENCE);
     for (int work = get_local_id(0); z >= 2 && work < HALF / WIDTH * (BY / 2); work += get_local_size(0))
     {
-      const int x = work % (HALF / WIDTH) * WIDTH, y = work / (HALF / WIDTH);
-      uint finer[8];
+      const Window window = { layers, z - 1, work % (HALF / WIDTH) * WIDTH, work / (HALF / WIDTH) };
+      uint children[8];
       UNROLL
       for (int child = 0; child < 8; ++child)
       {
-        const int j = 2 * y + (child >> 1 & 1), k = 2 * (z - 2) + (child >> 2);
-        finer[child] = finerSlot * ELEMENTS + ((child ^ j ^ k) & 1) * COLOUR + (k * BY + j) * HALF + x;
+        const int j = 2 * window.y + (child >> 1 & 1), k = 2 * (z - 2) + (child >> 2);
+        children[child] = finerSlot * ELEMENTS + ((child ^ j ^ k) & 1) * COLOUR + (k * BY + j) * HALF + window.x;
       }
-      refineAt(layers, z - 1, x, y, finer, finerPitch, finerTissuePitch, finerConstraint, scale, spins,
-        finerDisplacement);
+      refineAt(finer, window, children, scale, spins);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }

@@ -8,24 +8,24 @@
 // The host guarantees that all 26 neighbours of a brick that is ready have a slot (brick.clh).
 
 #include "brick.clh"
+#include "state.clh"
 #include "element.clh"
 #include "fixedpoint.clh"
 #include "pieces.clh"
 
 // Elements with a strained link in the state before the coarser grids.
-CHAINMAIL_INLINE mask strainedOf(const int odd, const Stencil* s, uint pitch, global const float* displacement,
-  global const float* constraint, global const uchar* cut)
+CHAINMAIL_INLINE mask strainedOf(const int odd, const State* state, const Stencil* s)
 {
   mask strained = (mask)(0);
-  const real c = LOAD(constraint + s->self);
+  const real c = LOAD(state->constraint + s->self);
   UNROLL
   for (int d = 0; d < 6; ++d)
   {
-    const mask linked = linkLimit(c, neighbourConstraint(constraint, cut, s, d, odd)) < INFINITY;
+    const mask linked = linkLimit(c, neighbourConstraint(state, 0, s, d, odd)) < INFINITY;
     NO_UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
-      global const float* u = displacement + axis * pitch;
+      global const float* u = displacementAlong(state, axis);
       strained |= linked & (neighbour(u, s, d, odd) != LOAD(u + s->self));
     }
   }
@@ -33,29 +33,29 @@ CHAINMAIL_INLINE mask strainedOf(const int odd, const Stencil* s, uint pitch, gl
 }
 
 // Whether a work-item's share of a brick has a strained link.
-NOINLINE bool anyStrained(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut)
+NOINLINE bool anyStrained(const State* given, int lid, int items, uint slot)
 {
+  const State state = *given;
   bool any = false;
   for (int work = lid; !any && work < 2 * VECTORS; work += items)
   {
-    const Stencil s = stencilOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
     mask displaced = (mask)(0);
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
-      displaced |= LOAD(displacement + axis * pitch + s.self) != 0.0f;
+      displaced |= LOAD(displacementAlong(&state, axis) + s.self) != 0.0f;
     }
-    any = SOME(displaced) && SOME(strainedOf(s.odd, &s, pitch, displacement, constraint, cut));
+    any = SOME(displaced) && SOME(strainedOf(s.odd, &state, &s));
   }
   return any;
 }
 
 // Finds whole bricks, without air or cuts. Such a brick is in one piece with all whole bricks that share a face with
 // it. found[group] is PIECE_WHOLE with the combined marks of all elements of the brick, or 0 for other bricks.
-kernel void wholes(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut, global int* found)
+kernel void wholes(global const int* list, STATE_ARGUMENTS, global int* found)
 {
+  const State state = STATE;
   local int divided, marks;
   const uint slot = list[get_group_id(0)];
   if (get_local_id(0) == 0)
@@ -66,22 +66,21 @@ kernel void wholes(global const int* list, LAYOUT_ARGUMENTS, global const float*
   mask held = (mask)(0), some = (mask)(0);
   for (uint at = slot * ELEMENTS + get_local_id(0) * WIDTH; at < (slot + 1) * ELEMENTS; at += get_local_size(0) * WIDTH)
   {
-    some |= LOAD(constraint + at) == -INFINITY;
+    some |= LOAD(state.constraint + at) == -INFINITY;
 #ifdef CUTS
-    some |= LOAD_BYTES(cut + at) != 0;
+    some |= LOAD_BYTES(state.cut + at) != 0;
 #endif
     UNROLL
     for (int axis = 0; axis < AXES; ++axis)
     {
-      held |= isHeld(LOAD(constraint + axis * tissuePitch + at));
+      held |= isHeld(LOAD(constraintAlong(&state, axis) + at));
     }
   }
   if (SOME(some))
   {
     atomic_or(&divided, 1);
   }
-  else if (anyStrained(get_local_id(0), get_local_size(0), slot, pitch, tissuePitch, table, place, strideY, strideZ,
-             displacement, constraint, cut))
+  else if (anyStrained(&state, get_local_id(0), get_local_size(0), slot))
   {
     atomic_or(&marks, PIECE_STRAINED);
   }
@@ -106,35 +105,33 @@ kernel void markAll(global const int* list, global int* marks)
 }
 
 // Sets the initial marks of each element, from itself and its own links in the state before the coarser grids.
-NOINLINE void markShare(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut, global int* marks)
+NOINLINE void markShare(const State* given, int lid, int items, uint slot, global int* marks)
 {
+  const State state = *given;
   for (int work = lid; work < 2 * VECTORS; work += items)
   {
-    const Stencil s = stencilOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
     mask held = (mask)(0);
     UNROLL
     for (int axis = 0; axis < AXES; ++axis)
     {
-      held |= isHeld(LOAD(constraint + axis * tissuePitch + s.self));
+      held |= isHeld(LOAD(constraintAlong(&state, axis) + s.self));
     }
-    const mask strained = strainedOf(s.odd, &s, pitch, displacement, constraint, cut);
+    const mask strained = strainedOf(s.odd, &state, &s);
     const mask bits = select((mask)(0), (mask)(PIECE_HELD), held);
     STORE(bits | select((mask)(0), (mask)(PIECE_STRAINED), strained), marks + s.self);
   }
 }
 
-kernel void mark(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut, global int* marks)
+kernel void mark(global const int* list, STATE_ARGUMENTS, global int* marks)
 {
-  markShare(get_local_id(0), get_local_size(0), list[get_group_id(0)], pitch, tissuePitch, table, place, strideY,
-    strideZ, displacement, constraint, cut, marks);
+  const State state = STATE;
+  markShare(&state, get_local_id(0), get_local_size(0), list[get_group_id(0)], marks);
 }
 
-CHAINMAIL_INLINE int joinAt(
-  const int odd, const Stencil* s, global const float* constraint, global const uchar* cut, global int* marks)
+CHAINMAIL_INLINE int joinAt(const int odd, const State* state, const Stencil* s, global int* marks)
 {
-  const real c = LOAD(constraint + s->self);
+  const real c = LOAD(state->constraint + s->self);
   const mask mark = LOAD(marks + s->self);
   if (!SOME((mark != (PIECE_HELD | PIECE_STRAINED)) & (c != -INFINITY)))
   {
@@ -144,7 +141,7 @@ CHAINMAIL_INLINE int joinAt(
   UNROLL
   for (int d = 0; d < 6; ++d)
   {
-    const mask linked = linkLimit(c, neighbourConstraint(constraint, cut, s, d, odd)) < INFINITY;
+    const mask linked = linkLimit(c, neighbourConstraint(state, 0, s, d, odd)) < INFINITY;
     next |= select((mask)(0), AS_MASK(neighbour((global const float*)marks, s, d, odd)), linked);
   }
   const mask changed = next != mark;
@@ -155,23 +152,19 @@ CHAINMAIL_INLINE int joinAt(
   return changedAround(s, changed);
 }
 
-NOINLINE void joinIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint,
-  global const uchar* cut, global int* marks)
+NOINLINE void joinIn(const State* given, global int* marks, Launch launch, Visit visit)
 {
-  FIXED_POINT(joinAt(s.odd, &s, constraint, cut, marks))
-  if (lid == 0 && from != 0)
-  {
-    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
-  }
+  const State state = *given;
+  FIXED_POINT(&state.layout, joinAt(s.odd, &state, &s, marks))
+  passOn(&launch, &state.layout, &visit, faces);
 }
 
 // Spreads marks along links.
-kernel void join(
-  FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* constraint, global const uchar* cut, global int* marks)
+kernel void join(FIXED_POINT_ARGUMENTS, STATE_ARGUMENTS, global int* marks)
 {
-  FIXED_POINT_BEGIN
-  joinIn(
-    IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, constraint, cut, marks);
+  const State state = STATE;
+  FIXED_POINT_BEGIN(&state.layout)
+  joinIn(&state, marks, launch, visit);
 }
 
 // Restores the state `before` of elements in pieces that coarser grids may not move.

@@ -1,11 +1,12 @@
 // Displaces voxels with the larger elements, each of which stands for FX x FY x FZ voxels. Displacements are fractions
 // of each grid's own spacing; the centre of an element is the centre of its voxels.
 //
-// The host guarantees: both grids have bricks of the same size; WIDTH is 1; arguments named `whole` belong to the
-// voxels, the others to the elements; tables are as brick.clh says; listed voxels are at rest; every tissue voxel has
-// an element: with OWNERS, element owner - 1 where `owner` is not 0, else the one that contains the voxel.
+// The host guarantees: both grids have bricks of the same size; WIDTH is 1; the State is that of the elements;
+// arguments named `whole` belong to the voxels; tables are as brick.clh says; listed voxels are at rest; every tissue
+// voxel has an element: with OWNERS, element owner - 1 where `owner` is not 0, else the one that contains the voxel.
 
 #include "brick.clh"
+#include "state.clh"
 #include "turning.clh"
 
 inline float mix2(float a, float b, float c, float d, float3 w)
@@ -22,19 +23,19 @@ typedef struct
   uint elements, linkX, linkY, linkZ;
 } Corners;
 
-inline Corners cornersAt(int3 base, uint atRest, global const int* table, int strideY, int strideZ,
-  global const float* constraint, global const uchar* cut)
+inline Corners cornersAt(const State* state, int3 base)
 {
+  const uint atRest = state->layout.pitch - SKEW; // see brick.clh
   Corners c = { { 0 }, 0, 0, 0, 0 };
   uint cutX = 0, cutY = 0, cutZ = 0;
   for (int d = 0; d < 8; ++d)
   {
-    const uint address = addressOf(base + (int3)(d & 1, d >> 1 & 1, d >> 2), table, strideY, strideZ);
-    if (!isinf(constraint[address]))
+    const uint address = addressOf(&state->layout, base + (int3)(d & 1, d >> 1 & 1, d >> 2));
+    if (!isinf(state->constraint[address]))
     {
       c.elements |= 1u << d;
 #ifdef CUTS
-      const uint bits = cut[address];
+      const uint bits = state->cut[address];
       cutX |= (bits >> 1 & 1) << d;
       cutY |= (bits >> 3 & 1) << d;
       cutZ |= (bits >> 5 & 1) << d;
@@ -51,14 +52,13 @@ inline Corners cornersAt(int3 base, uint atRest, global const int* table, int st
 // Displaces every voxel by the trilinear interpolation between the up to eight elements around it. Elements that no
 // links between these eight join to the voxel's own element are left out. Equal displacements give exactly the same
 // displacement. Rigid voxels move exactly with their own element and rotate about its centre; anchored voxels stay.
-kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitch, global const int* wholeTable,
-  global const int* wholePlace, int wholeStrideY, int wholeStrideZ, uint pitch, global const int* table, int strideY,
-  int strideZ, int4 size, global const float* displacement, global const float* constraint,
-  global const uchar* cut SPIN_ARGUMENTS, global const int* owner, global const float* wholeConstraint,
-  global float* wholeDisplacement)
+kernel void expand(global const int* list, STATE_ARGUMENTS, LAYOUT_ARGUMENTS(whole), int4 size, global const int* owner,
+  global const float* wholeConstraint, global float* wholeDisplacement)
 {
+  const State state = STATE;
+  const Layout whole = LAYOUT(whole);
   const uint slot = list[get_group_id(0)];
-  const int3 origin = brickAt(wholePlace[slot], wholeStrideY, wholeStrideZ) * (int3)(BX, BY, BZ);
+  const int3 origin = brickOf(&whole, slot) * (int3)(BX, BY, BZ);
   for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
   {
     const uint at = slot * ELEMENTS + n;
@@ -75,8 +75,7 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
       own = (int3)(element % size.x, element / size.x % size.y, element / (size.x * size.y));
     }
 #endif
-    const uint atRest = pitch - SKEW; // see brick.clh
-    const uint ownAddress = min(addressOf(own, table, strideY, strideZ), atRest);
+    const uint ownAddress = min(addressOf(&state.layout, own), state.layout.pitch - SKEW); // see brick.clh
     const float3 where = (convert_float3(voxel) + 0.5f) * (float3)(1.0f / FX, 1.0f / FY, 1.0f / FZ) - 0.5f;
     const int3 base = convert_int3(floor(where));
     const float3 w = where - floor(where);
@@ -84,13 +83,13 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
     float weight = 0.0f;
     if (all(own >= base) && all(own <= base + 1))
     {
-      const Corners c = cornersAt(base, atRest, table, strideY, strideZ, constraint, cut);
+      const Corners c = cornersAt(&state, base);
       if (c.elements == 255 && c.linkX == 0x55 && c.linkY == 0x33 && c.linkZ == 0x0F)
       {
         // The case of nearly all voxels: no element or link is missing.
         for (int a = 0; a < 3; ++a)
         {
-          global const float* u = displacement + a * pitch;
+          global const float* u = displacementAlong(&state, a);
           const float u0 = mix2(u[c.address[0]], u[c.address[1]], u[c.address[2]], u[c.address[3]], w);
           const float u1 = mix2(u[c.address[4]], u[c.address[5]], u[c.address[6]], u[c.address[7]], w);
           sums[a] = u0 + w.z * (u1 - u0) - u[ownAddress];
@@ -114,7 +113,8 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
           weight += share;
           for (int a = 0; a < 3; ++a)
           {
-            sums[a] += share * (displacement[a * pitch + c.address[d]] - displacement[a * pitch + ownAddress]);
+            global const float* u = displacementAlong(&state, a);
+            sums[a] += share * (u[c.address[d]] - u[ownAddress]);
           }
         }
       }
@@ -122,21 +122,25 @@ kernel void expand(global const int* list, uint wholePitch, uint wholeTissuePitc
     const int factors[3] = { FX, FY, FZ };
     float more[3] = { 0.0f, 0.0f, 0.0f };
 #ifdef TURNING
-    // arm, rest: from the centre of the element to the voxel. more: what the rotation adds to the displacement.
-    const float3 arm = convert_float3(voxel) + 0.5f - (convert_float3(own) + 0.5f) * (float3)(FX, FY, FZ);
-    const float rest[3] = { arm.x / FX * proportions.x, arm.y / FY * proportions.y, arm.z / FZ * proportions.z };
-    const float turns[3] = { spin[ownAddress], spin[pitch + ownAddress], spin[2 * pitch + ownAddress] };
-    turned(turns, rest, more);
+    // leverArm, rest: from the centre of the element to the voxel, in voxels and in mean spacings. more: what the
+    // rotation adds to the displacement.
+    const float4 proportions = state.proportions;
+    const float3 leverArm = convert_float3(voxel) + 0.5f - (convert_float3(own) + 0.5f) * (float3)(FX, FY, FZ);
+    const float rest[3] = { leverArm.x / FX * proportions.x, leverArm.y / FY * proportions.y,
+      leverArm.z / FZ * proportions.z };
+    const float rotation[3] = { spinAlong(&state, 0)[ownAddress], spinAlong(&state, 1)[ownAddress],
+      spinAlong(&state, 2)[ownAddress] };
+    turned(rotation, rest, more);
     for (int a = 0; a < 3; ++a)
     {
-      more[a] /= proportion(proportions, a);
+      more[a] /= alongAxis(proportions, a);
     }
 #endif
     for (int a = 0; a < 3; ++a)
     {
-      const bool rigid = wholeConstraint[min(a, AXES - 1) * wholeTissuePitch + at] == 0.0f;
-      const float u = displacement[a * pitch + ownAddress];
-      wholeDisplacement[a * wholePitch + at] =
+      const bool rigid = wholeConstraint[min(a, AXES - 1) * whole.tissuePitch + at] == 0.0f;
+      const float u = displacementAlong(&state, a)[ownAddress];
+      wholeDisplacement[a * whole.pitch + at] =
         factors[a] * (rigid || weight == 0.0f ? u + more[a] : u + sums[a] / weight);
     }
   }

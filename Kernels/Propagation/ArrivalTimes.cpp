@@ -57,11 +57,7 @@ void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, 
 
   this->fixedPoint_.start(bricks);
   this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
-    [this, states](ArgumentList& own)
-    {
-      own.add(
-        this->bricks_.displacement, this->bricks_.before(), states, this->bricks_.tissue(), this->arrival_.buffer);
-    });
+    [this, states](ArgumentList& own) { own.add(this->bricks_.before().buffer(), states, this->arrival_.buffer); });
 
   const std::vector<int> slots = this->fixedPoint_.seen();
   Scratch list("the list of active bricks");

@@ -42,7 +42,7 @@ void EnvelopePropagation::start(const std::vector<int>& bricks)
   }
   context.launch(context.kernel("envelope.cl", this->bricks_.definesOfRows(), "beginShifts"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
-    this->bricks_.displacement, this->bricks_.before(), this->shift_.buffer);
+    this->bricks_.displacement(), this->bricks_.before().buffer(), this->shift_.buffer);
 }
 
 void EnvelopePropagation::startPoses(
@@ -71,7 +71,7 @@ void EnvelopePropagation::saveRest()
       rest.push_back(slot);
     }
   }
-  this->bricks_.saveBefore(rest);
+  this->bricks_.before().save(rest);
 }
 
 void EnvelopePropagation::heldChanged()
@@ -93,7 +93,7 @@ int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& che
     const int done = this->fixedPoint_.run(iterations, enough, checkpoint,
       [this](ArgumentList& own)
       {
-        own.add(this->bricks_.displacement, this->bricks_.before(), this->bricks_.tissue(), this->bricks_.turned());
+        own.add(this->bricks_.before().buffer());
         if (this->bricks_.turned())
         {
           own.add(this->shift_.buffer, static_cast<cl_int>(this->poses_ ? -1 : 0));

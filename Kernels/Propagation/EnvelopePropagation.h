@@ -39,7 +39,7 @@ public:
   void heldChanged();
 
   /// Restores all displacements from before the wave.
-  void takeBack() { this->bricks_.restoreBefore(this->fixedPoint_.seen()); }
+  void takeBack() { this->bricks_.before().restore(this->fixedPoint_.seen()); }
 
   /// Makes Bricks::before() hold the state before the wave everywhere, after its end.
   void saveRest();

@@ -40,8 +40,7 @@ std::vector<int> Feasibility::bricksThatAre(
                                       : this->bricks_.defines(false, this->bricks_.turned());
   const cl::Buffer& foundBuffer = this->found_.holding(context, found);
   context.launch(context.kernel(file, defines, what), slots.size(), this->bricks_.workItems(vectors),
-    this->list_.holding(context, slots), this->bricks_.layout(), this->bricks_.state(), this->bricks_.turned(),
-    foundBuffer);
+    this->list_.holding(context, slots), this->bricks_.state(this->bricks_.turned()), foundBuffer);
   context.read(foundBuffer, found);
   return this->bricks_.bricksWhere(slots, found);
 }
@@ -78,16 +77,13 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   else
   {
     // The lower bounds are in Bricks::before(). There `settle` writes the state from which the wave starts.
-    this->bricks_.saveBefore(violatedSlots);
+    this->bricks_.before().save(violatedSlots);
     this->bricks_.saveIn(this->upper_, violatedSlots);
   }
   this->fixedPoint_.start(violated);
   this->fixedPoint_.run(turning ? mostPasses : 0, std::numeric_limits<float>::infinity(), checkpoint,
     [&](ArgumentList& own)
-    {
-      own.add(this->bricks_.displacement, this->bricks_.tissue(),
-        turning ? this->lower_.buffer : this->bricks_.before(), this->upper_.buffer, this->bricks_.turned());
-    });
+    { own.add(turning ? this->lower_.buffer : this->bricks_.before().buffer(), this->upper_.buffer); });
   bool feasible = this->fixedPoint_.finished();
   const std::vector<int> changed = this->fixedPoint_.changed();
   std::vector<int> bricks;
@@ -98,13 +94,13 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   }
   if (turning)
   {
-    this->bricks_.saveBefore(changed);
+    this->bricks_.before().save(changed);
   }
   Context& context = this->bricks_.context();
   context.launch(
     context.kernel("feasibility.cl", this->bricks_.definesOfRows(this->bricks_.turned()), "settle"), changed.size(),
     this->bricks_.workItems(true), this->list_.holding(context, changed), this->bricks_.pitch(),
-    this->bricks_.tissuePitch(), this->bricks_.constraint, this->upper_.buffer,
+    this->bricks_.tissuePitch(), this->bricks_.constraint(), this->upper_.buffer,
     [&](ArgumentList& own)
     {
       if (turning)
@@ -112,7 +108,7 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
         own.add(this->lower_.buffer);
       }
     },
-    this->bricks_.before(), this->bricks_.displacement);
+    this->bricks_.before().buffer(), this->bricks_.displacement());
   if (feasible)
   {
     // The wave also removes the rounding of the means, so it starts in all bricks that have any.
@@ -123,7 +119,7 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   propagation.release();
   this->bricks_.drop(this->upper_);
   this->bricks_.drop(this->lower_);
-  this->bricks_.forgetBefore();
+  this->bricks_.before().release();
   return feasible;
 }
 

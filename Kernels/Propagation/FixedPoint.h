@@ -18,7 +18,7 @@ using Checkpoint = std::function<void()>;
 class FixedPoint
 {
 public:
-  /// Adds the kernel's own arguments, which follow FIXED_POINT_ARGUMENTS and the layout of brick.clh. Called for every
+  /// Adds the kernel's own arguments, which follow FIXED_POINT_ARGUMENTS and STATE_ARGUMENTS. Called for every
   /// launch, since the buffers may have been replaced.
   using OwnArguments = std::function<void(ArgumentList&)>;
 

@@ -35,11 +35,7 @@ void Sharing::spread(
 {
   this->fixedPoint_.start(bricks);
   this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,
-    [&](ArgumentList& own)
-    {
-      own.add(
-        this->bricks_.displacement, this->bricks_.tissue(), lower.buffer, upper.buffer, margin, this->bricks_.turned());
-    });
+    [&](ArgumentList& own) { own.add(lower.buffer, upper.buffer, margin); });
 }
 
 /// Resets the bounds of held tissue to 0. Returns the bricks where one was not 0.
@@ -51,7 +47,7 @@ std::vector<int> Sharing::holdBounds()
   const cl::Buffer& foundBuffer = this->found_.holding(context, found);
   context.launch(context.kernel("share.cl", this->bricks_.definesOfRows(this->bricks_.turned()), "holdBounds"),
     slots.size(), this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
-    this->bricks_.tissuePitch(), this->bricks_.constraint, this->lower_.buffer, this->upper_.buffer, foundBuffer);
+    this->bricks_.tissuePitch(), this->bricks_.constraint(), this->lower_.buffer, this->upper_.buffer, foundBuffer);
   context.read(foundBuffer, found);
   return this->bricks_.bricksWhere(slots, found);
 }

@@ -32,7 +32,7 @@ void Timestamps::clear()
 void Timestamps::keep()
 {
   this->arrivals_.keep();
-  this->bricks_.keepBefore();
+  this->bricks_.before().keep();
   for (Field* field : { &this->stamp_, &this->nextTime_, &this->nextFront_ })
   {
     this->bricks_.keep(*field);
@@ -107,15 +107,13 @@ void Timestamps::advance()
   const std::string defines = this->bricks_.defines(false);
   const std::size_t items = this->bricks_.workItems(false);
 
-  context.launch(context.kernel("timestamp.cl", defines, "arriveNext"), list.size(), items, slots,
-    static_cast<cl_int>(this->iteration_), this->bricks_.layout(), this->bricks_.state(), this->arrivals_.time().buffer,
-    this->arrivals_.front().buffer, this->stamp_.buffer, this->bricks_.before(), this->nextTime_.buffer,
-    this->nextFront_.buffer);
+  const auto arguments =
+    std::tuple_cat(std::make_tuple(this->bricks_.state(this->bricks_.spins()), static_cast<cl_int>(this->iteration_)),
+      std::tie(this->arrivals_.time().buffer, this->arrivals_.front().buffer, this->stamp_.buffer,
+        this->bricks_.before().buffer(), this->nextTime_.buffer, this->nextFront_.buffer));
 
-  context.launch(context.kernel("timestamp.cl", defines, "shift"), list.size(), items, slots,
-    static_cast<cl_int>(this->iteration_), this->bricks_.layout(), this->bricks_.before(), this->nextTime_.buffer,
-    this->nextFront_.buffer, this->bricks_.displacement, this->arrivals_.time().buffer, this->arrivals_.front().buffer,
-    this->stamp_.buffer, result);
+  context.launch(context.kernel("timestamp.cl", defines, "arriveNext"), list.size(), items, slots, arguments);
+  context.launch(context.kernel("timestamp.cl", defines, "shift"), list.size(), items, slots, arguments, result);
   context.read(result, faces);
 
   for (std::size_t n = 0; n < list.size(); ++n)

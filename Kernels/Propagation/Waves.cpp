@@ -73,7 +73,7 @@ void Waves::clear()
   this->front_ = 0;
   this->timestamps_.clear();
   this->arrivals_.clear();
-  this->bricks_.forgetBefore();
+  this->bricks_.before().release();
   this->propagation_.release();
 }
 
@@ -137,7 +137,7 @@ PropagateResult Waves::run(int iterations, const Checkpoint& checkpoint)
   if (result.finished)
   {
     this->letGo();
-    this->bricks_.forgetBefore();
+    this->bricks_.before().release();
     this->propagation_.release();
   }
   return result;
@@ -241,7 +241,7 @@ void Waves::begin(Group handles)
   {
     slots.push_back(this->bricks_.slot(brick));
   }
-  this->bricks_.saveBefore(slots);
+  this->bricks_.before().save(slots);
   wave.before = this->bricks_.displacements(wave.addresses);
   for (const Handles::Pointer& handle : wave.handles)
   {

@@ -10,27 +10,42 @@
 // |arrival| is the time. Its sign bit marks an element that did not move and so does not pass the wave on.
 
 #include "brick.clh"
+#include "state.clh"
 #include "element.clh"
 #include "fixedpoint.clh"
 
-CHAINMAIL_INLINE int arriveAt(const Stencil* s, int mayHaveMoved, uint pitch, uint tissuePitch,
-  global const float* displacement, global const float* before, global const float* constraint,
-  global const uchar* cut, global float* arrival)
+// What a wave reads and writes besides the state.
+typedef struct
 {
+  global const float* before; // [axis][address]
+  int states;
+  global float* arrival; // [axis][address]
+} Wave;
+
+#define WAVE_ARGUMENTS global const float *before, int states, global float *arrival
+#define WAVE                                                                                                           \
+  {                                                                                                                    \
+    before, states, arrival                                                                                            \
+  }
+
+CHAINMAIL_INLINE int arriveAt(const State* state, const Stencil* s, const Wave* wave, int mayHaveMoved)
+{
+  const uint pitch = state->layout.pitch;
   int touched = 0;
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    const real c = LOAD(constraint + axis * tissuePitch + s->self);
+    global float* const arrival = wave->arrival + axis * pitch;
+    const real c = LOAD(constraintAlong(state, axis) + s->self);
     real next = (real)(INFINITY);
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-      const real limit = linkLimit(c, neighbourConstraint(constraint + axis * tissuePitch, cut, s, d, s->odd));
-      const real time = neighbour(arrival + axis * pitch, s, d, s->odd);
+      const real limit = linkLimit(c, neighbourConstraint(state, axis, s, d, s->odd));
+      const real time = neighbour(arrival, s, d, s->odd);
       next = min(next, select(time + limit, (real)(INFINITY), AS_MASK(time) < 0));
     }
-    const real time = LOAD(arrival + axis * pitch + s->self);
+    const real time = LOAD(arrival + s->self);
     // Held elements keep their initial times: 0 for the wave's own probes, +infinity for others.
     const mask earlier = (next < fabs(time)) & ~isHeld(c);
     if (SOME(earlier))
@@ -38,9 +53,9 @@ CHAINMAIL_INLINE int arriveAt(const Stencil* s, int mayHaveMoved, uint pitch, ui
       mask moved = (mask)(0);
       for (int a = AXES == 1 ? 0 : axis; mayHaveMoved && a <= (AXES == 1 ? 2 : axis); ++a)
       {
-        moved |= LOAD(displacement + a * pitch + s->self) != LOAD(before + a * pitch + s->self);
+        moved |= LOAD(displacementAlong(state, a) + s->self) != LOAD(wave->before + a * pitch + s->self);
       }
-      STORE(select(time, select(-next, next, moved), earlier), arrival + axis * pitch + s->self);
+      STORE(select(time, select(-next, next, moved), earlier), arrival + s->self);
       // Elements that did not move pass nothing on. Bricks beyond them may be unallocated.
       touched |= changedAround(s, earlier & moved);
     }
@@ -48,25 +63,20 @@ CHAINMAIL_INLINE int arriveAt(const Stencil* s, int mayHaveMoved, uint pitch, ui
   return touched;
 }
 
-NOINLINE void arriveIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* before, int states, global const float* constraint, global const uchar* cut,
-  global float* arrival)
+NOINLINE void arriveIn(const State* given, Wave wave, Launch launch, Visit visit)
 {
-  const int mayHaveMoved = slot < (uint)states;
-  FIXED_POINT(arriveAt(&s, mayHaveMoved, pitch, tissuePitch, displacement, before, constraint, cut, arrival))
-  if (lid == 0 && from != 0)
-  {
-    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
-  }
+  const State state = *given;
+  const int mayHaveMoved = visit.slot < (uint)wave.states;
+  FIXED_POINT(&state.layout, arriveAt(&state, &s, &wave, mayHaveMoved))
+  passOn(&launch, &state.layout, &visit, faces);
 }
 
-kernel void arrive(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* before, int states, global const float* constraint, global const uchar* cut,
-  global float* arrival)
+kernel void arrive(FIXED_POINT_ARGUMENTS, STATE_ARGUMENTS, WAVE_ARGUMENTS)
 {
-  FIXED_POINT_BEGIN
-  arriveIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ, displacement,
-    before, states, constraint, cut, arrival);
+  const State state = STATE;
+  const Wave wave = WAVE;
+  FIXED_POINT_BEGIN(&state.layout)
+  arriveIn(&state, wave, launch, visit);
 }
 
 // Writes the propagation times and the wave id `wave` of the elements that the wave reached.

@@ -31,16 +31,33 @@
 #define EXTREMES 6
 
 #include "brick.clh"
+#include "state.clh"
 #include "element.clh"
 #include "fixedpoint.clh"
 #include "turning.clh"
 
+// What a wave reads and writes besides the state.
+typedef struct
+{
+  global float* before;
 #ifdef TURNING
-#define SHIFT_ARGUMENTS , global float *shift, int poses
-#define SHIFT_PASSED_ON , shift, poses
+  global float* shift;
+  int poses;
+#endif
+} Wave;
+
+#ifdef TURNING
+#define WAVE_ARGUMENTS global float *before, global float *shift, int poses
+#define WAVE                                                                                                           \
+  {                                                                                                                    \
+    before, shift, poses                                                                                               \
+  }
 #else
-#define SHIFT_ARGUMENTS
-#define SHIFT_PASSED_ON
+#define WAVE_ARGUMENTS global float* before
+#define WAVE                                                                                                           \
+  {                                                                                                                    \
+    before                                                                                                             \
+  }
 #endif
 
 // Whether neighbours at `other` need an update after elements went from u to `next`; u0 is their state before the wave.
@@ -53,17 +70,16 @@ CHAINMAIL_INLINE mask isFollowed(real next, real u, real u0, real other, real li
   return !(raised | lowered) | (raised & (next - limit > other)) | (lowered & (next + limit < other));
 }
 
-// Updates one lane group. `odd`: see BY_PARITY. `beside`, a constant: whether an element of it or a neighbour may be
-// held.
-CHAINMAIL_INLINE int wave(const int odd, const int beside, const Stencil* s, int savedBeside, uint pitch,
-  uint tissuePitch, global float* displacement, global const float* before, global const float* constraint,
-  global const uchar* cut,
-  float* conflict SPIN_ARGUMENTS SHIFT_ARGUMENTS)
+// Updates one lane group. `odd`: see BY_PARITY. `nearHeld`, a constant: whether an element of it or a neighbour may be
+// held. `conflict` gets the extremes.
+CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* state, const Wave* wave,
+  const Stencil* s, int savedOutside, float* conflict)
 {
-  const int saved = savedBeside | within(s);
+  const int saved = savedOutside | within(s);
+  const uint pitch = state->layout.pitch;
 #ifdef TURNING
-  real wanted[6][3];
-  loadApart(odd, s, pitch, spin, proportions, wanted);
+  real restOffsets[6][3];
+  loadRestOffsets(odd, state, s, restOffsets);
 #endif
   real c, limit[6];
   mask held[6];
@@ -74,45 +90,45 @@ CHAINMAIL_INLINE int wave(const int odd, const int beside, const Stencil* s, int
   {
     if (axis < AXES)
     {
-      c = LOAD_WHOLE(constraint + axis * tissuePitch + s->self);
+      c = LOAD_WHOLE(constraintAlong(state, axis) + s->self);
       UNROLL
       for (int d = 0; d < 6; ++d)
       {
-        const real cd = neighbourConstraint(constraint + axis * tissuePitch, cut, s, d, odd);
+        const real cd = neighbourConstraint(state, axis, s, d, odd);
         limit[d] = linkLimit(c, cd);
-        held[d] = beside ? isHeld(cd) : (mask)(0);
+        held[d] = nearHeld ? isHeld(cd) : (mask)(0);
       }
     }
-    const mask own = beside ? isHeld(c) : (mask)(0);
+    const mask own = nearHeld ? isHeld(c) : (mask)(0);
     Envelope e = unbounded();
     real other[6];
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
 #ifdef TURNING
-      const real apart = neighbourSaved(before, displacement, axis * pitch, saved, s, d, odd) -
-                         LOAD_WHOLE(before + axis * pitch + s->self);
-      const real strain = apart - wanted[d][axis], none = (real)(0.0f);
+      const real difference = neighbourSaved(wave->before, state, axis, saved, s, d, odd) -
+                              LOAD_WHOLE(wave->before + axis * pitch + s->self);
+      const real strain = difference - restOffsets[d][axis], none = (real)(0.0f);
       const real below = limit[d] - strain, above = limit[d] + strain;
       const mask rigid = limit[d] == 0.0f;
-      const real least = select(none, (real)(-INFINITY), held[d] & (mask)(poses));
-      other[d] = neighbour(shift + axis * pitch, s, d, odd);
+      const real least = select(none, (real)(-INFINITY), held[d] & (mask)(wave->poses));
+      other[d] = neighbour(wave->shift + axis * pitch, s, d, odd);
       envelopeAddMoved(&e, other[d], none, held[d], select(select(max(below, least), none, rigid), below, own),
         select(select(max(above, least), none, rigid), above, own));
       envelopeAddStill(&e, other[d], none, held[d], below, above);
 #else
-      other[d] = neighbour(displacement + axis * pitch, s, d, odd);
-      const real was = neighbourSaved(before, displacement, axis * pitch, saved, s, d, odd);
+      other[d] = neighbour(displacementAlong(state, axis), s, d, odd);
+      const real was = neighbourSaved(wave->before, state, axis, saved, s, d, odd);
       envelopeAddMoved(&e, other[d], was, held[d], limit[d], limit[d]);
       envelopeAddStill(&e, other[d], was, held[d], limit[d], limit[d]);
 #endif
     }
 #ifdef TURNING
-    const real u = LOAD_WHOLE(shift + axis * pitch + s->self);
+    const real u = LOAD_WHOLE(wave->shift + axis * pitch + s->self);
     const real u0 = (real)(0.0f);
 #else
-    const real u = LOAD_WHOLE(displacement + axis * pitch + s->self);
-    const real u0 = LOAD_WHOLE(before + axis * pitch + s->self);
+    const real u = LOAD_WHOLE(displacementAlong(state, axis) + s->self);
+    const real u0 = LOAD_WHOLE(wave->before + axis * pitch + s->self);
 #endif
     const real next = select(envelopeNext(e, u, u0), u, own);
     const real tooHigh = envelopeTooHigh(e, u, own);
@@ -127,10 +143,11 @@ CHAINMAIL_INLINE int wave(const int odd, const int beside, const Stencil* s, int
     {
       moved |= goes;
 #ifdef TURNING
-      STORE_WHOLE(next, shift + axis * pitch + s->self);
-      STORE_WHOLE(LOAD_WHOLE(before + axis * pitch + s->self) + next, displacement + axis * pitch + s->self);
+      STORE_WHOLE(next, wave->shift + axis * pitch + s->self);
+      STORE_WHOLE(
+        LOAD_WHOLE(wave->before + axis * pitch + s->self) + next, displacementAlong(state, axis) + s->self);
 #else
-      STORE_WHOLE(next, displacement + axis * pitch + s->self);
+      STORE_WHOLE(next, displacementAlong(state, axis) + s->self);
       UNROLL
       for (int d = 0; d < 6; ++d)
       {
@@ -142,22 +159,22 @@ CHAINMAIL_INLINE int wave(const int odd, const int beside, const Stencil* s, int
 #ifdef TURNING
   return changedAround(s, moved);
 #else
-  return beside ? changedAround(s, moved) : changedBeyond(s, moved, followed);
+  return nearHeld ? changedAround(s, moved) : changedBeyond(s, moved, followed);
 #endif
 }
 
 // Whether an element of a lane group, or a neighbour of one, is held on any axis.
-CHAINMAIL_INLINE int anyHeld(const Stencil* s, uint tissuePitch, global const float* constraint)
+CHAINMAIL_INLINE int anyHeld(const State* state, const Stencil* s)
 {
   mask held = (mask)(0);
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
-    held |= isHeld(LOAD_WHOLE(constraint + axis * tissuePitch + s->self));
+    held |= isHeld(LOAD_WHOLE(constraintAlong(state, axis) + s->self));
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-      held |= isHeld(neighbourBefore(~0u, constraint + axis * tissuePitch, s, d, s->odd));
+      held |= isHeld(neighbourBefore(~0u, constraintAlong(state, axis), s, d, s->odd));
     }
   }
   return SOME(held);
@@ -167,11 +184,10 @@ CHAINMAIL_INLINE int anyHeld(const Stencil* s, uint tissuePitch, global const fl
 
 // Prefetches what a lane group reads beyond the ends of its row and beyond the faces of its brick. These addresses are
 // too far apart for the prefetchers of CPUs to predict.
-inline void askAround(const Stencil* s, int saved, uint pitch, global const float* displacement,
-  global const float* before, global const float* constraint)
+inline void prefetchAround(const State* state, const Wave* wave, const Stencil* s, int saved)
 {
   const int inside = within(s);
-  ASK_FOR(constraint + s->edge);
+  PREFETCH(state->constraint + s->edge);
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -179,13 +195,13 @@ inline void askAround(const Stencil* s, int saved, uint pitch, global const floa
     for (int n = 0; n < 5; ++n)
     {
       const int d = n > 0 ? n + 1 : s->odd;
-      const uint at = axis * pitch + stateAddress(s, n > 0 ? s->side[n - 1] : s->edge);
+      const uint at = axis * state->layout.pitch + stateAddress(s, n > 0 ? s->side[n - 1] : s->edge);
       if (!(inside >> d & 1))
       {
-        ASK_FOR(displacement + at);
+        PREFETCH(state->displacement + at);
         if (saved >> d & 1)
         {
-          ASK_FOR(before + at);
+          PREFETCH(wave->before + at);
         }
       }
     }
@@ -194,74 +210,66 @@ inline void askAround(const Stencil* s, int saved, uint pitch, global const floa
 
 // Whether any element of a brick, or any neighbour beyond its faces, is held on any axis: VISIT_HELD or VISIT_FREE.
 // Computed once per brick in a wave, since most bricks have no held tissue in or around them.
-inline int heldNear(uint slot, int saved, global int* visits, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* before, global const float* constraint)
+inline int heldNear(const State* state, const Wave* wave, const Launch* launch, uint slot, int saved)
 {
-  const int known = visits[VISIT_ROW * slot + VISIT_STATE] & (VISIT_FREE | VISIT_HELD);
+  global int* const own = launch->visits + VISIT_ROW * slot + VISIT_STATE;
+  const int known = *own & (VISIT_FREE | VISIT_HELD);
   if (known)
   {
     return known;
   }
   for (int work = 0; work < 2 * VECTORS; ++work)
   {
-    const Stencil s = stencilOf(slot, work & 1, work / 2, pitch, table, place, strideY, strideZ);
-    askAround(&s, saved, pitch, displacement, before, constraint);
+    const Stencil s = stencilOf(&state->layout, slot, work & 1, work / 2);
+    prefetchAround(state, wave, &s, saved);
   }
   int held = 0;
   for (int work = 0; work < 2 * VECTORS; ++work)
   {
-    const Stencil s = stencilOf(slot, work & 1, work / 2, pitch, table, place, strideY, strideZ);
-    held |= anyHeld(&s, tissuePitch, constraint);
+    const Stencil s = stencilOf(&state->layout, slot, work & 1, work / 2);
+    held |= anyHeld(state, &s);
   }
   const int found = held ? VISIT_HELD : VISIT_FREE;
-  visits[VISIT_ROW * slot + VISIT_STATE] |= found;
+  *own |= found;
   return found;
 }
-#define MAY_BE_HELD                                                                                                    \
-  (heldNear(slot, saved, visits, pitch, tissuePitch, table, place, strideY, strideZ, displacement, before,             \
-     constraint) == VISIT_HELD)
+#define MAY_BE_HELD (heldNear(&state, &wave, &launch, visit.slot, saved) == VISIT_HELD)
 
 #else
 #define MAY_BE_HELD true
 #endif
 
-NOINLINE void propagateIn(IN_BRICK_ARGUMENTS, FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, int items,
-  global float* displacement, global float* before, global const float* constraint,
-  global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
+NOINLINE void propagateIn(const State* given, Wave wave, Launch launch, Visit visit)
 {
+  const State state = *given;
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
-  const int saved = savedBeyond(slot, visits, table, place, strideY, strideZ);
-  if (from != 0 && !(visits[VISIT_ROW * slot + VISIT_STATE] & VISIT_SEEN))
+  const int saved = savedBeyond(&launch, &state.layout, visit.slot);
+  if (visit.from != 0 && !wasSeen(&launch, visit.slot))
   {
-    saveBrick(lid, items, slot, pitch, displacement, before);
+    saveBrick(&visit, &state, wave.before);
   }
   const bool mayBeHeld = MAY_BE_HELD;
-#define WAVE(odd, beside)                                                                                              \
-  wave(odd, beside, &s, saved, pitch, tissuePitch, displacement, before, constraint, cut,                              \
-    conflict SPIN_PASSED_ON SHIFT_PASSED_ON)
-#define FREE_WAVE(odd) WAVE(odd, 0)
-  FIXED_POINT(mayBeHeld && anyHeld(&s, tissuePitch, constraint) ? WAVE(s.odd, 1) : BY_PARITY(FREE_WAVE, s))
-#undef FREE_WAVE
-#undef WAVE
+#define UPDATE_HELD updateWave(s.odd, 1, &state, &wave, &s, saved, conflict)
+#define UPDATE_FREE(odd) updateWave(odd, 0, &state, &wave, &s, saved, conflict)
+  FIXED_POINT(&state.layout, mayBeHeld && anyHeld(&state, &s) ? UPDATE_HELD : BY_PARITY(UPDATE_FREE, s))
+#undef UPDATE_FREE
+#undef UPDATE_HELD
   for (int n = 0; n < 6; ++n)
   {
     if (conflict[n] > 0.0f)
     {
-      atomic_max(&log[turn.x * ROW_OF_LOG + 1 + n], as_int(conflict[n]));
+      atomic_max(&launch.log[launch.number * ROW_OF_LOG + 1 + n], as_int(conflict[n]));
     }
   }
-  if (lid == 0 && from != 0)
-  {
-    passOn(faces, slot, visits, log, turn, enough, table, place, strideY, strideZ);
-  }
+  passOn(&launch, &state.layout, &visit, faces);
 }
 
-kernel void propagate(FIXED_POINT_ARGUMENTS, LAYOUT_ARGUMENTS, global float* displacement, global float* before,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS SHIFT_ARGUMENTS)
+kernel void propagate(FIXED_POINT_ARGUMENTS, STATE_ARGUMENTS, WAVE_ARGUMENTS)
 {
-  FIXED_POINT_BEGIN
-  propagateIn(IN_BRICK, visits, log, turn, enough, pitch, tissuePitch, table, place, strideY, strideZ,
-    get_local_size(0), displacement, before, constraint, cut SPIN_PASSED_ON SHIFT_PASSED_ON);
+  const State state = STATE;
+  const Wave wave = WAVE;
+  FIXED_POINT_BEGIN(&state.layout)
+  propagateIn(&state, wave, launch, visit);
 }
 
 // Initialises the shifts in the listed bricks: displacement - before, which is the motion of the handles.

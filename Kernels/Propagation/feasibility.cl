@@ -17,13 +17,12 @@
 #include "bounds.clh"
 
 // Whether a link of any element of a lane group exceeds its limit, in which case `bound` would change its bounds.
-CHAINMAIL_INLINE int isViolated(const int odd, const Stencil* s, uint pitch, uint tissuePitch,
-  global const float* constraint, global const uchar* cut, global const float* displacement SPIN_ARGUMENTS)
+CHAINMAIL_INLINE int isViolated(const int odd, const State* state, const Stencil* s)
 {
   mask beyond = (mask)(0);
 #ifdef TURNING
-  real wanted[6][3];
-  loadApart(odd, s, pitch, spin, proportions, wanted);
+  real restOffsets[6][3];
+  loadRestOffsets(odd, state, s, restOffsets);
 #endif
   real limits[6];
   NO_UNROLL
@@ -31,18 +30,19 @@ CHAINMAIL_INLINE int isViolated(const int odd, const Stencil* s, uint pitch, uin
   {
     if (axis < AXES)
     {
-      loadLimits(odd, s, constraint + axis * tissuePitch, cut, limits);
+      loadLimits(odd, state, axis, s, limits);
     }
-    const real u = LOAD(displacement + axis * pitch + stateAddress(s, s->self));
+    global const float* displacement = displacementAlong(state, axis);
+    const real u = LOAD(displacement + stateAddress(s, s->self));
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
 #ifdef TURNING
       // Rounding between two elements of a rotated rigid cluster is no violation.
       const real other =
-        select(neighbour(displacement + axis * pitch, s, d, odd) - wanted[d][axis], u, limits[d] == 0.0f);
+        select(neighbour(displacement, s, d, odd) - restOffsets[d][axis], u, limits[d] == 0.0f);
 #else
-      const real other = neighbour(displacement + axis * pitch, s, d, odd);
+      const real other = neighbour(displacement, s, d, odd);
 #endif
       // In exact arithmetic two tests suffice. With rounding the neighbour's own two differ from them.
       beyond |= (other - limits[d] > u) | (other + limits[d] < u) | (u - limits[d] > other) | (u + limits[d] < other);
@@ -60,24 +60,23 @@ CHAINMAIL_INLINE int isViolated(const int odd, const Stencil* s, uint pitch, uin
 #else
 #define COLOURS_SEEN 1
 #endif
-NOINLINE int anyViolated(int lid, int items, uint slot, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS)
+NOINLINE int anyViolated(const State* given, int lid, int items, uint slot)
 {
+  const State state = *given;
   int any = 0;
   for (int work = lid; !any && work < COLOURS_SEEN * VECTORS; work += items)
   {
-    const Stencil s = stencilOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
-    any = isViolated(s.odd, &s, pitch, tissuePitch, constraint, cut, displacement SPIN_PASSED_ON);
+    const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
+    any = isViolated(s.odd, &state, &s);
   }
   return any;
 }
 
 // `found` is set to 1 for bricks with such elements.
-kernel void violated(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, global int* found)
+kernel void violated(global const int* list, STATE_ARGUMENTS, global int* found)
 {
-  if (anyViolated(get_local_id(0), get_local_size(0), list[get_group_id(0)], pitch, tissuePitch, table, place, strideY,
-        strideZ, displacement, constraint, cut SPIN_PASSED_ON))
+  const State state = STATE;
+  if (anyViolated(&state, get_local_id(0), get_local_size(0), list[get_group_id(0)]))
   {
     atomic_or(&found[get_group_id(0)], 1);
   }

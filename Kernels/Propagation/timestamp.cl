@@ -16,27 +16,33 @@
 // pass the wave on
 
 #include "brick.clh"
+#include "state.clh"
 #include "element.clh"
 
-kernel void arriveNext(global const int* list, int iteration, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut, global const float* time, global const int* front,
-  global const int* stamp, global float* nextDisplacement, global float* nextTime, global int* nextFront)
+// The state of the published propagation, as it is and after the iteration.
+#define TIMES_ARGUMENTS                                                                                                \
+  global float *time, global int *front, global int *stamp, global float *nextDisplacement, global float *nextTime,    \
+    global int *nextFront
+
+kernel void arriveNext(global const int* list, STATE_ARGUMENTS, int iteration, TIMES_ARGUMENTS)
 {
+  const State state = STATE;
+  const uint pitch = state.layout.pitch;
   const uint slot = list[get_group_id(0)];
   for (int colour = 0; colour < 2; ++colour)
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
-      const Stencil s = stencilOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+      const Stencil s = stencilOf(&state.layout, slot, colour, work);
       const uint neighbours[6] = { s.odd ? s.sameRow : s.edge, s.odd ? s.edge : s.sameRow, s.side[0], s.side[1],
         s.side[2], s.side[3] };
       for (int group = 0; group < AXES; ++group)
       {
         const uint base = group * pitch;
         const int firstAxis = AXES == 1 ? 0 : group, lastAxis = AXES == 1 ? 2 : group;
-        const float c = constraint[group * tissuePitch + s.self];
+        const float c = constraintAlong(&state, group)[s.self];
         real cs[6];
-        loadConstraints(constraint + group * tissuePitch, cut, &s, cs);
+        loadConstraints(&state, group, &s, cs);
         int newest = front[base + s.self];
         float earliest = newest == 0 ? INFINITY : time[base + s.self];
         bool comes = false;
@@ -58,7 +64,7 @@ kernel void arriveNext(global const int* list, int iteration, LAYOUT_ARGUMENTS, 
           const bool first = wave > newest || arrival < earliest;
           for (int a = firstAxis; a <= lastAxis; ++a)
           {
-            const float u = displacement[a * pitch + n];
+            const float u = displacementAlong(&state, a)[n];
             lower[a] = first ? u - limit : max(lower[a], u - limit);
             upper[a] = first ? u + limit : min(upper[a], u + limit);
           }
@@ -69,7 +75,7 @@ kernel void arriveNext(global const int* list, int iteration, LAYOUT_ARGUMENTS, 
         bool shifts = false;
         for (int a = firstAxis; comes && a <= lastAxis; ++a)
         {
-          const float u = displacement[a * pitch + s.self];
+          const float u = displacementAlong(&state, a)[s.self];
           const float next = shiftedPlace(u, lower[a], upper[a]);
           nextDisplacement[a * pitch + s.self] = next;
           shifts = shifts || next != u;
@@ -82,10 +88,10 @@ kernel void arriveNext(global const int* list, int iteration, LAYOUT_ARGUMENTS, 
 }
 
 // result[group]: the faces of the brick at which elements shifted (movedFaces).
-kernel void shift(global const int* list, int iteration, LAYOUT_ARGUMENTS, global const float* nextDisplacement,
-  global const float* nextTime, global const int* nextFront, global float* displacement, global float* time,
-  global int* front, global int* stamp, global int* result)
+kernel void shift(global const int* list, STATE_ARGUMENTS, int iteration, TIMES_ARGUMENTS, global int* result)
 {
+  const State state = STATE;
+  const uint pitch = state.layout.pitch;
   local int faces;
   if (get_local_id(0) == 0)
   {
@@ -97,7 +103,7 @@ kernel void shift(global const int* list, int iteration, LAYOUT_ARGUMENTS, globa
   {
     for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
     {
-      const Stencil s = stencilOf(slot, colour, work, pitch, table, place, strideY, strideZ);
+      const Stencil s = stencilOf(&state.layout, slot, colour, work);
       for (int group = 0; group < AXES; ++group)
       {
         const uint at = group * pitch + s.self;
@@ -115,7 +121,7 @@ kernel void shift(global const int* list, int iteration, LAYOUT_ARGUMENTS, globa
         stamp[at] = iteration;
         for (int a = AXES == 1 ? 0 : group; a <= (AXES == 1 ? 2 : group); ++a)
         {
-          displacement[a * pitch + s.self] = nextDisplacement[a * pitch + s.self];
+          displacementAlong(&state, a)[s.self] = nextDisplacement[a * pitch + s.self];
         }
         atomic_or(&faces, movedFaces(&s, 1));
       }

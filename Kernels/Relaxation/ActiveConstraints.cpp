@@ -124,7 +124,7 @@ std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
   const cl::Buffer list = context.upload(slots, "the list of bricks");
   const cl::Buffer foundBuffer = context.allocate(found.size(), "links at their limits");
   context.launch(context.kernel("activeconstraints.cl", bricks.defines(true), "activeConstraints"), slots.size(),
-    bricks.workItems(true), list, bricks.layout(), bricks.state(), bricks.spins(), foundBuffer);
+    bricks.workItems(true), list, bricks.state(bricks.spins()), foundBuffer);
   context.read(foundBuffer, found);
 
   for (std::size_t n = 0; n < slots.size(); ++n)

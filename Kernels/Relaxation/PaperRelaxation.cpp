@@ -22,17 +22,18 @@ void PaperRelaxation::relaxAll(const RelaxationTask& task, int iteration, bool b
   const std::string defines = this->bricks_.defines(true) + task.elasticity.defines() + this->bricks_.ofSoftLinks() +
                               (task.waves ? " -DWAVES" : "");
   context.launch(context.kernel("paper.cl", defines, "relaxAll"), this->schedule_.groups(),
-    this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(iteration % 2), still, task.elasticity.slack,
-    this->bricks_.layout(), back ? this->next_.buffer : this->bricks_.displacement,
-    back ? this->bricks_.displacement : this->next_.buffer, this->bricks_.tissue(), task.waves,
-    this->bricks_.softLinks());
+    this->bricks_.workItems(true), this->schedule_,
+    this->bricks_.stateWith(
+      back ? this->next_.buffer : this->bricks_.displacement(), nullptr, this->bricks_.softLinks()),
+    static_cast<cl_int>(iteration % 2), still, task.elasticity.slack,
+    back ? this->bricks_.displacement() : this->next_.buffer, task.waves);
 }
 
 RelaxResult PaperRelaxation::run(const RelaxationTask& task)
 {
   this->bricks_.keep(this->next_);
   this->bricks_.context().queue().enqueueCopyBuffer(
-    this->bricks_.displacement, this->next_.buffer, 0, 0, sizeof(float) * 3 * this->bricks_.pitch());
+    this->bricks_.displacement(), this->next_.buffer, 0, 0, sizeof(float) * 3 * this->bricks_.pitch());
   this->schedule_.begin({});
   const float still = stillResidual(task.tolerance);
 
@@ -56,7 +57,7 @@ RelaxResult PaperRelaxation::run(const RelaxationTask& task)
     const std::vector<float> moves = this->schedule_.endBatch();
     if (moves.size() % 2 == 1)
     {
-      std::swap(this->bricks_.displacement, this->next_.buffer);
+      this->bricks_.swapDisplacements(this->next_);
     }
     result.iterations += static_cast<int>(moves.size());
     if (!moves.empty())

@@ -52,8 +52,8 @@ void Relaxation::relaxBatch(const RigidClusters& clusters, float still, const El
   const std::string defines = this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks();
   context.launch(context.kernel("relax.cl", defines, "relaxBatch"), 1, 1, this->schedule_.activity(),
     this->schedule_.log(), this->batch_.buffer(), static_cast<cl_int>(this->batch_.rows()),
-    static_cast<cl_int>(this->schedule_.groups()), still, elasticity.slack, static_cast<cl_int>(elasticity.limited),
-    this->bricks_.layout(), this->bricks_.state(), clusters.lists(), clusters.softList(), this->bricks_.softLinks());
+    static_cast<cl_int>(this->schedule_.groups()), this->bricks_.state(nullptr, this->bricks_.softLinks()),
+    clusters.arguments(), clusters.counts(), still, elasticity.slack, static_cast<cl_int>(elasticity.limited));
 }
 
 void Relaxation::relaxColour(
@@ -66,16 +66,16 @@ void Relaxation::relaxColour(
     const std::string defines = this->bricks_.definesOfRows() + elasticity.defines() +
                                 this->bricks_.ofVolumetricStrain() + this->bricks_.ofSoftLinks();
     context.launch(context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
-      this->bricks_.workItems(true), this->schedule_, static_cast<cl_int>(colour), turning, omega, still,
-      this->bricks_.layout(), this->bricks_.state(), this->bricks_.spins(), this->bricks_.softLinks());
+      this->bricks_.workItems(true), this->schedule_,
+      this->bricks_.state(this->bricks_.spins(), this->bricks_.softLinks()), static_cast<cl_int>(colour), turning,
+      omega, still);
     return;
   }
   const std::string defines =
     this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks() + (waves ? " -DWAVES" : "");
   context.launch(context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(), this->bricks_.workItems(true),
-    this->schedule_, static_cast<cl_int>(colour), omega, still, elasticity.slack,
-    static_cast<cl_int>(elasticity.limited), this->bricks_.layout(), this->bricks_.state(), waves,
-    this->bricks_.softLinks());
+    this->schedule_, this->bricks_.state(nullptr, this->bricks_.softLinks()), static_cast<cl_int>(colour), omega, still,
+    elasticity.slack, static_cast<cl_int>(elasticity.limited), waves);
 }
 
 /// An active-set step: moves blocked groups (moveBlockedGroups). Returns the largest move.
@@ -162,8 +162,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
         }
         else
         {
-          clusters.relax(ofClusters, still, elasticity,
-            { this->schedule_.activity(), this->schedule_.log(), this->schedule_.turn() });
+          clusters.relax(ofClusters, still, elasticity, this->schedule_.arguments());
         }
       }
     }

@@ -405,7 +405,7 @@ void RigidClusters::list()
       !std::equal(this->listed_.begin(), this->listed_.end(), this->active_.begin()))
   {
     this->listed_.clear();
-    this->wayList_.clear();
+    this->directionList_.clear();
     this->chunkList_.clear();
     this->linkList_.clear();
     this->memberList_.clear();
@@ -434,7 +434,7 @@ void RigidClusters::list()
           if (c[axis] != 0.0f && !std::isinf(c[axis]))
           {
             this->linkList_.push_back(this->bricks_.address(next[0], next[1], next[2]));
-            this->wayList_.push_back(static_cast<cl_uchar>(direction));
+            this->directionList_.push_back(static_cast<cl_uchar>(direction));
           }
         });
     }
@@ -483,7 +483,7 @@ void RigidClusters::upload()
   const char* purpose = "the rigid clusters";
   this->chunks_ = context.upload(this->chunkList_, purpose);
   this->links_ = context.upload(this->linkList_, purpose);
-  this->ways_ = context.upload(this->wayList_, purpose);
+  this->directions_ = context.upload(this->directionList_, purpose);
   this->members_ = context.upload(this->memberList_, purpose);
   this->heads_ = context.upload(this->clusterList_, purpose);
   if (!this->turns())
@@ -530,34 +530,28 @@ std::vector<int> RigidClusters::inactiveBricks() const
   return bricks;
 }
 
-void RigidClusters::relax(float omega, float still, const Elasticity& elasticity, const Turn& turn)
+void RigidClusters::relax(float omega, float still, const Elasticity& elasticity, const PassArguments& pass)
 {
   Context& context = this->bricks_.context();
   if (this->turns())
   {
-    this->turning_.relax({ this->chunks_, this->chunkList_.size(), this->links_, this->linkList_.size(), this->ways_,
-                           this->heads_, this->members_, this->memberList_.size() },
-      this->softList(), omega, still, elasticity.limited, turn);
+    this->turning_.relax(
+      { this->chunks_, this->chunkList_.size(), this->links_, this->linkList_.size(), this->directions_, this->heads_,
+        this->members_, this->memberList_.size(), this->soft_.list() },
+      omega, still, elasticity.limited, pass);
     return;
   }
   const std::string defines = this->bricks_.defines(false) + elasticity.ofLinks() + this->bricks_.ofSoftLinks();
+  const auto kernel = [&](const char* name) { return context.kernel("clusters.cl", defines, name); };
+  const auto arguments = std::make_tuple(pass, this->bricks_.state(this->bricks_.spins(), this->bricks_.softLinks()),
+    this->arguments(), omega, still, elasticity.slack, static_cast<cl_int>(elasticity.limited));
 
   if (!this->chunkList_.empty())
   {
-    context.launchOver(context.kernel("clusters.cl", defines, "clusterGather"), this->chunkList_.size(), turn.log,
-      turn.turn, this->chunks_, this->links_, this->ways_, this->places_, elasticity.slack, this->bricks_.pitch(),
-      this->bricks_.tissuePitch(), this->bricks_.displacement, this->bricks_.constraint, this->bricks_.spins(),
-      this->partial_);
+    context.launchOver(kernel("clusterGather"), this->chunkList_.size(), arguments);
   }
-
-  context.launch(context.kernel("clusters.cl", defines, "clusterMove"), this->active_.size(),
-    context.info().takesManyItems() ? 16 : 1, turn.log, turn.turn, this->heads_,
-    static_cast<cl_int>(elasticity.limited), omega, still, this->partial_, this->places_, this->moves_,
-    this->softList(), this->bricks_.softLinks());
-
-  context.launchOver(context.kernel("clusters.cl", defines, "clusterScatter"), this->memberList_.size(), turn.activity,
-    turn.turn, this->members_, this->heads_, this->places_, this->moves_, this->bricks_.pitch(),
-    this->bricks_.displacement);
+  context.launch(kernel("clusterMove"), this->active_.size(), context.info().takesManyItems() ? 16 : 1, arguments);
+  context.launchOver(kernel("clusterScatter"), this->memberList_.size(), arguments);
 }
 
 }

@@ -67,26 +67,25 @@ public:
   /// Reads the places of the active clusters again, after anything except relax() has moved them.
   void refresh();
 
-  /// Kernel arguments for the active clusters: the numbers of chunks, clusters and members, and CLUSTER_LISTS of
-  /// cluster.clh.
-  auto lists() const
+  /// CLUSTERS_ARGUMENTS of cluster.clh for the active clusters.
+  auto arguments() const
   {
     const auto orNone = [this](const cl::Buffer& list) -> const cl::Buffer&
-    { return this->anyActive() ? list : this->bricks_.constraint; }; // empty lists are not read
+    { return this->anyActive() ? list : this->bricks_.constraint(); }; // empty lists are not read
     return std::tuple_cat(
-      std::tuple<cl_int4>({ { static_cast<cl_int>(this->chunkList_.size()), static_cast<cl_int>(this->active_.size()),
-        static_cast<cl_int>(this->memberList_.size()), 0 } }),
-      std::tie(orNone(this->chunks_), orNone(this->links_), orNone(this->ways_), orNone(this->heads_),
-        orNone(this->members_), orNone(this->partial_), orNone(this->places_), orNone(this->moves_)));
+      std::tie(orNone(this->chunks_), orNone(this->links_), orNone(this->directions_), orNone(this->heads_),
+        orNone(this->members_), orNone(this->partial_), orNone(this->places_), orNone(this->moves_)),
+      std::make_tuple(this->soft_.list()));
+  }
+  /// The numbers of chunks, clusters and members.
+  cl_int4 counts() const
+  {
+    return { { static_cast<cl_int>(this->chunkList_.size()), static_cast<cl_int>(this->active_.size()),
+      static_cast<cl_int>(this->memberList_.size()), 0 } };
   }
 
-  /// The sums of the soft links of the active clusters (cluster.clh); null without soft links.
-  const cl::Buffer* softList() const { return this->soft_.list(); }
-
-  using Turn = TurningClusters::Turn;
-
   /// Launches the third colour pass: one update of every active cluster.
-  void relax(float omega, float still, const Elasticity& elasticity, const Turn& turn);
+  void relax(float omega, float still, const Elasticity& elasticity, const PassArguments& pass);
 
 private:
   struct Cluster
@@ -120,7 +119,7 @@ private:
   SoftClusters soft_;
   TurningClusters turning_; ///< where elements rotate
   std::vector<TurningClusters::Body> bodyList_;
-  std::vector<cl_uchar> wayList_;
+  std::vector<cl_uchar> directionList_;
 
   std::vector<cl_int4> chunkList_;
   std::vector<cl_uint> linkList_;
@@ -128,7 +127,7 @@ private:
   std::vector<cl_int4> clusterList_;
   cl::Buffer chunks_;
   cl::Buffer links_;
-  cl::Buffer ways_;
+  cl::Buffer directions_;
   cl::Buffer members_;
   cl::Buffer heads_;
   cl::Buffer places_;

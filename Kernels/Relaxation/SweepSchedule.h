@@ -10,6 +10,9 @@
 namespace chainmail
 {
 
+/// PASS_ARGUMENTS of sweep.clh.
+using PassArguments = std::tuple<const cl::Buffer&, const cl::Buffer&, cl_int4, cl_float>;
+
 /// Determines which bricks a relaxation has to visit: those in which something can change. Skipping the others is
 /// exact: updating an element changes no bit if neither it nor a neighbour has moved since its last update. So results
 /// do not depend on the size of bricks.
@@ -52,11 +55,10 @@ public:
   /// To be called between batches: marks the slots with moved elements as dirty (Bricks::touch).
   void touch();
 
-  // --- For the launches of a pass: SWEEP_ARGUMENTS of sweep.clh, together or one by one, and the number of work-groups
-  auto arguments() const
+  // --- For the launches of a pass: its arguments, and the number of work-groups
+  PassArguments arguments() const
   {
-    return std::tuple<const cl::Buffer&, const cl::Buffer&, cl_int4, cl_float>(
-      this->activity(), this->log(), this->turn(), this->turns_.back().enough);
+    return { this->activity(), this->log(), this->turn(), this->turns_.back().enough };
   }
   const cl::Buffer& activity() const { return this->activity_.buffer(); }
   const cl::Buffer& log() const { return this->log_.buffer(); }

@@ -250,45 +250,39 @@ void TurningClusters::refresh()
   this->poses_ = this->bricks_.context().upload(poses, purpose);
 }
 
-void TurningClusters::relax(
-  const Lists& lists, const cl::Buffer* soft, float omega, float still, bool limited, const Turn& turn)
+void TurningClusters::relax(const Lists& lists, float omega, float still, bool limited, const PassArguments& pass)
 {
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(false) + this->bricks_.ofSoftLinks();
   const auto kernel = [&](const char* name) { return context.kernel("turnclusters.cl", defines, name); };
   const std::size_t clusters = this->list_.size();
   const std::size_t items = context.info().takesManyItems() ? 64 : 1;
-  const cl_int isLimited = limited ? 1 : 0;
-  const Spins& spins = *this->bricks_.spins();
+  const auto arguments = std::make_tuple(pass, this->bricks_.state(this->bricks_.spins(), this->bricks_.softLinks()),
+    std::tie(lists.chunks, lists.links, lists.directions, lists.heads, lists.members),
+    static_cast<cl_uint>(lists.memberCount),
+    std::tie(
+      this->bodies_, this->poses_, this->ends_, this->steps_, this->moves_, this->sums_, this->bounds_, this->checks_),
+    lists.soft, omega, still, 0.0f, static_cast<cl_int>(limited));
 
   if (!context.info().takesManyItems() && lists.linkCount <= fewLinks)
   {
-    context.launch(kernel("turnClusters"), clusters, items, turn.activity, turn.log, turn.turn, isLimited, omega, still,
-      lists.chunks, lists.links, lists.ways, lists.heads, lists.members, static_cast<cl_uint>(lists.memberCount),
-      this->bodies_, this->poses_, this->steps_, this->ends_, this->moves_, this->sums_, this->bounds_, this->checks_,
-      this->bricks_.layout(), this->bricks_.displacement, this->bricks_.constraint, spins, soft);
+    context.launch(kernel("turnClusters"), clusters, items, arguments);
     return;
   }
-  const auto overChunks = [&](const char* name, const auto&... more)
+  const auto overChunks = [&](const char* name)
   {
     if (lists.chunkCount > 0)
     {
-      context.launchOver(kernel(name), lists.chunkCount, turn.log, turn.turn, lists.chunks, lists.links, lists.ways,
-        this->bodies_, this->poses_, this->bricks_.layout(), this->bricks_.displacement, this->bricks_.constraint,
-        spins, more...);
+      context.launchOver(kernel(name), lists.chunkCount, arguments);
     }
   };
-  overChunks("turnGather", this->sums_);
-  context.launch(kernel("turnSolve"), clusters, items, turn.log, turn.turn, lists.heads, this->bodies_, omega,
-    spins.proportions, this->sums_, this->poses_, this->steps_, this->ends_, soft);
-  overChunks("turnBound", this->ends_, this->bounds_);
-  context.launch(kernel("turnChoose"), clusters, items, turn.log, turn.turn, lists.heads, isLimited, omega,
-    spins.proportions, this->bounds_, this->poses_, this->steps_, this->ends_, soft);
-  overChunks("turnCheck", this->ends_, this->steps_, this->checks_);
-  context.launch(kernel("turnAccept"), clusters, items, turn.log, turn.turn, lists.heads, this->bodies_, isLimited,
-    still, spins.proportions, this->checks_, this->steps_, this->ends_, this->poses_, this->moves_, soft);
-  context.launchOver(kernel("turnScatter"), lists.memberCount, turn.activity, turn.turn, lists.members, this->bodies_,
-    this->poses_, this->moves_, this->bricks_.layout(), this->bricks_.displacement, this->bricks_.constraint, spins);
+  overChunks("turnGather");
+  context.launch(kernel("turnSolve"), clusters, items, arguments);
+  overChunks("turnBound");
+  context.launch(kernel("turnChoose"), clusters, items, arguments);
+  overChunks("turnCheck");
+  context.launch(kernel("turnAccept"), clusters, items, arguments);
+  context.launchOver(kernel("turnScatter"), lists.memberCount, arguments);
 }
 
 }

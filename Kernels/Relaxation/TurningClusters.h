@@ -2,6 +2,7 @@
 
 #include "Bricks.h"
 #include "Elasticity.h"
+#include "SweepSchedule.h"
 
 #include <cstdint>
 #include <vector>
@@ -60,20 +61,14 @@ public:
     std::size_t chunkCount;
     const cl::Buffer& links;
     std::size_t linkCount;
-    const cl::Buffer& ways; ///< the directions of links
+    const cl::Buffer& directions;
     const cl::Buffer& heads;
     const cl::Buffer& members;
     std::size_t memberCount;
+    const cl::Buffer* soft; ///< the sums of the soft links of clusters (SoftClusters); null without soft links
   };
-  /// The arguments of sweep.clh for one pass.
-  struct Turn
-  {
-    const cl::Buffer& activity;
-    const cl::Buffer& log;
-    cl_int4 turn;
-  };
-  /// Launches one update of every cluster. `soft`: the sums of their soft links (SoftClusters), or null.
-  void relax(const Lists& lists, const cl::Buffer* soft, float omega, float still, bool limited, const Turn& turn);
+  /// Launches one update of every cluster.
+  void relax(const Lists& lists, float omega, float still, bool limited, const PassArguments& pass);
 
 private:
   Bricks& bricks_;

@@ -8,20 +8,21 @@
 // result[group * ELEMENTS + n] is not 0 where the element of local address n has such a link.
 
 #include "brick.clh"
+#include "state.clh"
 #include "element.clh"
 #include "turning.clh"
 
-kernel void activeConstraints(global const int* list, LAYOUT_ARGUMENTS, global const float* displacement,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS, global uchar* result)
+kernel void activeConstraints(global const int* list, STATE_ARGUMENTS, global uchar* result)
 {
+  const State state = STATE;
   const uint slot = list[get_group_id(0)];
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
-    const Stencil s = stencilOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
     mask found = (mask)(0);
 #ifdef TURNING
-    real wanted[6][3];
-    loadApart(s.odd, &s, pitch, spin, proportions, wanted);
+    real restOffsets[6][3];
+    loadRestOffsets(s.odd, &state, &s, restOffsets);
 #endif
     NO_UNROLL
     for (int d = 1; d < 6; d += 2)
@@ -33,20 +34,20 @@ kernel void activeConstraints(global const int* list, LAYOUT_ARGUMENTS, global c
       {
         if (axis < AXES)
         {
-          const real c = LOAD(constraint + axis * tissuePitch + s.self);
-          const real other = neighbourConstraint(constraint + axis * tissuePitch, cut, &s, d, s.odd);
+          const real c = LOAD(constraintAlong(&state, axis) + s.self);
+          const real other = neighbourConstraint(&state, axis, &s, d, s.odd);
           limit = linkLimit(c, other);
           free = (AS_MASK(c) >= 0) & (AS_MASK(other) >= 0) & (limit > 0.0f);
         }
-        const real u = LOAD(displacement + axis * pitch + s.self);
-        const real other = neighbour(displacement + axis * pitch, &s, d, s.odd);
+        const real u = LOAD(displacementAlong(&state, axis) + s.self);
+        const real other = neighbour(displacementAlong(&state, axis), &s, d, s.odd);
         const real rounding = 2e-6f * max((real)(1.0f), fabs(u));
 #ifdef TURNING
-        const real apart = other - u - wanted[d][axis];
+        const real strain = other - u - restOffsets[d][axis];
 #else
-        const real apart = u - other;
+        const real strain = u - other;
 #endif
-        found |= free & (u != 0.0f) & (other != 0.0f) & (fabs(apart) >= limit - rounding);
+        found |= free & (u != 0.0f) & (other != 0.0f) & (fabs(strain) >= limit - rounding);
       }
     }
     STORE_BYTES(found, result + get_group_id(0) * ELEMENTS + (s.self - slot * ELEMENTS));

@@ -6,21 +6,17 @@
 //
 // The links are listed in chunks (cluster.clh). With SOFT the soft links of members count as well.
 //
-// pose, 8 floats per cluster:
-//   the displacement of its reference element (3) [fractions of the spacing], its rotation (spin) (3), two unused
-// body, 8 floats per cluster:
-//   the index of the reference element in the grid (3), the radius of a ball about it that contains the cluster (1)
-//   [mean spacings], the axis of a hinge at rest (3), the freedom (1)
-//
 // The host guarantees: members are where the pose puts them; the other ends of links are not rigid; the bricks of
 // members and other ends have a state; constraints are the same for all axes.
 //
 // All energy differences in this file are twice those of E. Only their sign and order count.
 //
-// activity, log, turn: see sweep.clh.
+// All kernels have the same arguments, except for the number of work-items at the end.
 
 #include "brick.clh"
+#include "state.clh"
 #include "element.clh"
+#include "method.clh"
 #include "sweep.clh"
 #include "turning.clh"
 
@@ -56,31 +52,69 @@
 #define SOFT_PLACE 4
 #define SOFT_SECOND 7
 #define SOFT_MIXED 13
-#define SOFT_CLUSTERS , global const float *softClusters
+#define SOFT_CLUSTERS_ARGUMENT , global const float *softClusters
 #define SOFT_CLUSTERS_PASSED_ON , softClusters
 #else
-#define SOFT_CLUSTERS
+#define SOFT_CLUSTERS_ARGUMENT
 #define SOFT_CLUSTERS_PASSED_ON
 #endif
+
+// The clusters of a grid. A kernel makes this of its arguments: `const Clusters clusters = CLUSTERS;`. The host is
+// TurningClusters::relax().
+typedef struct
+{
+  global const int4* chunks;      // as in cluster.clh, like the next four
+  global const uint* links;
+  global const uchar* directions;
+  global const int4* heads;
+  global const uint2* members;
+  uint memberCount;
+  // ROW floats per cluster: the index of the reference element in the grid (3), the radius of a ball about it that
+  // contains the cluster (1) [mean spacings], the axis of a hinge at rest (3), the freedom (1).
+  global const float* bodies;
+  // ROW floats per cluster: the displacement of its reference element (3) [fractions of the spacing], its rotation
+  // (spin) (3), two unused.
+  global float* poses;
+  global float* ends;    // the pose after the step, laid out as poses
+  global float* steps;   // SYSTEM floats per cluster, see solveCluster()
+  global float* moves;   // of each cluster: how far it moved in this pass, 0 where it stayed
+  global float* sums;    // SYSTEM floats per chunk, see gatherSystem()
+  global float* bounds;  // BOUNDS floats per chunk, see boundChunk()
+  global float2* checks; // of each chunk, see checkChunk()
+#ifdef SOFT
+  global const float* soft; // SOFT_ROW floats per cluster
+#endif
+} Clusters;
+
+#define CLUSTERS_ARGUMENTS                                                                                             \
+  global const int4 *chunks, global const uint *links, global const uchar *directions, global const int4 *heads,       \
+    global const uint2 *members, uint memberCount, global const float *bodies, global float *poses,                    \
+    global float *ends, global float *steps, global float *moves, global float *sums, global float *bounds,            \
+    global float2 *checks SOFT_CLUSTERS_ARGUMENT
+#define CLUSTERS                                                                                                       \
+  {                                                                                                                    \
+    chunks, links, directions, heads, members, memberCount, bodies, poses, ends, steps, moves, sums, bounds,           \
+      checks SOFT_CLUSTERS_PASSED_ON                                                                                   \
+  }
 
 // A link that leaves a cluster: what does not depend on the pose. Lengths are in mean spacings, except displacements.
 // The fourth component of all vectors is 0. i: the member at its one end. j: the element at its other end.
 typedef struct
 {
-  float4 rest;  // r: from the reference element to i at rest
-  float4 place; // u(j) [fractions of the spacing]
-  float4 axis;  // h e: from i to j at rest
-  float4 way;   // (R(j) - I) h e: the rest offset of j
+  float4 rest;        // r: from the reference element to i at rest
+  float4 place;       // u(j) [fractions of the spacing]
+  float4 axis;        // h e: from i to j at rest
+  float4 otherOffset; // (R(j) - I) h e: the rest offset by the rotation of j
   float4 limit;
   float weight; // W, see turn.cl
 } OutgoingLink;
 
 typedef struct
 {
-  float4 arm;    // R r: the lever arm, from the reference element to i
-  float4 way;    // R h e: the link as the cluster's rotation R puts it
-  float4 strain; // u(j) - u(i) - (R - I) h e
-  float4 theirs; // u(j) - u(i) - (R(j) - I) h e
+  float4 arm;         // R r: the lever arm, from the reference element to i
+  float4 axis;        // R h e: the link as the cluster's rotation R puts it
+  float4 strain;      // u(j) - u(i) - (R - I) h e
+  float4 otherStrain; // u(j) - u(i) - (R(j) - I) h e
 } PosedLink;
 
 // The cross product. builtins.clh, which PoCL reads in place of the header of built-in functions, has no cross().
@@ -111,22 +145,23 @@ CHAINMAIL_INLINE float4 turnedVector(float4 spin, float4 v)
   return scalar * across(q, v) + (along * q - square * v);
 }
 
-CHAINMAIL_INLINE OutgoingLink linkOf(uint other, int d, global const float* body, uint pitch, global const int* place,
-  int strideY, int strideZ, global const float* displacement, global const float* constraint, global const float* spin,
-  float4 proportions)
+// Link number n of the lists.
+CHAINMAIL_INLINE OutgoingLink outgoingLink(const State* state, const Clusters* clusters, int n, global const float* body)
 {
   OutgoingLink link;
-  const float4 unit = lengths(proportions);
+  const uint other = clusters->links[n];
+  const int d = clusters->directions[n];
+  const float4 unit = lengths(state->proportions);
   const float sign = d & 1 ? 1.0f : -1.0f;
   const float4 step = (float4)(d / 2 == 0 ? sign : 0.0f, d / 2 == 1 ? sign : 0.0f, d / 2 == 2 ? sign : 0.0f, 0.0f);
-  const int3 at = brickAt(place[other / ELEMENTS], strideY, strideZ) * (int3)(BX, BY, BZ) + elementAt(other % ELEMENTS);
+  const int3 at = brickOf(&state->layout, other / ELEMENTS) * (int3)(BX, BY, BZ) + elementAt(other % ELEMENTS);
   const float4 end = (float4)(at.x, at.y, at.z, 0.0f) - step;
   link.axis = step * unit;
   link.rest = (end - three(body, 1)) * unit;
-  link.place = three(displacement + other, pitch);
-  link.way = turnedVector(three(spin + other, pitch), link.axis);
-  const float limit = linkLimit(0.0f, constraint[other]);
-  const float length = proportion(proportions, d / 2);
+  link.place = three(state->displacement + other, state->layout.pitch);
+  link.otherOffset = turnedVector(three(state->spin + other, state->layout.pitch), link.axis);
+  const float limit = linkLimit(0.0f, state->constraint[other]);
+  const float length = alongAxis(state->proportions, d / 2);
   link.limit = limit * unit;
   link.weight = linkWeight(limit) / (length * length);
   return link;
@@ -160,12 +195,12 @@ CHAINMAIL_INLINE PosedLink posed(const OutgoingLink* link, const Pose* pose, flo
 {
   PosedLink as;
   const float4 more = addedTo(pose, link->rest);
-  const float4 ownWay = addedTo(pose, link->axis);
-  const float4 apart = (link->place - pose->place) * lengths(proportions) - more;
+  const float4 ownOffset = addedTo(pose, link->axis);
+  const float4 difference = (link->place - pose->place) * lengths(proportions) - more;
   as.arm = link->rest + more;
-  as.way = link->axis + ownWay;
-  as.strain = apart - ownWay;
-  as.theirs = apart - link->way;
+  as.axis = link->axis + ownOffset;
+  as.strain = difference - ownOffset;
+  as.otherStrain = difference - link->otherOffset;
   return as;
 }
 
@@ -200,10 +235,12 @@ CHAINMAIL_INLINE float inner(float4 a, float4 b)
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-// Adds the soft links of a cluster to the sums of gatherChunk() over its links.
-inline void addSoftLinks(global const float* soft, global const float* poses, float4 proportions, float* sum)
+// Adds the soft links of a cluster to the sums of gatherSystem() over its links.
+inline void addSoftLinksOf(const State* state, const Clusters* clusters, uint id, float* sum)
 {
-  const Pose pose = loadPose(poses);
+  const float4 proportions = state->proportions;
+  global const float* soft = clusters->soft + SOFT_ROW * id;
+  const Pose pose = loadPose(clusters->poses + ROW * id);
   const float weight = soft[0];
   const float4 rest = three(soft + SOFT_REST, 1);
   const float4 more = addedTo(&pose, rest);
@@ -237,14 +274,15 @@ inline void addSoftLinks(global const float* soft, global const float* poses, fl
   }
 }
 
-// By how much the energy of a cluster's soft links rises from the pose in `poses` to that in `ends`. With the residual
+// By how much the energy of a cluster's soft links rises from its pose to that at the end of the step. With the residual
 // e = t - p - A r of a link, A = R - I and p the displacement of a pose, that is sum 2 w (e' - e) (e' + e). Like
 // riseOf() it is computed from differences, so little is lost by rounding where both poses are nearly the same.
-inline float riseOfSoftLinks(
-  global const float* soft, global const float* poses, global const float* ends, float4 proportions)
+inline float riseOfSoftLinks(const State* state, const Clusters* clusters, uint id)
 {
-  const Pose now = loadPose(poses);
-  const Pose then = loadPose(ends);
+  const float4 proportions = state->proportions;
+  global const float* soft = clusters->soft + SOFT_ROW * id;
+  const Pose now = loadPose(clusters->poses + ROW * id);
+  const Pose then = loadPose(clusters->ends + ROW * id);
   const float4 rest = three(soft + SOFT_REST, 1);
   const float4 both[2] = { three(soft + SOFT_PLACE, 1) - now.place * lengths(proportions) - addedTo(&now, rest),
     three(soft + SOFT_PLACE, 1) - then.place * lengths(proportions) - addedTo(&then, rest) };
@@ -262,29 +300,17 @@ inline float riseOfSoftLinks(
 }
 #endif
 
-// The links that leave clusters, the bodies and poses of these, and the state.
-#define CHUNK_ARGUMENTS                                                                                                \
-  global const int4 *chunks, global const uint *links, global const uchar *ways, global const float *bodies,           \
-    global const float *poses, LAYOUT_ARGUMENTS, global const float *displacement,                                     \
-    global const float *constraint SPIN_ARGUMENTS
-#define CHUNK_PASSED_ON                                                                                                \
-  chunks, links, ways, bodies, poses, pitch, tissuePitch, table, place, strideY, strideZ, displacement,                \
-    constraint SPIN_PASSED_ON
-
-#define LINK_OF(n, bodies)                                                                                             \
-  linkOf(links[n], ways[n], bodies, pitch, place, strideY, strideZ, displacement, constraint, spin, proportions)
-
 // Prefetches the state that a chunk reads, which other threads have just written.
-inline void askForChunk(uint number, CHUNK_ARGUMENTS)
+inline void prefetchChunk(const State* state, const Clusters* clusters, uint number)
 {
-  const int4 chunk = chunks[number];
+  const int4 chunk = clusters->chunks[number];
   for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
   {
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
-      ASK_FOR(displacement + axis * pitch + links[n]);
-      ASK_FOR(spin + axis * pitch + links[n]);
+      PREFETCH(displacementAlong(state, axis) + clusters->links[n]);
+      PREFETCH(spinAlong(state, axis) + clusters->links[n]);
     }
   }
 }
@@ -292,18 +318,18 @@ inline void askForChunk(uint number, CHUNK_ARGUMENTS)
 // Sums over the links of one chunk and both of the terms of a link in E: the weights W (1), their first and second
 // moments, W x and W x x^T (3, 6), the force (3) and the torque (3). The lever arm x is R r for the term with R(j), and
 // R (r + h e) for the term with R.
-inline void gatherChunk(uint number, CHUNK_ARGUMENTS, global float* sums)
+inline void gatherSystem(const State* state, const Clusters* clusters, uint number)
 {
-  const int4 chunk = chunks[number];
-  const Pose pose = loadPose(poses + ROW * chunk.x);
+  const int4 chunk = clusters->chunks[number];
+  const Pose pose = loadPose(clusters->poses + ROW * chunk.x);
   float weight = 0.0f;
   float4 first = (float4)(0.0f), ofX = first, ofYZ = first, force = first, torque = first;
   for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
   {
-    const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x);
-    const PosedLink now = posed(&link, &pose, proportions);
-    const float4 arms[2] = { now.arm, now.arm + now.way };
-    const float4 pulls[2] = { now.theirs, now.strain };
+    const OutgoingLink link = outgoingLink(state, clusters, n, clusters->bodies + ROW * chunk.x);
+    const PosedLink now = posed(&link, &pose, state->proportions);
+    const float4 arms[2] = { now.arm, now.arm + now.axis };
+    const float4 pulls[2] = { now.otherStrain, now.strain };
     weight += 2.0f * link.weight;
     UNROLL
     for (int which = 0; which < 2; ++which)
@@ -316,7 +342,7 @@ inline void gatherChunk(uint number, CHUNK_ARGUMENTS, global float* sums)
       torque += across(arm, pull);
     }
   }
-  global float* out = sums + SYSTEM * number;
+  global float* out = clusters->sums + SYSTEM * number;
   out[0] = weight;
   vstore3(first.xyz, 0, out + 1);
   vstore3(ofX.xyz, 0, out + 4);
@@ -325,11 +351,14 @@ inline void gatherChunk(uint number, CHUNK_ARGUMENTS, global float* sums)
   vstore3(torque.xyz, 0, out + 13);
 }
 
-kernel void turnGather(global const int* log, int4 turn, CHUNK_ARGUMENTS, global float* sums, uint count)
+kernel void turnGather(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
 {
-  if (get_global_id(0) < count && !isCalledOff(log, turn, -1.0f))
+  const Pass pass = PASS;
+  const State state = STATE;
+  const Clusters clusters = CLUSTERS;
+  if (get_global_id(0) < count && !isCalledOff(&pass))
   {
-    gatherChunk(get_global_id(0), CHUNK_PASSED_ON, sums);
+    gatherSystem(&state, &clusters, get_global_id(0));
   }
 }
 
@@ -366,7 +395,7 @@ inline void stepFrom(global const float* pose, const float* step, float share, f
   const float rotation[3] = { share * step[3], share * step[4], share * step[5] };
   for (int axis = 0; axis < 3; ++axis)
   {
-    out[axis] = pose[axis] + share * step[axis] / proportion(proportions, axis);
+    out[axis] = pose[axis] + share * step[axis] / alongAxis(proportions, axis);
   }
   steppedSpin(own, rotation, 1.0f, out + 3);
   shortestSpin(out + 3);
@@ -381,12 +410,13 @@ inline void storePose(const float* pose, global float* out)
 }
 
 // Entry m of the sums over those chunks of a cluster that belong to one of LANES lanes.
-inline float laneOfSystem(int4 cluster, int lane, int m, global const float* sums)
+inline float laneOfSystem(const Clusters* clusters, uint id, int lane, int m)
 {
+  const int4 head = clusters->heads[id];
   float sum = 0.0f;
-  for (int chunk = lane; chunk < cluster.y; chunk += LANES)
+  for (int chunk = lane; chunk < head.y; chunk += LANES)
   {
-    sum += sums[SYSTEM * (cluster.x + chunk) + m];
+    sum += clusters->sums[SYSTEM * (head.x + chunk) + m];
   }
   return sum;
 }
@@ -399,10 +429,11 @@ inline float laneOfSystem(int4 cluster, int lane, int m, global const float* sum
 //   [8] to [10]    the best move without a rotation, for factor 1
 //   [11]           sum of 2 W
 //   STEP_WHOLE, STEP_RISE: see chooseStep()
-inline void solveCluster(uint id, const float* sum, float omega, float4 proportions, global const float* bodies,
-  global const float* poses, global float* steps, global float* ends)
+inline void solveCluster(const State* state, const Clusters* clusters, float omega, uint id, const float* sum)
 {
-  global const float* body = bodies + ROW * id;
+  global const float* body = clusters->bodies + ROW * id;
+  global const float* pose = clusters->poses + ROW * id;
+  global float* out = clusters->steps + SYSTEM * id;
   const int freedom = (int)body[BODY_FREEDOM];
   const float radius = body[BODY_RADIUS];
   float step[6], right[6], matrix[6][6];
@@ -427,7 +458,7 @@ inline void solveCluster(uint id, const float* sum, float omega, float4 proporti
   }
   if (freedom == HINGE)
   {
-    const float own[3] = { poses[ROW * id + 3], poses[ROW * id + 4], poses[ROW * id + 5] };
+    const float own[3] = { pose[3], pose[4], pose[5] };
     const float rest[3] = { body[BODY_AXIS], body[BODY_AXIS + 1], body[BODY_AXIS + 2] };
     float axis[3];
     turned(own, rest, axis);
@@ -483,34 +514,34 @@ inline void solveCluster(uint id, const float* sum, float omega, float4 proporti
   for (int m = 0; m < 6; ++m)
   {
     step[m] *= factor;
-    steps[SYSTEM * id + m] = step[m];
+    out[m] = step[m];
   }
-  steps[SYSTEM * id + 6] = gain;
-  steps[SYSTEM * id + 7] = factor;
+  out[6] = gain;
+  out[7] = factor;
   for (int a = 0; a < 3; ++a)
   {
-    steps[SYSTEM * id + 8 + a] = freedom == FREE ? sum[10 + a] / sum[0] : 0.0f;
+    out[8 + a] = freedom == FREE ? sum[10 + a] / sum[0] : 0.0f;
   }
-  steps[SYSTEM * id + 11] = sum[0];
+  out[11] = sum[0];
   float end[6];
-  stepFrom(poses + ROW * id, step, 1.0f, proportions, end);
-  storePose(end, ends + ROW * id);
+  stepFrom(pose, step, 1.0f, state->proportions, end);
+  storePose(end, clusters->ends + ROW * id);
 }
 
 // solveCluster() for each cluster, one work-group each.
-kernel void turnSolve(global const int* log, int4 turn, global const int4* clusters, global const float* bodies,
-  float omega, float4 proportions, global const float* sums, global const float* poses, global float* steps,
-  global float* ends SOFT_CLUSTERS)
+kernel void turnSolve(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
 {
+  const Pass pass = PASS;
+  const State state = STATE;
+  const Clusters clusters = CLUSTERS;
   local float lanes[SYSTEM * LANES];
   const uint id = get_group_id(0);
-  const int4 cluster = clusters[id];
   for (int lane = get_local_id(0); lane < SYSTEM * LANES; lane += get_local_size(0))
   {
-    lanes[lane] = laneOfSystem(cluster, lane / SYSTEM, lane % SYSTEM, sums);
+    lanes[lane] = laneOfSystem(&clusters, id, lane / SYSTEM, lane % SYSTEM);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) > 0 || isCalledOff(log, turn, -1.0f))
+  if (get_local_id(0) > 0 || isCalledOff(&pass))
   {
     return;
   }
@@ -518,44 +549,44 @@ kernel void turnSolve(global const int* log, int4 turn, global const int4* clust
   for (int m = 0; m < SYSTEM; ++m)
   {
     sum[m] = 0.0f;
-    for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
+    for (int lane = 0; lane < min(LANES, heads[id].y); ++lane)
     {
       sum[m] += lanes[SYSTEM * lane + m];
     }
   }
 #ifdef SOFT
-  addSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, proportions, sum);
+  addSoftLinksOf(&state, &clusters, id, sum);
 #endif
-  solveCluster(id, sum, omega, proportions, bodies, poses, steps, ends);
+  solveCluster(&state, &clusters, omega, id, sum);
 }
 
 // By how much the energy of a link rises from one pose to another, by axes.
 CHAINMAIL_INLINE float4 riseOf(float weight, const PosedLink* now, const PosedLink* then)
 {
   return weight * ((then->strain - now->strain) * (then->strain + now->strain) +
-                    (then->theirs - now->theirs) * (then->theirs + now->theirs));
+                    (then->otherStrain - now->otherStrain) * (then->otherStrain + now->otherStrain));
 }
 
 // u(j) - u(i) - rest offset, with the mean of the rest offsets of both ends.
 CHAINMAIL_INLINE float4 meanStrain(const PosedLink* link)
 {
-  return 0.5f * (link->strain + link->theirs);
+  return 0.5f * (link->strain + link->otherStrain);
 }
 
 // Bounds from the links of a chunk: the share of the step that their limits allow, by linear interpolation (1); lower
 // and upper bounds of a move without a rotation (3, 3); by how much the energy would rise in the whole step (1).
-inline void boundChunk(uint number, CHUNK_ARGUMENTS, global const float* ends, global float* bounds)
+inline void boundChunk(const State* state, const Clusters* clusters, uint number)
 {
-  const int4 chunk = chunks[number];
-  const Pose pose = loadPose(poses + ROW * chunk.x);
-  const Pose end = loadPose(ends + ROW * chunk.x);
+  const int4 chunk = clusters->chunks[number];
+  const Pose pose = loadPose(clusters->poses + ROW * chunk.x);
+  const Pose end = loadPose(clusters->ends + ROW * chunk.x);
   float4 share = (float4)(1.0f), rise = (float4)(0.0f);
   float4 lower = (float4)(-INFINITY), upper = (float4)(INFINITY);
   for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
   {
-    const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x);
-    const PosedLink now = posed(&link, &pose, proportions);
-    const PosedLink then = posed(&link, &end, proportions);
+    const OutgoingLink link = outgoingLink(state, clusters, n, clusters->bodies + ROW * chunk.x);
+    const PosedLink now = posed(&link, &pose, state->proportions);
+    const PosedLink then = posed(&link, &end, state->proportions);
     const float4 from = meanStrain(&now), to = meanStrain(&then);
     const float4 room = select(link.limit + from, link.limit - from, to > 0.0f);
     const float4 allowed = max(room, 0.0f) / fabs(to - from);
@@ -564,19 +595,21 @@ inline void boundChunk(uint number, CHUNK_ARGUMENTS, global const float* ends, g
     upper = min(upper, from + link.limit);
     share = select(share, min(share, allowed), (fabs(to) > link.limit) & (fabs(to) > fabs(from)));
   }
-  global float* out = bounds + BOUNDS * number;
+  global float* out = clusters->bounds + BOUNDS * number;
   out[0] = min(min(share.x, share.y), share.z);
   vstore3(lower.xyz, 0, out + 1);
   vstore3(upper.xyz, 0, out + 4);
   out[7] = rise.x + rise.y + rise.z;
 }
 
-kernel void turnBound(
-  global const int* log, int4 turn, CHUNK_ARGUMENTS, global const float* ends, global float* bounds, uint count)
+kernel void turnBound(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
 {
-  if (get_global_id(0) < count && !isCalledOff(log, turn, -1.0f))
+  const Pass pass = PASS;
+  const State state = STATE;
+  const Clusters clusters = CLUSTERS;
+  if (get_global_id(0) < count && !isCalledOff(&pass))
   {
-    boundChunk(get_global_id(0), CHUNK_PASSED_ON, ends, bounds);
+    boundChunk(&state, &clusters, get_global_id(0));
   }
 }
 
@@ -587,62 +620,67 @@ inline float boundOf(int m, float all, float part)
 }
 
 // Entry m of the bounds over those chunks of a cluster that belong to one of LANES lanes.
-inline float laneOfBounds(int4 cluster, int lane, int m, global const float* bounds)
+inline float laneOfBounds(const Clusters* clusters, uint id, int lane, int m)
 {
+  const int4 head = clusters->heads[id];
   float value = m == 0 ? 1.0f : m == 7 ? 0.0f : m < 4 ? -INFINITY : INFINITY;
-  for (int chunk = lane; chunk < cluster.y; chunk += LANES)
+  for (int chunk = lane; chunk < head.y; chunk += LANES)
   {
-    value = boundOf(m, value, bounds[BOUNDS * (cluster.x + chunk) + m]);
+    value = boundOf(m, value, clusters->bounds[BOUNDS * (head.x + chunk) + m]);
   }
   return value;
 }
 
 // Chooses the allowed part of the step or a move without a rotation, whichever lowers the energy more. STEP_WHOLE
 // stores whether the whole step is chosen, STEP_RISE by how much the energy rises in the whole step.
-inline void chooseStep(uint id, const float* bound, int limited, float omega, float4 proportions,
-  global const float* poses, global float* steps, global float* ends)
+inline void chooseStep(
+  const State* state, const Clusters* clusters, const Method* method, uint id, const float* bound)
 {
+  const float omega = method->omega;
+  const int limited = method->limited;
+  global float* const solved = clusters->steps + SYSTEM * id;
   // The share is a linear estimate, so a shortened step stops a little before the limits.
   const float share = !limited || bound[0] >= 1.0f ? 1.0f : 0.95f * bound[0];
   float step[6], move[6];
-  const float part = share * steps[SYSTEM * id + 7];
-  const float gain = part * (2.0f - part) * steps[SYSTEM * id + 6];
+  const float part = share * solved[7];
+  const float gain = part * (2.0f - part) * solved[6];
   float gainOfMove = 0.0f;
   for (int axis = 0; axis < 3; ++axis)
   {
-    const float wanted = steps[SYSTEM * id + 8 + axis];
-    float to = omega * wanted;
+    const float best = solved[8 + axis];
+    float to = omega * best;
     to = limited ? min(max(to, bound[1 + axis]), bound[4 + axis]) : to;
     to = limited && bound[1 + axis] > bound[4 + axis] ? 0.0f : to;
-    gainOfMove += steps[SYSTEM * id + 11] * to * (2.0f * wanted - to);
+    gainOfMove += solved[11] * to * (2.0f * best - to);
     move[axis] = to;
     move[3 + axis] = 0.0f;
   }
   for (int m = 0; m < 6; ++m)
   {
-    step[m] = gainOfMove > gain ? move[m] : share * steps[SYSTEM * id + m];
-    steps[SYSTEM * id + m] = step[m];
+    step[m] = gainOfMove > gain ? move[m] : share * solved[m];
+    solved[m] = step[m];
   }
-  steps[SYSTEM * id + STEP_WHOLE] = share == 1.0f && !(gainOfMove > gain) ? 1.0f : 0.0f;
-  steps[SYSTEM * id + STEP_RISE] = bound[7];
+  solved[STEP_WHOLE] = share == 1.0f && !(gainOfMove > gain) ? 1.0f : 0.0f;
+  solved[STEP_RISE] = bound[7];
   float end[6];
-  stepFrom(poses + ROW * id, step, 1.0f, proportions, end);
-  storePose(end, ends + ROW * id);
+  stepFrom(clusters->poses + ROW * id, step, 1.0f, state->proportions, end);
+  storePose(end, clusters->ends + ROW * id);
 }
 
-kernel void turnChoose(global const int* log, int4 turn, global const int4* clusters, int limited, float omega,
-  float4 proportions, global const float* bounds, global const float* poses, global float* steps,
-  global float* ends SOFT_CLUSTERS)
+kernel void turnChoose(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
 {
+  const Pass pass = PASS;
+  const State state = STATE;
+  const Clusters clusters = CLUSTERS;
+  const Method method = METHOD;
   local float lanes[BOUNDS * LANES];
   const uint id = get_group_id(0);
-  const int4 cluster = clusters[id];
   for (int lane = get_local_id(0); lane < BOUNDS * LANES; lane += get_local_size(0))
   {
-    lanes[lane] = laneOfBounds(cluster, lane / BOUNDS, lane % BOUNDS, bounds);
+    lanes[lane] = laneOfBounds(&clusters, id, lane / BOUNDS, lane % BOUNDS);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (get_local_id(0) > 0 || isCalledOff(log, turn, -1.0f))
+  if (get_local_id(0) > 0 || isCalledOff(&pass))
   {
     return;
   }
@@ -650,48 +688,49 @@ kernel void turnChoose(global const int* log, int4 turn, global const int4* clus
   for (int m = 0; m < BOUNDS; ++m)
   {
     bound[m] = lanes[m];
-    for (int lane = 1; lane < min(LANES, cluster.y); ++lane)
+    for (int lane = 1; lane < min(LANES, heads[id].y); ++lane)
     {
       bound[m] = boundOf(m, bound[m], lanes[BOUNDS * lane + m]);
     }
   }
 #ifdef SOFT
-  bound[7] += riseOfSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, ends + ROW * id, proportions);
+  bound[7] += riseOfSoftLinks(&state, &clusters, id);
 #endif
-  chooseStep(id, bound, limited, omega, proportions, poses, steps, ends);
+  chooseStep(&state, &clusters, &method, id, bound);
 }
 
 // For steps that are not whole: by how much links of a chunk would exceed their limits, and by how much the energy
 // would rise. Links whose strain does not grow do not count as beyond their limits.
-inline void checkChunk(
-  uint number, CHUNK_ARGUMENTS, global const float* ends, global const float* steps, global float2* checks)
+inline void checkChunk(const State* state, const Clusters* clusters, uint number)
 {
-  const int4 chunk = chunks[number];
-  if (steps[SYSTEM * chunk.x + STEP_WHOLE] != 0.0f)
+  const int4 chunk = clusters->chunks[number];
+  if (clusters->steps[SYSTEM * chunk.x + STEP_WHOLE] != 0.0f)
   {
     return;
   }
-  const Pose pose = loadPose(poses + ROW * chunk.x);
-  const Pose end = loadPose(ends + ROW * chunk.x);
+  const Pose pose = loadPose(clusters->poses + ROW * chunk.x);
+  const Pose end = loadPose(clusters->ends + ROW * chunk.x);
   float4 beyond = (float4)(0.0f), rise = (float4)(0.0f);
   for (int n = chunk.y; n < chunk.y + chunk.z; ++n)
   {
-    const OutgoingLink link = LINK_OF(n, bodies + ROW * chunk.x);
-    const PosedLink now = posed(&link, &pose, proportions);
-    const PosedLink then = posed(&link, &end, proportions);
+    const OutgoingLink link = outgoingLink(state, clusters, n, clusters->bodies + ROW * chunk.x);
+    const PosedLink now = posed(&link, &pose, state->proportions);
+    const PosedLink then = posed(&link, &end, state->proportions);
     const float4 from = fabs(meanStrain(&now)), to = fabs(meanStrain(&then));
     rise += riseOf(link.weight, &now, &then);
     beyond = select(beyond, max(beyond, to - link.limit), (to > from) & (to > link.limit));
   }
-  checks[number] = (float2)(max(max(beyond.x, beyond.y), beyond.z), rise.x + rise.y + rise.z);
+  clusters->checks[number] = (float2)(max(max(beyond.x, beyond.y), beyond.z), rise.x + rise.y + rise.z);
 }
 
-kernel void turnCheck(global const int* log, int4 turn, CHUNK_ARGUMENTS, global const float* ends,
-  global const float* steps, global float2* checks, uint count)
+kernel void turnCheck(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
 {
-  if (get_global_id(0) < count && !isCalledOff(log, turn, -1.0f))
+  const Pass pass = PASS;
+  const State state = STATE;
+  const Clusters clusters = CLUSTERS;
+  if (get_global_id(0) < count && !isCalledOff(&pass))
   {
-    checkChunk(get_global_id(0), CHUNK_PASSED_ON, ends, steps, checks);
+    checkChunk(&state, &clusters, get_global_id(0));
   }
 }
 
@@ -700,196 +739,197 @@ kernel void turnCheck(global const int* log, int4 turn, CHUNK_ARGUMENTS, global 
 
 // The checks over those chunks of a cluster that belong to one of LANES lanes: by how much a link is beyond its limit
 // at most, and by how much the energy rises.
-inline float2 laneOfChecks(int4 cluster, int lane, global const float2* checks)
+inline float2 laneOfChecks(const Clusters* clusters, uint id, int lane)
 {
+  const int4 head = clusters->heads[id];
   float2 sum = (float2)(0.0f, 0.0f);
-  for (int chunk = lane; chunk < cluster.y; chunk += LANES)
+  for (int chunk = lane; chunk < head.y; chunk += LANES)
   {
-    const float2 part = checks[cluster.x + chunk];
+    const float2 part = clusters->checks[head.x + chunk];
     sum = (float2)(max(sum.x, part.x), sum.y + part.y);
   }
   return sum;
 }
 
 // Takes the step of a cluster if it passed the check. Stores how far the cluster moved, 0 where it stayed.
-inline void acceptStep(uint id, float beyond, float rise, int limited, float still, float4 proportions, global int* log,
-  int4 turn, global const float* bodies, global const float* steps, global const float* ends, global float* poses,
-  global float* moves)
+inline void acceptStep(const State* state, const Clusters* clusters, const Method* method, const Pass* pass, uint id,
+  float beyond, float rise)
 {
+  global const float* step = clusters->steps + SYSTEM * id;
   float move = 0.0f;
-  moves[id] = 0.0f;
+  clusters->moves[id] = 0.0f;
   for (int axis = 0; axis < 3; ++axis)
   {
-    const float length = proportion(proportions, axis);
-    move = max(move, fabs(steps[SYSTEM * id + axis]) / length);
-    move = max(move, fabs(steps[SYSTEM * id + 3 + axis]) * bodies[ROW * id + BODY_RADIUS] / length);
+    const float length = alongAxis(state->proportions, axis);
+    move = max(move, fabs(step[axis]) / length);
+    move = max(move, fabs(step[3 + axis]) * clusters->bodies[ROW * id + BODY_RADIUS] / length);
   }
-  if ((limited && beyond > ROUNDING) || !(rise <= 0.0f) || !(move > still))
+  if ((method->limited && beyond > ROUNDING) || !(rise <= 0.0f) || !(move > method->still))
   {
     return;
   }
   for (int m = 0; m < 6; ++m)
   {
-    poses[ROW * id + m] = ends[ROW * id + m];
+    clusters->poses[ROW * id + m] = clusters->ends[ROW * id + m];
   }
-  moves[id] = move;
-  atomic_max(&log[SWEEP_LOG * turn.x + SWEEP_LARGEST], as_int(move));
+  clusters->moves[id] = move;
+  recordMove(pass, move);
 }
 
 // Records that the launch was called off for a cluster.
-inline void leaveOut(uint id, global int* log, int4 turn, global float* moves)
+inline void leaveOut(const Clusters* clusters, const Pass* pass, uint id)
 {
-  moves[id] = 0.0f;
+  clusters->moves[id] = 0.0f;
   if (id == 0)
   {
-    log[SWEEP_LOG * turn.x + SWEEP_CALLED_OFF] = 1;
+    callOff(pass);
   }
 }
 
-kernel void turnAccept(global int* log, int4 turn, global const int4* clusters, global const float* bodies, int limited,
-  float still, float4 proportions, global const float2* checks, global const float* steps, global const float* ends,
-  global float* poses, global float* moves SOFT_CLUSTERS)
+kernel void turnAccept(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
 {
+  const Pass pass = PASS;
+  const State state = STATE;
+  const Clusters clusters = CLUSTERS;
+  const Method method = METHOD;
   local float2 lanes[LANES];
   const uint id = get_group_id(0);
-  const int4 cluster = clusters[id];
   const bool whole = steps[SYSTEM * id + STEP_WHOLE] != 0.0f;
   for (int lane = get_local_id(0); lane < LANES; lane += get_local_size(0))
   {
-    lanes[lane] = whole ? (float2)(0.0f, 0.0f) : laneOfChecks(cluster, lane, checks);
+    lanes[lane] = whole ? (float2)(0.0f, 0.0f) : laneOfChecks(&clusters, id, lane);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (get_local_id(0) > 0)
   {
     return;
   }
-  if (isCalledOff(log, turn, -1.0f))
+  if (isCalledOff(&pass))
   {
-    leaveOut(id, log, turn, moves);
+    leaveOut(&clusters, &pass, id);
     return;
   }
   float beyond = 0.0f, rise = whole ? steps[SYSTEM * id + STEP_RISE] : 0.0f;
-  for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
+  for (int lane = 0; lane < min(LANES, heads[id].y); ++lane)
   {
     beyond = max(beyond, lanes[lane].x);
     rise += lanes[lane].y;
   }
 #ifdef SOFT
-  rise += whole ? 0.0f : riseOfSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, ends + ROW * id, proportions);
+  rise += whole ? 0.0f : riseOfSoftLinks(&state, &clusters, id);
 #endif
-  acceptStep(id, beyond, rise, limited, still, proportions, log, turn, bodies, steps, ends, poses, moves);
+  acceptStep(&state, &clusters, &method, &pass, id, beyond, rise);
 }
 
-// Gives a member the displacement and rotation of its cluster's pose. member: address, cluster. Held elements keep
-// their displacement and take the rotation.
-inline void scatterMember(uint2 member, int sweep, global int* activity, global const float* bodies,
-  global const float* poses, LAYOUT_ARGUMENTS, global float* displacement,
-  global const float* constraint SPIN_ARGUMENTS)
+// Gives a member the displacement and rotation of its cluster's pose. Held elements keep their displacement and take
+// the rotation.
+inline void scatterMember(const State* state, const Clusters* clusters, const Pass* pass, uint number)
 {
-  atomic_max(&activity[SWEEP_ROW * (member.x / ELEMENTS) + SWEEP_NOTED], sweep);
+  const uint2 member = clusters->members[number]; // address, cluster
+  atomic_max(&pass->activity[SWEEP_ROW * (member.x / ELEMENTS) + SWEEP_NOTED], pass->sweep);
   const int3 size = (int3)(BX, BY, BZ);
-  const int3 at = brickAt(place[member.x / ELEMENTS], strideY, strideZ) * size + elementAt(member.x % ELEMENTS);
-  global const float* body = bodies + ROW * member.y;
-  global const float* pose = poses + ROW * member.y;
+  const int3 at = brickOf(&state->layout, member.x / ELEMENTS) * size + elementAt(member.x % ELEMENTS);
+  const float4 proportions = state->proportions;
+  global const float* body = clusters->bodies + ROW * member.y;
+  global const float* pose = clusters->poses + ROW * member.y;
   const float own[3] = { pose[3], pose[4], pose[5] };
   const float rest[3] = { ((float)at.x - body[0]) * proportions.x, ((float)at.y - body[1]) * proportions.y,
     ((float)at.z - body[2]) * proportions.z };
   float more[3];
   turned(own, rest, more);
-  const int held = signbit(constraint[member.x]);
+  const int held = signbit(state->constraint[member.x]);
   for (int axis = 0; axis < 3; ++axis)
   {
-    spin[axis * pitch + member.x] = own[axis];
+    spinAlong(state, axis)[member.x] = own[axis];
     if (!held)
     {
-      displacement[axis * pitch + member.x] = pose[axis] + more[axis] / proportion(proportions, axis);
+      displacementAlong(state, axis)[member.x] = pose[axis] + more[axis] / alongAxis(proportions, axis);
     }
   }
 }
 
-kernel void turnScatter(global int* activity, int4 turn, global const uint2* members, global const float* bodies,
-  global const float* poses, global const float* moves, LAYOUT_ARGUMENTS, global float* displacement,
-  global const float* constraint SPIN_ARGUMENTS, uint count)
+kernel void turnScatter(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
 {
+  const Pass pass = PASS;
+  const State state = STATE;
+  const Clusters clusters = CLUSTERS;
   if (get_global_id(0) < count && moves[members[get_global_id(0)].y] > 0.0f)
   {
-    scatterMember(members[get_global_id(0)], turn.z, activity, bodies, poses, pitch, tissuePitch, table, place, strideY,
-      strideZ, displacement, constraint SPIN_PASSED_ON);
+    scatterMember(&state, &clusters, &pass, get_global_id(0));
   }
 }
 
 // All steps above for each cluster in one launch, one work-item each. It serves clusters with so few links that
 // separate launches would take longer than their work. The results are the same to the bit.
-kernel void turnClusters(global int* activity, global int* log, int4 turn, int limited, float omega, float still,
-  global const int4* chunks, global const uint* links, global const uchar* ways, global const int4* clusters,
-  global const uint2* members, uint memberCount, global const float* bodies, global float* poses, global float* steps,
-  global float* ends, global float* moves, global float* sums, global float* bounds, global float2* checks,
-  LAYOUT_ARGUMENTS, global float* displacement, global const float* constraint SPIN_ARGUMENTS SOFT_CLUSTERS)
+kernel void turnClusters(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
 {
+  const Pass pass = PASS;
+  const State state = STATE;
+  const Clusters clusters = CLUSTERS;
+  const Method method = METHOD;
   const uint id = get_group_id(0);
-  const int4 cluster = clusters[id];
-  if (isCalledOff(log, turn, -1.0f))
+  const int4 head = heads[id];
+  if (isCalledOff(&pass))
   {
-    leaveOut(id, log, turn, moves);
+    leaveOut(&clusters, &pass, id);
     return;
   }
-  for (int n = cluster.x; n < cluster.x + cluster.y; ++n)
+  for (int n = head.x; n < head.x + head.y; ++n)
   {
-    askForChunk(min(n + 1, cluster.x + cluster.y - 1), CHUNK_PASSED_ON);
-    gatherChunk(n, CHUNK_PASSED_ON, sums);
+    prefetchChunk(&state, &clusters, min(n + 1, head.x + head.y - 1));
+    gatherSystem(&state, &clusters, n);
   }
   float sum[SYSTEM];
   for (int m = 0; m < SYSTEM; ++m)
   {
     sum[m] = 0.0f;
-    for (int lane = 0; lane < min(LANES, cluster.y); ++lane)
+    for (int lane = 0; lane < min(LANES, head.y); ++lane)
     {
-      sum[m] += laneOfSystem(cluster, lane, m, sums);
+      sum[m] += laneOfSystem(&clusters, id, lane, m);
     }
   }
 #ifdef SOFT
-  addSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, proportions, sum);
+  addSoftLinksOf(&state, &clusters, id, sum);
 #endif
-  solveCluster(id, sum, omega, proportions, bodies, poses, steps, ends);
+  solveCluster(&state, &clusters, omega, id, sum);
 
-  for (int n = cluster.x; n < cluster.x + cluster.y; ++n)
+  for (int n = head.x; n < head.x + head.y; ++n)
   {
-    boundChunk(n, CHUNK_PASSED_ON, ends, bounds);
+    boundChunk(&state, &clusters, n);
   }
   float bound[BOUNDS];
   for (int m = 0; m < BOUNDS; ++m)
   {
-    bound[m] = laneOfBounds(cluster, 0, m, bounds);
-    for (int lane = 1; lane < min(LANES, cluster.y); ++lane)
+    bound[m] = laneOfBounds(&clusters, id, 0, m);
+    for (int lane = 1; lane < min(LANES, head.y); ++lane)
     {
-      bound[m] = boundOf(m, bound[m], laneOfBounds(cluster, lane, m, bounds));
+      bound[m] = boundOf(m, bound[m], laneOfBounds(&clusters, id, lane, m));
     }
   }
 #ifdef SOFT
-  bound[7] += riseOfSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, ends + ROW * id, proportions);
+  bound[7] += riseOfSoftLinks(&state, &clusters, id);
 #endif
-  chooseStep(id, bound, limited, omega, proportions, poses, steps, ends);
+  chooseStep(&state, &clusters, &method, id, bound);
 
   const bool whole = steps[SYSTEM * id + STEP_WHOLE] != 0.0f;
   float beyond = 0.0f, rise = whole ? steps[SYSTEM * id + STEP_RISE] : 0.0f;
-  for (int n = cluster.x; n < cluster.x + cluster.y && !whole; ++n)
+  for (int n = head.x; n < head.x + head.y && !whole; ++n)
   {
-    checkChunk(n, CHUNK_PASSED_ON, ends, steps, checks);
+    checkChunk(&state, &clusters, n);
   }
-  for (int lane = 0; lane < min(LANES, cluster.y) && !whole; ++lane)
+  for (int lane = 0; lane < min(LANES, head.y) && !whole; ++lane)
   {
-    const float2 part = laneOfChecks(cluster, lane, checks);
+    const float2 part = laneOfChecks(&clusters, id, lane);
     beyond = max(beyond, part.x);
     rise += part.y;
   }
 #ifdef SOFT
-  rise += whole ? 0.0f : riseOfSoftLinks(softClusters + SOFT_ROW * id, poses + ROW * id, ends + ROW * id, proportions);
+  rise += whole ? 0.0f : riseOfSoftLinks(&state, &clusters, id);
 #endif
-  acceptStep(id, beyond, rise, limited, still, proportions, log, turn, bodies, steps, ends, poses, moves);
+  acceptStep(&state, &clusters, &method, &pass, id, beyond, rise);
 
-  for (uint n = cluster.w; n < memberCount && members[n].y == id && moves[id] > 0.0f; ++n)
+  for (uint n = head.w; n < memberCount && members[n].y == id && moves[id] > 0.0f; ++n)
   {
-    scatterMember(members[n], turn.z, activity, bodies, poses, pitch, tissuePitch, table, place, strideY, strideZ,
-      displacement, constraint SPIN_PASSED_ON);
+    scatterMember(&state, &clusters, &pass, n);
   }
 }

@@ -1,5 +1,5 @@
 // Recomputes the pressure of elements (volumetricstrain.clh) after anything except a relaxation has moved them. Resets
-// their auxiliary variables to the minimiser: carried(a) = 0 and q(a) = m(a) (turn.cl). A relaxation updates all of
+// their auxiliary variables to the minimiser: carry(a) = 0 and q(a) = m(a) (turn.cl). A relaxation updates all of
 // these itself.
 //
 // With NOTED, a brick is marked in `activity` as moved in this sweep if the pressure of any element is or was not 0. So
@@ -8,7 +8,7 @@
 // The host guarantees that all 26 neighbours of a listed brick have a slot (brick.clh), and that the brick has a state.
 
 #include "brick.clh"
-
+#include "state.clh"
 #include "element.clh"
 #include "sweepaccount.clh"
 #include "turning.clh"
@@ -21,31 +21,28 @@
 #define NOTED_ARGUMENTS
 #endif
 
-kernel void volumetricStrains(global const int* list, LAYOUT_ARGUMENTS, global float* displacement,
-  global const float* constraint, global const uchar* cut SPIN_ARGUMENTS NOTED_ARGUMENTS)
+kernel void volumetricStrains(global const int* list, STATE_ARGUMENTS NOTED_ARGUMENTS)
 {
+  const State state = STATE;
   const uint slot = list[get_group_id(0)];
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
-    const Stencil s = stencilOf(slot, work / VECTORS, work % VECTORS, pitch, table, place, strideY, strideZ);
+    const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
     real bulk, middle[3];
-    const real volumetricStrain =
-      volumetricStrainAt(s.odd, &s, &s, pitch, tissuePitch, displacement, constraint, cut, spin, proportions, &bulk,
-        middle);
+    const real volumetricStrain = volumetricStrainAt(s.odd, &state, &s, &bulk, middle);
     const real next = bulk * volumetricStrain;
-    global float* own = spin + 3 * pitch + s.self;
 #ifdef NOTED
-    if (SOME((next != 0.0f) | (LOAD(own) != 0.0f)))
+    if (SOME((next != 0.0f) | (LOAD(state.pressure + s.self) != 0.0f)))
     {
       atomic_max(activity + SWEEP_ROW * slot + SWEEP_NOTED, sweep);
     }
 #endif
-    STORE(next, own);
+    STORE(next, state.pressure + s.self);
     UNROLL
     for (int a = 0; a < 3; ++a)
     {
-      STORE((real)(0.0f), own + (1 + a) * pitch);
-      STORE(middle[a], own + (4 + a) * pitch);
+      STORE((real)(0.0f), carryAlong(&state, a) + s.self);
+      STORE(middle[a], auxiliaryAlong(&state, a) + s.self);
     }
   }
 }

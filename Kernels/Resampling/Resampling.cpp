@@ -115,7 +115,7 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
 {
   Context& context = this->bricks_.context();
   const Grid& grid = this->bricks_.model().grid();
-  const std::string defines = this->bricks_.defines(true) + (this->covers_ ? " -DSMOOTH_CUTS" : "") +
+  const std::string defines = this->bricks_.defines(true, nullptr) + (this->covers_ ? " -DSMOOTH_CUTS" : "") +
                               (this->detail_.finer > 1 ? " -DFINER=" + std::to_string(this->detail_.finer) : "");
   const std::size_t items = this->bricks_.workItems(true);
   const std::size_t voxels = batch.firsts.size() * this->voxelsPerBrick();
@@ -123,8 +123,7 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
   const cl::Buffer& claims = this->claims_.sized(context, sizeof(cl_uint) * voxels);
   const cl::Buffer& disputed = this->disputed_.sized(context, voxels);
   const cl::Buffer& found = this->offsets_.sized(context, sizeof(cl_float) * 3 * voxels);
-  const auto tissue = std::tuple_cat(this->bricks_.table(), std::make_tuple(this->bricks_.pitch()),
-    this->bricks_.shown(), std::make_tuple(int4(grid.size), int4(flat)));
+  const auto tissue = std::make_tuple(this->bricks_.shownState(), int4(grid.size), int4(flat));
   const auto boxes =
     std::make_tuple(int4(batch.firstVoxel), int4(batch.bricks.size), int4(batch.firstCell), int4(batch.cells.size));
   const auto samples = [&](ArgumentList& own)
@@ -164,8 +163,8 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
     // A processor runs the work-items of a group one after the other anyway. A single work-item recognises its own
     // earlier candidates, which then count as no conflicts (isOurs() in cover.cl).
     context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(),
-      this->bricks_.width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, disputed, found, noted, room,
-      distances, samples);
+      this->bricks_.options().width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, disputed, found, noted,
+      room, distances, samples);
     context.queue().enqueueReadBuffer(noted, CL_TRUE, 0, sizeof(cl_uint), &disputes);
   } while (disputes > room);
   if (disputes > 0)

@@ -628,8 +628,8 @@ CHAINMAIL_INLINE void takeReached(const Output* o, const CellMap* map, const Lat
         {
           continue;
         }
-        ASK_FOR((global const uint*)o->claims + voxel);
-        ASK_FOR(o->offsets + 3 * (size_t)voxel);
+        PREFETCH((global const uint*)o->claims + voxel);
+        PREFETCH(o->offsets + 3 * (size_t)voxel);
         const int n = count[lane]++;
         if (n == rounds)
         {
@@ -673,11 +673,22 @@ CHAINMAIL_INLINE void boundsOf(
   }
 }
 
-// Handles those of WIDTH cells along x whose bit is set in `wanted`. The first cell is at `at` in the tile, with its
-// lowest corner at grid point `base`.
-CHAINMAIL_INLINE void coverRow(const Tissue* t, const Output* o, local Tile* tile, int3 at, int3 base, mask elements,
-  uint wanted, uint ambiguous, uint smooth)
+// WIDTH cells along x, one lane each.
+typedef struct
 {
+  int3 at;       // place of the first cell in the tile
+  int3 base;     // grid point of its lowest corner
+  mask elements; // see cellOf()
+  uint wanted;   // bit n: cell n is to be handled. The next two likewise.
+  uint ambiguous, smooth;
+} CellRow;
+
+// Handles the cells of a row that are wanted.
+CHAINMAIL_INLINE void coverRow(const Tissue* t, const Output* o, local Tile* tile, const CellRow* row)
+{
+  const int3 at = row->at, base = row->base;
+  const mask elements = row->elements;
+  const uint wanted = row->wanted, ambiguous = row->ambiguous, smooth = row->smooth;
   const int4 flat = t->flat;
   Lanes lanes;
   Corners corners;
@@ -811,38 +822,37 @@ NOINLINE void coverCells(const Tissue* t, const Output* o, local Tile* tile, int
     // Local copies: otherwise the members would be read again after each store.
     const Tissue tissue = *t;
     const Output output = *o;
-    coverRow(&tissue, &output, tile, at, base, elements, wanted, (uint)(ambiguous >> at.x) & wanted,
-      (uint)(smoothCells(tile, at.y, at.z) >> at.x));
+    const CellRow row = { at, base, elements, wanted, (uint)(ambiguous >> at.x) & wanted,
+      (uint)(smoothCells(tile, at.y, at.z) >> at.x) };
+    coverRow(&tissue, &output, tile, &row);
   }
 }
 
-// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table.
-kernel void cover(global const int* list, global const int* table, int strideY, int strideZ, uint pitch,
-  global const float* displacement, global const float* constraint, global const uchar* cut, int4 size, int4 flat,
-  int4 boxFirst, int4 boxBricks, int4 cellsFirst, int4 cellsSize, global const int* places,
-  volatile global uint* claims, global uchar* disputed, global float* offsets, volatile global uint* disputes,
-  uint mostDisputes
+// The arguments of `cover` that make its Output: the box of output voxels, the cells, and what is written for each voxel.
+#define BOXES_ARGUMENTS int4 boxFirst, int4 boxBricks, int4 cellsFirst, int4 cellsSize, global const int *places
+#define CANDIDATES_ARGUMENTS                                                                                           \
+  volatile global uint *claims, global uchar *disputed, global float *offsets, volatile global uint *disputes,         \
+    uint mostDisputes
 #ifdef SMOOTH_CUTS
-  ,
-  global const int* distanceRows, global const ushort* distances, volatile global uint* covered,
-  volatile global uint* behind
-#endif
-)
-{
-#ifdef SMOOTH_CUTS
-  const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut, distanceRows,
-    distances };
+#define DISTANCES_ARGUMENTS , global const int *distanceRows, global const ushort *distances
+#define DISTANCES , distanceRows, distances
+#define COVERAGE_ARGUMENTS , volatile global uint *covered, volatile global uint *behind
+#define COVERAGE , covered, behind, select((float3)(SAMPLED), (float3)(0.0f), flat.xyz != 0)
 #else
-  const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
+#define DISTANCES_ARGUMENTS
+#define DISTANCES
+#define COVERAGE_ARGUMENTS
+#define COVERAGE
 #endif
-  const int3 origin = brickAt(list[get_group_id(0)], strideY, strideZ) * (int3)(BX, BY, BZ);
+
+// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table.
+kernel void cover(global const int* list, STATE_ARGUMENTS, int4 size, int4 flat, BOXES_ARGUMENTS,
+  CANDIDATES_ARGUMENTS DISTANCES_ARGUMENTS COVERAGE_ARGUMENTS)
+{
+  const Tissue tissue = { LAYOUT(state), displacement, constraint, cut, size, flat DISTANCES };
+  const int3 origin = brickAtPlace(&tissue.layout, list[get_group_id(0)]) * (int3)(BX, BY, BZ);
   const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, disputed, offsets, disputes,
-    mostDisputes, get_local_size(0) == 1, origin
-#ifdef SMOOTH_CUTS
-    ,
-    covered, behind, select((float3)(SAMPLED), (float3)(0.0f), flat.xyz != 0)
-#endif
-  };
+    mostDisputes, get_local_size(0) == 1, origin COVERAGE };
   local Tile tile;
   for (int n = 0; n < TILES; ++n)
   {
@@ -876,7 +886,7 @@ kernel void settle(global const uint* claims, global const uint* disputes, globa
 inline void leaveVoxel(const Tissue* t, int3 voxel, uint claim, global float* offset)
 {
   const bool inside = all(voxel >= 0) && all(voxel <= FINER * (t->size.xyz - 1));
-  const uint address = inside ? addressOf((voxel + FINER / 2) / FINER, t->table, t->strideY, t->strideZ) : 0;
+  const uint address = inside ? addressOf(&t->layout, (voxel + FINER / 2) / FINER) : 0;
   const bool element = inside && isElement(t, address);
   const bool rests = element && all(displacementAt(t, address) == 0.0f);
   // Border candidates do not hide tissue at rest.
@@ -917,8 +927,8 @@ CHAINMAIL_INLINE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, globa
   {
     return false;
   }
-  const uint addresses[2] = { addressOf(voxel, t->table, t->strideY, t->strideZ),
-    addressOf(voxel + (int3)(1, 0, 0), t->table, t->strideY, t->strideZ) };
+  const uint addresses[2] = { addressOf(&t->layout, voxel),
+    addressOf(&t->layout, voxel + (int3)(1, 0, 0)) };
   mask changed = (mask)(0);
   UNROLL
   for (int n = 0; n < 2; ++n)
@@ -947,16 +957,15 @@ CHAINMAIL_INLINE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, globa
 
 // Fills the voxels of the listed output bricks. `firsts` holds the lowest voxel of each brick. `covered` is replaced by
 // the coverage, as the bits of a float.
-kernel void leave(global const int* table, int strideY, int strideZ, uint pitch, global const float* displacement,
-  global const float* constraint, global const uchar* cut, int4 size, int4 flat, global const int4* firsts,
-  global const uint* claims, global float* offsets
+kernel void leave(STATE_ARGUMENTS, int4 size, int4 flat, global const int4* firsts, global const uint* claims,
+  global float* offsets
 #ifdef SMOOTH_CUTS
   ,
   global uint* covered, global const uint* behind
 #endif
 )
 {
-  const Tissue tissue = { table, strideY, strideZ, size, flat, pitch, displacement, constraint, cut };
+  const Tissue tissue = { LAYOUT(state), displacement, constraint, cut, size, flat };
   const int3 first = firsts[get_group_id(0)].xyz, begin = FINER * first;
   claims += get_group_id(0) * (size_t)OUTPUTS;
   offsets += 3 * get_group_id(0) * (size_t)OUTPUTS;

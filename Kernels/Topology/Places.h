@@ -89,7 +89,7 @@ private:
       this->bounds_[bricks.brick(slot)];
     }
     const std::size_t count = bricks.elementsPerBrick();
-    bricks.readSlots<float>({ { bricks.displacement, 3 } }, slots,
+    bricks.readSlots<float>({ { bricks.displacement(), 3 } }, slots,
       [&](int slot, const Bricks::SlotValues<float>& u)
       {
         std::vector<float>& values = this->moved_.at(bricks.brick(slot));
