@@ -50,14 +50,14 @@ public:
           {
             return;
           }
-          const float limit = rule::linkLimit(this->constraintOf(at), this->constraintOf(next));
-          if (!std::isinf(limit))
+          const auto link = rule::linkOf(this->constraintOf(at), this->constraintOf(next), direction, this->component_);
+          if (link.exists)
           {
             // An element without memory gets an address in slot 0, which is at rest.
             this->handles_.push_back(handle);
             this->inner_.push_back(this->bricks_.address(at[0], at[1], at[2]));
             this->outer_.push_back(this->bricks_.address(next[0], next[1], next[2]));
-            this->limits_.push_back(limit);
+            this->limits_.push_back(link.limit);
             this->directions_.push_back(direction);
             this->places_.push_back(at);
             if (this->hasPressure())

@@ -43,19 +43,17 @@ CHAINMAIL_INLINE void addLinks(
     restOffset(other, d, state->proportions, theirs[d]);
   }
 #endif
-  real limit[6], weight[6];
+  Link link[6];
   NO_UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
     if (axis < AXES)
     {
       const real c = LOAD(constraintAlong(state, axis) + s->self);
-      loadConstraints(state, axis, s, limit);
       UNROLL
       for (int d = 0; d < 6; ++d)
       {
-        limit[d] = linkLimit(c, limit[d]);
-        weight[d] = linkWeight(limit[d]);
+        link[d] = linkOf(c, neighbourConstraint(state, axis, s, d, s->odd), d, axis);
       }
     }
     const real u = LOAD(displacementAlong(state, axis) + moving.self);
@@ -67,13 +65,13 @@ CHAINMAIL_INLINE void addLinks(
       const real byMine = other - u - mine[d][axis];
       const real byTheirs = other - u - theirs[d][axis];
       const float length = alongAxis(state->proportions, d / 2);
-      energy[axis] += weight[d] * 0.5f * (byMine * byMine + byTheirs * byTheirs) *
+      energy[axis] += link[d].weight * 0.5f * (byMine * byMine + byTheirs * byTheirs) *
                       (alongAxis(state->proportions, axis) / (length * length));
-      *excess = max(*excess, 0.5f * fabs(byMine + byTheirs) - limit[d]);
+      *excess = max(*excess, 0.5f * fabs(byMine + byTheirs) - link[d].limit);
 #else
-      const real pull = linkPull(u, other, limit[d], slack);
-      energy[axis] += weight[d] * pull * pull;
-      *excess = max(*excess, fabs(other - u) - limit[d]);
+      const real pull = linkPull(u, other, link[d].limit, slack);
+      energy[axis] += link[d].weight * pull * pull;
+      *excess = max(*excess, fabs(other - u) - link[d].limit);
 #endif
     }
   }

@@ -82,7 +82,7 @@ inline real select(real a, real b, mask c)
 
 }
 
-using single::linkLimit;
+using single::linkOf;
 
 /// The signed constraint of an element (see element.clh), marked as held or as not held.
 inline float asHeld(float c, bool held)

@@ -95,7 +95,7 @@ private:
         const float next = this->constraint_[place | 1 << a];
         if ((place & 1 << a) == 0 && c != none && next != none)
         {
-          const float row = rule::linkLimit(c, next) + least;
+          const float row = rule::linkOf(c, next, 2 * a + 1, a).limit + least;
           shortest = std::min(shortest, row);
           shares += 1.0f / row;
           ++rows;

@@ -21,7 +21,7 @@ CHAINMAIL_INLINE mask strainedOf(const int odd, const State* state, const Stenci
   UNROLL
   for (int d = 0; d < 6; ++d)
   {
-    const mask linked = linkLimit(c, neighbourConstraint(state, 0, s, d, odd)) < INFINITY;
+    const mask linked = linkOf(c, neighbourConstraint(state, 0, s, d, odd), d, 0).exists;
     NO_UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -141,7 +141,7 @@ CHAINMAIL_INLINE int joinAt(const int odd, const State* state, const Stencil* s,
   UNROLL
   for (int d = 0; d < 6; ++d)
   {
-    const mask linked = linkLimit(c, neighbourConstraint(state, 0, s, d, odd)) < INFINITY;
+    const mask linked = linkOf(c, neighbourConstraint(state, 0, s, d, odd), d, 0).exists;
     next |= select((mask)(0), AS_MASK(neighbour((global const float*)marks, s, d, odd)), linked);
   }
   const mask changed = next != mark;

@@ -41,9 +41,9 @@ CHAINMAIL_INLINE int arriveAt(const State* state, const Stencil* s, const Wave* 
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-      const real limit = linkLimit(c, neighbourConstraint(state, axis, s, d, s->odd));
+      const Link link = linkOf(c, neighbourConstraint(state, axis, s, d, s->odd), d, axis);
       const real time = neighbour(arrival, s, d, s->odd);
-      next = min(next, select(time + limit, (real)(INFINITY), AS_MASK(time) < 0));
+      next = min(next, select(time + link.limit, (real)(INFINITY), AS_MASK(time) < 0));
     }
     const real time = LOAD(arrival + s->self);
     // Held elements keep their initial times: 0 for the wave's own probes, +infinity for others.

@@ -40,11 +40,11 @@ CHAINMAIL_INLINE void addLink(const State* state, uint first, uint second, int a
   {
     global const float* c = constraintAlong(state, min(axis, AXES - 1));
     global const float* u = displacementAlong(state, axis);
-    const float limit = linkLimit(c[first], c[second]);
+    const Link link = linkOf(c[first], c[second], 2 * a + 1, axis);
     const float difference = u[at[1]] - u[at[0]];
-    loop->limits[axis] += limit;
+    loop->limits[axis] += link.limit;
     loop->strain[axis] +=
-      limit == 0.0f ? 0.0f : sign * (difference - 0.5f * (restOffsets[0][axis] + restOffsets[1][axis]));
+      link.rigid ? 0.0f : sign * (difference - 0.5f * (restOffsets[0][axis] + restOffsets[1][axis]));
   }
 }
 

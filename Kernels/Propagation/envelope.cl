@@ -81,7 +81,8 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
   real restOffsets[6][3];
   loadRestOffsets(odd, state, s, restOffsets);
 #endif
-  real c, limit[6];
+  real c;
+  Link link[6];
   mask held[6];
   mask moved = (mask)(0);
   mask followed[6] = { moved, moved, moved, moved, moved, moved };
@@ -95,7 +96,7 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
       for (int d = 0; d < 6; ++d)
       {
         const real cd = neighbourConstraint(state, axis, s, d, odd);
-        limit[d] = linkLimit(c, cd);
+        link[d] = linkOf(c, cd, d, axis);
         held[d] = nearHeld ? isHeld(cd) : (mask)(0);
       }
     }
@@ -109,8 +110,8 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
       const real difference = neighbourSaved(wave->before, state, axis, saved, s, d, odd) -
                               LOAD_WHOLE(wave->before + axis * pitch + s->self);
       const real strain = difference - restOffsets[d][axis], none = (real)(0.0f);
-      const real below = limit[d] - strain, above = limit[d] + strain;
-      const mask rigid = limit[d] == 0.0f;
+      const real below = link[d].limit - strain, above = link[d].limit + strain;
+      const mask rigid = link[d].rigid;
       const real least = select(none, (real)(-INFINITY), held[d] & (mask)(wave->poses));
       other[d] = neighbour(wave->shift + axis * pitch, s, d, odd);
       envelopeAddMoved(&e, other[d], none, held[d], select(select(max(below, least), none, rigid), below, own),
@@ -119,8 +120,8 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
 #else
       other[d] = neighbour(displacementAlong(state, axis), s, d, odd);
       const real was = neighbourSaved(wave->before, state, axis, saved, s, d, odd);
-      envelopeAddMoved(&e, other[d], was, held[d], limit[d], limit[d]);
-      envelopeAddStill(&e, other[d], was, held[d], limit[d], limit[d]);
+      envelopeAddMoved(&e, other[d], was, held[d], link[d].limit, link[d].limit);
+      envelopeAddStill(&e, other[d], was, held[d], link[d].limit, link[d].limit);
 #endif
     }
 #ifdef TURNING
@@ -151,7 +152,7 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
       UNROLL
       for (int d = 0; d < 6; ++d)
       {
-        followed[d] |= goes & isFollowed(next, u, u0, other[d], limit[d]);
+        followed[d] |= goes & isFollowed(next, u, u0, other[d], link[d].limit);
       }
 #endif
     }

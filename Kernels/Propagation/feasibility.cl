@@ -24,13 +24,13 @@ CHAINMAIL_INLINE int isViolated(const int odd, const State* state, const Stencil
   real restOffsets[6][3];
   loadRestOffsets(odd, state, s, restOffsets);
 #endif
-  real limits[6];
+  Link links[6];
   NO_UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
     if (axis < AXES)
     {
-      loadLimits(odd, state, axis, s, limits);
+      loadLinks(odd, state, axis, s, links);
     }
     global const float* displacement = displacementAlong(state, axis);
     const real u = LOAD(displacement + stateAddress(s, s->self));
@@ -40,12 +40,12 @@ CHAINMAIL_INLINE int isViolated(const int odd, const State* state, const Stencil
 #ifdef TURNING
       // Rounding between two elements of a rotated rigid cluster is no violation.
       const real other =
-        select(neighbour(displacement, s, d, odd) - restOffsets[d][axis], u, limits[d] == 0.0f);
+        select(neighbour(displacement, s, d, odd) - restOffsets[d][axis], u, links[d].rigid);
 #else
       const real other = neighbour(displacement, s, d, odd);
 #endif
       // In exact arithmetic two tests suffice. With rounding the neighbour's own two differ from them.
-      beyond |= (other - limits[d] > u) | (other + limits[d] < u) | (u - limits[d] > other) | (u + limits[d] < other);
+      beyond |= (other - links[d].limit > u) | (other + links[d].limit < u) | (u - links[d].limit > other) | (u + links[d].limit < other);
     }
   }
   return SOME(beyond);

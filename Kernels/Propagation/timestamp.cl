@@ -41,8 +41,12 @@ kernel void arriveNext(global const int* list, STATE_ARGUMENTS, int iteration, T
         const uint base = group * pitch;
         const int firstAxis = AXES == 1 ? 0 : group, lastAxis = AXES == 1 ? 2 : group;
         const float c = constraintAlong(&state, group)[s.self];
-        real cs[6];
-        loadConstraints(&state, group, &s, cs);
+        Link links[6];
+        UNROLL
+        for (int d = 0; d < 6; ++d)
+        {
+          links[d] = linkOf(c, neighbourConstraint(&state, group, &s, d, s.odd), d, group);
+        }
         int newest = front[base + s.self];
         float earliest = newest == 0 ? INFINITY : time[base + s.self];
         bool comes = false;
@@ -50,11 +54,11 @@ kernel void arriveNext(global const int* list, STATE_ARGUMENTS, int iteration, T
         for (int d = 0; d < 6 && !signbit(c); ++d)
         {
           const uint n = stateAddress(&s, neighbours[d]);
-          if (isinf(cs[d]) || stamp[base + n] != iteration - 1)
+          if (!links[d].exists || stamp[base + n] != iteration - 1)
           {
             continue;
           }
-          const float limit = linkLimit(c, cs[d]);
+          const float limit = links[d].limit;
           const float arrival = time[base + n] + limit;
           const int wave = front[base + n];
           if (wave < newest || (wave == newest && (arrival > earliest || (arrival == earliest && !comes))))

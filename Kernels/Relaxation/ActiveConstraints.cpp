@@ -95,7 +95,7 @@ template <typename F> void forLinks(const PatchAxis& axis, F&& f)
       const std::uint32_t m = axis.patch.next[n][along];
       if (m != Patch::none && !std::isinf(axis.c[n]) && !std::isinf(axis.c[m]))
       {
-        const float limit = rule::linkLimit(axis.c[n], axis.c[m]);
+        const float limit = rule::linkOf(axis.c[n], axis.c[m], 2 * along + 1, axis.number).limit;
         Link link{ n, m, limit, axis.patch.weights[along] * Elasticity::weight(limit),
           axis.wanted.empty() ? 0.0f : axis.wanted[n][along], 0.0, 0.0 };
         if (!axis.pressure.empty())

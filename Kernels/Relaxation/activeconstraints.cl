@@ -27,7 +27,7 @@ kernel void activeConstraints(global const int* list, STATE_ARGUMENTS, global uc
     NO_UNROLL
     for (int d = 1; d < 6; d += 2)
     {
-      real limit;
+      Link link;
       mask free;
       UNROLL
       for (int axis = 0; axis < 3; ++axis)
@@ -36,8 +36,8 @@ kernel void activeConstraints(global const int* list, STATE_ARGUMENTS, global uc
         {
           const real c = LOAD(constraintAlong(&state, axis) + s.self);
           const real other = neighbourConstraint(&state, axis, &s, d, s.odd);
-          limit = linkLimit(c, other);
-          free = (AS_MASK(c) >= 0) & (AS_MASK(other) >= 0) & (limit > 0.0f);
+          link = linkOf(c, other, d, axis);
+          free = (AS_MASK(c) >= 0) & (AS_MASK(other) >= 0) & !link.rigid;
         }
         const real u = LOAD(displacementAlong(&state, axis) + s.self);
         const real other = neighbour(displacementAlong(&state, axis), &s, d, s.odd);
@@ -47,7 +47,7 @@ kernel void activeConstraints(global const int* list, STATE_ARGUMENTS, global uc
 #else
         const real strain = u - other;
 #endif
-        found |= free & (u != 0.0f) & (other != 0.0f) & (fabs(strain) >= limit - rounding);
+        found |= free & (u != 0.0f) & (other != 0.0f) & (fabs(strain) >= link.limit - rounding);
       }
     }
     STORE_BYTES(found, result + get_group_id(0) * ELEMENTS + (s.self - slot * ELEMENTS));

@@ -19,7 +19,8 @@
 CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const WavesUnderWay* waves, float still,
   float slack, global float* after, float* most, int* faces)
 {
-  real limit[6], weight[6], us[6];
+  Link link[6];
+  real us[6];
 #ifdef SOFT
   real softWeight, softPlaces[3];
   const bool soft = loadSoftLinks(state, s, &softWeight, softPlaces);
@@ -30,13 +31,11 @@ CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Wav
     if (axis < AXES)
     {
       const real c = LOAD(constraintAlong(state, axis) + s->self);
-      loadConstraints(state, axis, s, limit);
       relaxes = (!signbit(c)) & isUnmoved(waves, &state->layout, axis, s);
       for (int d = 0; d < 6; ++d)
       {
-        limit[d] = linkLimit(c, limit[d]);
-        weight[d] = linkWeight(limit[d]);
-        relaxes &= isOfSameWave(waves, &state->layout, axis, s, d, limit[d]);
+        link[d] = linkOf(c, neighbourConstraint(state, axis, s, d, s->odd), d, axis);
+        relaxes &= isOfSameWave(waves, &state->layout, axis, s, d, !link[d].exists);
       }
     }
     const real u = LOAD(displacementAlong(state, axis) + s->self);
@@ -44,7 +43,7 @@ CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Wav
     Neighbours n = noNeighbours();
     for (int d = 0; d < 6; ++d)
     {
-      neighboursAdd(&n, u, us[d], limit[d], weight[d], slack);
+      neighboursAdd(&n, u, us[d], link[d], slack);
     }
 #ifdef SOFT
     if (soft)

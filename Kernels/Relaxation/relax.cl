@@ -46,17 +46,16 @@ CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Hal
   UNROLL
   for (int d = 0; d < 6; ++d)
   {
-    real limit, weight;
+    Link link;
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
       if (axis < AXES)
       {
-        limit = linkLimit(c[axis], linkedConstraint(halo, state, s, axis, d));
-        weight = linkWeight(limit);
-        relaxes[axis] &= isOfSameWave(waves, &state->layout, axis, s, d, limit);
+        link = linkOf(c[axis], linkedConstraint(halo, state, s, axis, d), d, axis);
+        relaxes[axis] &= isOfSameWave(waves, &state->layout, axis, s, d, !link.exists);
       }
-      neighboursAdd(&neighbours[axis], u[axis], displacementIn(halo, axis, d), limit, weight, method->slack);
+      neighboursAdd(&neighbours[axis], u[axis], displacementIn(halo, axis, d), link, method->slack);
     }
   }
 #ifdef SOFT

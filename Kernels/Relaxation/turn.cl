@@ -232,7 +232,7 @@ CHAINMAIL_INLINE void loadTurningLinks(
     UNROLL
     for (int axis = 0; axis < AXES; ++axis)
     {
-      links->limit[d][axis] = linkLimit(c[axis], linkedConstraint(halo, state, s, axis, d));
+      links->limit[d][axis] = linkOf(c[axis], linkedConstraint(halo, state, s, axis, d), d, axis).limit;
       links->weight[d][axis] = 1.0f / (length * length) / (links->limit[d][axis] + WEIGHT_EPSILON);
     }
     UNROLL

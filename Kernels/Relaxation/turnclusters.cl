@@ -146,7 +146,8 @@ CHAINMAIL_INLINE float4 turnedVector(float4 spin, float4 v)
 }
 
 // Link number n of the lists.
-CHAINMAIL_INLINE OutgoingLink outgoingLink(const State* state, const Clusters* clusters, int n, global const float* body)
+CHAINMAIL_INLINE OutgoingLink outgoingLink(
+  const State* state, const Clusters* clusters, int n, global const float* body)
 {
   OutgoingLink link;
   const uint other = clusters->links[n];
@@ -160,10 +161,11 @@ CHAINMAIL_INLINE OutgoingLink outgoingLink(const State* state, const Clusters* c
   link.rest = (end - three(body, 1)) * unit;
   link.place = three(state->displacement + other, state->layout.pitch);
   link.otherOffset = turnedVector(three(state->spin + other, state->layout.pitch), link.axis);
-  const float limit = linkLimit(0.0f, state->constraint[other]);
+  // Constraints are the same for all axes here.
+  const Link along = linkOf(0.0f, state->constraint[other], d, d / 2);
   const float length = alongAxis(state->proportions, d / 2);
-  link.limit = limit * unit;
-  link.weight = linkWeight(limit) / (length * length);
+  link.limit = along.limit * unit;
+  link.weight = along.weight / (length * length);
   return link;
 }
 
@@ -274,9 +276,9 @@ inline void addSoftLinksOf(const State* state, const Clusters* clusters, uint id
   }
 }
 
-// By how much the energy of a cluster's soft links rises from its pose to that at the end of the step. With the residual
-// e = t - p - A r of a link, A = R - I and p the displacement of a pose, that is sum 2 w (e' - e) (e' + e). Like
-// riseOf() it is computed from differences, so little is lost by rounding where both poses are nearly the same.
+// By how much the energy of a cluster's soft links rises from its pose to that at the end of the step. With the
+// residual e = t - p - A r of a link, A = R - I and p the displacement of a pose, that is sum 2 w (e' - e) (e' + e).
+// Like riseOf() it is computed from differences, so little is lost by rounding where both poses are nearly the same.
 inline float riseOfSoftLinks(const State* state, const Clusters* clusters, uint id)
 {
   const float4 proportions = state->proportions;

@@ -828,7 +828,8 @@ NOINLINE void coverCells(const Tissue* t, const Output* o, local Tile* tile, int
   }
 }
 
-// The arguments of `cover` that make its Output: the box of output voxels, the cells, and what is written for each voxel.
+// The arguments of `cover` that make its Output: the box of output voxels, the cells, and what is written for each
+// voxel.
 #define BOXES_ARGUMENTS int4 boxFirst, int4 boxBricks, int4 cellsFirst, int4 cellsSize, global const int *places
 #define CANDIDATES_ARGUMENTS                                                                                           \
   volatile global uint *claims, global uchar *disputed, global float *offsets, volatile global uint *disputes,         \
