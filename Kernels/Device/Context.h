@@ -89,9 +89,10 @@ public:
   template <typename... Arguments>
   void launchOver(const Kernel& kernel, std::size_t count, const Arguments&... arguments)
   {
-    constexpr std::size_t group = 64;
-    this->launch(kernel, (count + group - 1) / group, group, arguments..., static_cast<cl_uint>(count));
+    this->launch(kernel, groupsOver(count), itemsOver, arguments..., static_cast<cl_uint>(count));
   }
+  static constexpr std::size_t itemsOver = 64;
+  static constexpr std::size_t groupsOver(std::size_t count) { return (count + itemsOver - 1) / itemsOver; }
 
   /// A device buffer, filled with zeros. Throws MemoryError, whose message names `purpose`, where the device has no
   /// room.

@@ -4,6 +4,7 @@
 #include "Components.h"
 #include "ElementRule.h"
 #include "Measurement.h"
+#include "Pass.h"
 #include "pieces.clh"
 
 #include <algorithm>
@@ -153,7 +154,7 @@ public:
     Context& context = this->bricks_.context();
     const auto transfer = [&](const cl::Buffer& from, float scale, bool spins, const cl::Buffer& to)
     {
-      context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "coarsen"), slots.size(),
+      launchPass(this->bricks_, context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "coarsen"), slots.size(),
         this->bricks_.workItems(true), this->list_.holding(context, slots),
         this->bricks_.stateWith(to, this->bricks_.spins()), this->finer_.layout(), from, this->finer_.constraint(),
         scale, static_cast<cl_int>(spins));
@@ -232,7 +233,7 @@ public:
     const auto transfer = [&](const cl::Buffer& from, float scale, bool spins, const cl::Buffer& to)
     {
       // The program is built for the cuts of this grid. Cuts of the finer grid have no effect here.
-      context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "refine"), slots.size(),
+      launchPass(this->finer_, context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "refine"), slots.size(),
         this->bricks_.workItems(true), this->list_.holding(context, slots),
         this->bricks_.stateWith(from, this->bricks_.spins()), this->finer_.layout(), to, this->finer_.constraint(),
         scale, static_cast<cl_int>(spins));

@@ -1,6 +1,7 @@
 #include "FixedPoint.h"
 
 #include "Error.h"
+#include "Pass.h"
 #include "fixedpointaccount.clh"
 
 #include <algorithm>
@@ -103,7 +104,7 @@ void FixedPoint::launch(
     }
     const cl_int4 turn{ { static_cast<cl_int>(n) + 1, turns[n].parity, turns[n].waited ? 1 : 0,
       size[0] + size[1] + size[2] } };
-    context.launch(kernel, static_cast<std::size_t>(this->visits_.rows()) - 1, this->bricks_.workItems(true),
+    launchPass(this->bricks_, kernel, static_cast<std::size_t>(this->visits_.rows()) - 1, this->bricks_.workItems(true),
       this->visits_.buffer(), this->log_.buffer(), turn, enough, this->bricks_.state(this->bricks_.turned()), own);
   }
   this->log_.fromDevice(context);

@@ -1,6 +1,7 @@
 #include "Timestamps.h"
 
 #include "Error.h"
+#include "Pass.h"
 
 namespace chainmail
 {
@@ -113,7 +114,8 @@ void Timestamps::advance()
         this->bricks_.before().buffer(), this->nextTime_.buffer, this->nextFront_.buffer));
 
   context.launch(context.kernel("timestamp.cl", defines, "arriveNext"), list.size(), items, slots, arguments);
-  context.launch(context.kernel("timestamp.cl", defines, "shift"), list.size(), items, slots, arguments, result);
+  launchPass(
+    this->bricks_, context.kernel("timestamp.cl", defines, "shift"), list.size(), items, slots, arguments, result);
   context.read(result, faces);
 
   for (std::size_t n = 0; n < list.size(); ++n)

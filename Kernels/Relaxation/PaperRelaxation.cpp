@@ -1,5 +1,6 @@
 #include "PaperRelaxation.h"
 
+#include "Pass.h"
 #include "StillResidual.h"
 
 #include <algorithm>
@@ -21,7 +22,7 @@ void PaperRelaxation::relaxAll(const RelaxationTask& task, int iteration, bool b
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(true) + task.elasticity.defines() + this->bricks_.ofSoftLinks() +
                               (task.waves ? " -DWAVES" : "");
-  context.launch(context.kernel("paper.cl", defines, "relaxAll"), this->schedule_.groups(),
+  launchPass(this->bricks_, context.kernel("paper.cl", defines, "relaxAll"), this->schedule_.groups(),
     this->bricks_.workItems(true), this->schedule_,
     this->bricks_.stateWith(
       back ? this->next_.buffer : this->bricks_.displacement(), nullptr, this->bricks_.softLinks()),

@@ -1,6 +1,7 @@
 #include "Relaxation.h"
 
 #include "ActiveConstraints.h"
+#include "Pass.h"
 #include "StillResidual.h"
 #include "sweepaccount.clh"
 
@@ -50,7 +51,7 @@ void Relaxation::relaxBatch(const RigidClusters& clusters, float still, const El
   Context& context = this->bricks_.context();
   this->batch_.toDevice(context);
   const std::string defines = this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks();
-  context.launch(context.kernel("relax.cl", defines, "relaxBatch"), 1, 1, this->schedule_.activity(),
+  launchPass(this->bricks_, context.kernel("relax.cl", defines, "relaxBatch"), 1, 1, this->schedule_.activity(),
     this->schedule_.log(), this->batch_.buffer(), static_cast<cl_int>(this->batch_.rows()),
     static_cast<cl_int>(this->schedule_.groups()), this->bricks_.state(nullptr, this->bricks_.softLinks()),
     clusters.arguments(), clusters.counts(), still, elasticity.slack, static_cast<cl_int>(elasticity.limited));
@@ -65,7 +66,7 @@ void Relaxation::relaxColour(
     const cl_int turning = turns ? SweepPlan::mostSweepsPerRotation : 0;
     const std::string defines = this->bricks_.definesOfRows() + elasticity.defines() +
                                 this->bricks_.ofVolumetricStrain() + this->bricks_.ofSoftLinks();
-    context.launch(context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
+    launchPass(this->bricks_, context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
       this->bricks_.workItems(true), this->schedule_,
       this->bricks_.state(this->bricks_.spins(), this->bricks_.softLinks()), static_cast<cl_int>(colour), turning,
       omega, still);
@@ -73,9 +74,9 @@ void Relaxation::relaxColour(
   }
   const std::string defines =
     this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks() + (waves ? " -DWAVES" : "");
-  context.launch(context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(), this->bricks_.workItems(true),
-    this->schedule_, this->bricks_.state(nullptr, this->bricks_.softLinks()), static_cast<cl_int>(colour), omega, still,
-    elasticity.slack, static_cast<cl_int>(elasticity.limited), waves);
+  launchPass(this->bricks_, context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(),
+    this->bricks_.workItems(true), this->schedule_, this->bricks_.state(nullptr, this->bricks_.softLinks()),
+    static_cast<cl_int>(colour), omega, still, elasticity.slack, static_cast<cl_int>(elasticity.limited), waves);
 }
 
 /// An active-set step: moves blocked groups (moveBlockedGroups). Returns the largest move.

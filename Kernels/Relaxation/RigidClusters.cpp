@@ -1,6 +1,7 @@
 #include "RigidClusters.h"
 
 #include "Components.h"
+#include "Pass.h"
 
 #include <algorithm>
 #include <cmath>
@@ -551,7 +552,7 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
     context.launchOver(kernel("clusterGather"), this->chunkList_.size(), arguments);
   }
   context.launch(kernel("clusterMove"), this->active_.size(), context.info().takesManyItems() ? 16 : 1, arguments);
-  context.launchOver(kernel("clusterScatter"), this->memberList_.size(), arguments);
+  launchPassOver(this->bricks_, kernel("clusterScatter"), this->memberList_.size(), arguments);
 }
 
 }

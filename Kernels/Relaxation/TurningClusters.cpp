@@ -1,6 +1,7 @@
 #include "TurningClusters.h"
 
 #include "ElementRule.h"
+#include "Pass.h"
 #include "Pose.h"
 
 #include <algorithm>
@@ -266,7 +267,7 @@ void TurningClusters::relax(const Lists& lists, float omega, float still, bool l
 
   if (!context.info().takesManyItems() && lists.linkCount <= fewLinks)
   {
-    context.launch(kernel("turnClusters"), clusters, items, arguments);
+    launchPass(this->bricks_, kernel("turnClusters"), clusters, items, arguments);
     return;
   }
   const auto overChunks = [&](const char* name)
@@ -282,7 +283,7 @@ void TurningClusters::relax(const Lists& lists, float omega, float still, bool l
   context.launch(kernel("turnChoose"), clusters, items, arguments);
   overChunks("turnCheck");
   context.launch(kernel("turnAccept"), clusters, items, arguments);
-  context.launchOver(kernel("turnScatter"), lists.memberCount, arguments);
+  launchPassOver(this->bricks_, kernel("turnScatter"), lists.memberCount, arguments);
 }
 
 }
