@@ -89,6 +89,29 @@ std::vector<BrickTable::Row> BrickTable::rows(int brick) const
   return rows;
 }
 
+std::vector<int> BrickTable::slotsOf(const std::vector<int>& bricks) const
+{
+  std::vector<int> slots;
+  for (const int brick : bricks)
+  {
+    if (this->slot(brick) > 0)
+    {
+      slots.push_back(this->slot(brick));
+    }
+  }
+  return slots;
+}
+
+std::vector<int> BrickTable::bricksOf(const std::vector<int>& slots) const
+{
+  std::vector<int> bricks;
+  for (const int slot : slots)
+  {
+    bricks.push_back(this->brick(slot));
+  }
+  return bricks;
+}
+
 std::vector<int> BrickTable::bricksWhere(const std::vector<int>& slots, const std::vector<int>& found) const
 {
   std::vector<int> bricks;

@@ -43,6 +43,9 @@ public:
   /// Slots are 1 .. slots() - 1.
   int slots() const { return static_cast<int>(this->place_.size()); }
 
+  /// The slots of these bricks, of those that have one.
+  std::vector<int> slotsOf(const std::vector<int>& bricks) const;
+  std::vector<int> bricksOf(const std::vector<int>& slots) const;
   /// The bricks of those slots whose entry in `found` is not 0.
   std::vector<int> bricksWhere(const std::vector<int>& slots, const std::vector<int>& found) const;
   /// These slots and all that share a face with one of them, ascending.

@@ -97,6 +97,14 @@ void Bricks::touch(int slot)
   this->touched_[slot] = 1;
 }
 
+void Bricks::touch(const std::vector<int>& slots)
+{
+  for (const int slot : slots)
+  {
+    this->touch(slot);
+  }
+}
+
 // --- Rotations
 
 void Bricks::setTurned(bool any)

@@ -73,6 +73,7 @@ public:
   /// Slots in which an element may be displaced, ascending. They have a state.
   std::vector<int> touchedSlots() const;
   void touch(int slot);
+  void touch(const std::vector<int>& slots);
 
   // --- Rotations
 

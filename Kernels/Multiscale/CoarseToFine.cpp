@@ -140,15 +140,8 @@ public:
     }
     const std::vector<int> bricks(needed.begin(), needed.end());
     this->bricks_.makeUpdatable(bricks);
-    std::vector<int> slots;
-    for (const int brick : bricks)
-    {
-      if (this->bricks_.slot(brick) > 0)
-      {
-        slots.push_back(this->bricks_.slot(brick));
-        this->bricks_.touch(slots.back());
-      }
-    }
+    const std::vector<int> slots = this->bricks_.slotsOf(bricks);
+    this->bricks_.touch(slots);
     this->bricks_.setSoftLinks(
       this->finer_.softLinks() ? coarserSoftLinks(this->finer_, this->model_->grid()) : std::vector<SoftLink>());
     Context& context = this->bricks_.context();
@@ -220,15 +213,8 @@ public:
     }
     const std::vector<int> bricks(needed.begin(), needed.end());
     this->finer_.makeUpdatable(bricks);
-    std::vector<int> slots;
-    for (const int brick : bricks)
-    {
-      if (this->finer_.slot(brick) > 0)
-      {
-        slots.push_back(this->finer_.slot(brick));
-        this->finer_.touch(slots.back());
-      }
-    }
+    const std::vector<int> slots = this->finer_.slotsOf(bricks);
+    this->finer_.touch(slots);
     Context& context = this->bricks_.context();
     const auto transfer = [&](const cl::Buffer& from, float scale, bool spins, const cl::Buffer& to)
     {
@@ -431,11 +417,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
     this->list_.holding(context, others), this->bricks_.stateWith(this->before_.buffer, this->bricks_.spins()),
     this->marks_.buffer);
   this->bricks_.set(this->marks_, soft, std::vector<cl_int>(soft.size(), PIECE_HELD | PIECE_STRAINED));
-  std::vector<int> bricks;
-  for (const int slot : others)
-  {
-    bricks.push_back(this->bricks_.brick(slot));
-  }
+  std::vector<int> bricks = this->bricks_.bricksOf(others);
   std::vector<char> isTouched(this->bricks_.slots(), 0);
   for (const int slot : touched)
   {

@@ -35,11 +35,7 @@ void EnvelopePropagation::start(const std::vector<int>& bricks)
   Context& context = this->bricks_.context();
   this->bricks_.drop(this->shift_);
   this->bricks_.keep(this->shift_);
-  std::vector<int> slots;
-  for (const int brick : bricks)
-  {
-    slots.push_back(this->bricks_.slot(brick));
-  }
+  const std::vector<int> slots = this->bricks_.slotsOf(bricks);
   context.launch(context.kernel("envelope.cl", this->bricks_.definesOfRows(), "beginShifts"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
     this->bricks_.displacement(), this->bricks_.before().buffer(), this->shift_.buffer);
@@ -81,13 +77,7 @@ void EnvelopePropagation::heldChanged()
 
 int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& checkpoint)
 {
-  const auto touch = [this]
-  {
-    for (const int slot : this->fixedPoint_.changed())
-    {
-      this->bricks_.touch(slot);
-    }
-  };
+  const auto touch = [this] { this->bricks_.touch(this->fixedPoint_.changed()); };
   try
   {
     const int done = this->fixedPoint_.run(iterations, enough, checkpoint,

@@ -47,22 +47,13 @@ std::vector<int> Feasibility::bricksThatAre(
 
 bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
 {
-  std::vector<int> touched;
-  for (const int slot : this->bricks_.touchedSlots())
-  {
-    touched.push_back(this->bricks_.brick(slot));
-  }
-  this->bricks_.makeUpdatable(touched);
+  this->bricks_.makeUpdatable(this->bricks_.bricksOf(this->bricks_.touchedSlots()));
   const bool turning = this->bricks_.turned() != nullptr;
   const std::vector<int> slots = this->bricks_.touchedSlots();
   const std::vector<int> violated =
     this->bricksThatAre("violated", "feasibility.cl", true, turning ? slots : this->bricks_.slotsAround(slots));
   this->bricks_.makeUpdatable(violated);
-  std::vector<int> violatedSlots;
-  for (const int brick : violated)
-  {
-    violatedSlots.push_back(this->bricks_.slot(brick));
-  }
+  const std::vector<int> violatedSlots = this->bricks_.slotsOf(violated);
   if (violated.empty() ||
       (turning && !this->bricksThatAre("contradicted", "contradictions.cl", false, violatedSlots).empty()))
   {
@@ -86,12 +77,8 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     { own.add(turning ? this->lower_.buffer : this->bricks_.before().buffer(), this->upper_.buffer); });
   bool feasible = this->fixedPoint_.finished();
   const std::vector<int> changed = this->fixedPoint_.changed();
-  std::vector<int> bricks;
-  for (const int slot : changed)
-  {
-    this->bricks_.touch(slot);
-    bricks.push_back(this->bricks_.brick(slot));
-  }
+  const std::vector<int> bricks = this->bricks_.bricksOf(changed);
+  this->bricks_.touch(changed);
   if (turning)
   {
     this->bricks_.before().save(changed);

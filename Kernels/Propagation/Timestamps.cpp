@@ -88,14 +88,7 @@ void Timestamps::advance()
   const std::vector<int> wanted(this->active_.begin(), this->active_.end());
   this->active_.clear();
   this->bricks_.makeUpdatable(wanted);
-  std::vector<int> list;
-  for (const int brick : wanted)
-  {
-    if (this->bricks_.slot(brick) > 0)
-    {
-      list.push_back(this->bricks_.slot(brick));
-    }
-  }
+  const std::vector<int> list = this->bricks_.slotsOf(wanted);
   if (list.empty())
   {
     return;

@@ -236,12 +236,7 @@ void Waves::begin(Group handles)
   std::sort(wave.bricks.begin(), wave.bricks.end());
   wave.bricks.erase(std::unique(wave.bricks.begin(), wave.bricks.end()), wave.bricks.end());
   this->markHeld();
-  std::vector<int> slots;
-  for (const int brick : wave.bricks)
-  {
-    slots.push_back(this->bricks_.slot(brick));
-  }
-  this->bricks_.before().save(slots);
+  this->bricks_.before().save(this->bricks_.slotsOf(wave.bricks));
   wave.before = this->bricks_.displacements(wave.addresses);
   for (const Handles::Pointer& handle : wave.handles)
   {

@@ -9,17 +9,9 @@ void updatePressureAround(Bricks& bricks, const std::vector<int>& slots, const c
   {
     return;
   }
-  std::vector<int> around;
-  for (const int slot : bricks.slotsAround(slots))
-  {
-    around.push_back(bricks.brick(slot));
-  }
-  bricks.makeUpdatable(around); // may change their slots
-  std::vector<int> ready;
-  for (const int brick : around)
-  {
-    ready.push_back(bricks.slot(brick));
-  }
+  const std::vector<int> around = bricks.bricksOf(bricks.slotsAround(slots));
+  bricks.makeUpdatable(around);
+  const std::vector<int> ready = bricks.slotsOf(around); // may differ from before
   Context& context = bricks.context();
   const cl::Buffer list = context.upload(ready, "the list of bricks");
   const std::string defines = bricks.defines(true) + bricks.ofVolumetricStrain();
