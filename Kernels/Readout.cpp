@@ -1,13 +1,13 @@
 #include "Readout.h"
 
 #include "ElementRule.h"
+#include "Elements.h"
 #include "Threads.h"
 #include "VolumetricStrain.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <unordered_map>
 #include <utility>
 
@@ -26,8 +26,11 @@ public:
     : bricks_(bricks)
     , probes_(handles)
     , component_(component)
+    , softElements_(bricks)
     , elasticity_(elasticity)
     , linksPerLink_(linksPerLink)
+    , inner_(bricks)
+    , outer_(bricks)
   {
   }
 
@@ -41,7 +44,8 @@ public:
       const Index3 at = grid.indexOf(voxel);
       if (const SoftLink* link = soft ? soft->of(voxel) : nullptr)
       {
-        this->soft_.push_back({ handle, this->bricks_.address(at[0], at[1], at[2]), link });
+        this->soft_.push_back({ handle, link });
+        this->softElements_.add(at);
       }
       this->bricks_.forNeighbours(at,
         [&](int direction, const Index3& next)
@@ -53,10 +57,9 @@ public:
           const auto link = rule::linkOf(this->constraintOf(at), this->constraintOf(next), direction, this->component_);
           if (link.exists)
           {
-            // An element without memory gets an address in slot 0, which is at rest.
             this->handles_.push_back(handle);
-            this->inner_.push_back(this->bricks_.address(at[0], at[1], at[2]));
-            this->outer_.push_back(this->bricks_.address(next[0], next[1], next[2]));
+            this->inner_.add(at);
+            this->outer_.add(next);
             this->limits_.push_back(link.limit);
             this->directions_.push_back(direction);
             this->places_.push_back(at);
@@ -74,13 +77,13 @@ public:
   /// Adds to each handle's force the pull of its links, and forgets the links.
   void pull(std::vector<ProbeResult>& results)
   {
-    const std::vector<float> ui = this->bricks_.displacements(this->inner_);
-    const std::vector<float> uj = this->bricks_.displacements(this->outer_);
+    const std::vector<float> ui = this->inner_.displacements();
+    const std::vector<float> uj = this->outer_.displacements();
     const Spins* spins = this->bricks_.spins();
-    const std::vector<float> si = spins ? this->bricks_.spinsAt(this->inner_) : std::vector<float>();
-    const std::vector<float> sj = spins ? this->bricks_.spinsAt(this->outer_) : std::vector<float>();
-    const std::vector<float> ti = this->hasPressure() ? this->bricks_.pressuresAt(this->inner_) : std::vector<float>();
-    const std::vector<float> tj = this->hasPressure() ? this->bricks_.pressuresAt(this->outer_) : std::vector<float>();
+    const std::vector<float> si = spins ? this->inner_.rotations() : std::vector<float>();
+    const std::vector<float> sj = spins ? this->outer_.rotations() : std::vector<float>();
+    const std::vector<float> ti = this->hasPressure() ? this->inner_.pressures() : std::vector<float>();
+    const std::vector<float> tj = this->hasPressure() ? this->outer_.pressures() : std::vector<float>();
     for (std::size_t m = 0; m < this->limits_.size(); ++m)
     {
       const Vector3 before = results[this->handles_[m]].force;
@@ -134,10 +137,7 @@ private:
   /// Adds the forces of soft links, which lead out of a handle, too.
   void pullSoft(std::vector<ProbeResult>& results)
   {
-    std::vector<std::uint32_t> addresses;
-    std::transform(this->soft_.begin(), this->soft_.end(), std::back_inserter(addresses),
-      [](const SoftPull& soft) { return soft.address; });
-    const std::vector<float> u = this->bricks_.displacements(addresses);
+    const std::vector<float> u = this->softElements_.displacements();
     for (std::size_t m = 0; m < this->soft_.size(); ++m)
     {
       const SoftPull& soft = this->soft_[m];
@@ -152,6 +152,7 @@ private:
       }
     }
     this->soft_.clear();
+    this->softElements_.clear();
   }
 
   bool hasPressure() const { return this->bricks_.spins() && this->bricks_.spins()->hasPressure(); }
@@ -233,7 +234,6 @@ private:
   struct SoftPull
   {
     std::size_t handle;
-    std::uint32_t address;
     const SoftLink* link;
   };
 
@@ -241,11 +241,12 @@ private:
   const Handles& probes_;
   int component_;
   std::vector<SoftPull> soft_;
+  Elements softElements_; ///< the elements that these links pull
   const Elasticity& elasticity_;
   double linksPerLink_;
   std::vector<std::size_t> handles_;
-  std::vector<std::uint32_t> inner_;
-  std::vector<std::uint32_t> outer_;
+  Elements inner_;
+  Elements outer_;
   std::vector<float> limits_;
   std::vector<int> directions_;              ///< from inner_ to outer_
   std::vector<Index3> places_;               ///< indices of the inner elements

@@ -82,19 +82,6 @@ public:
 
   // --- Values of fields
 
-  /// Sets values of a state field at single elements, `runs` interleaved values each.
-  template <typename T>
-  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<T>& values)
-  {
-    this->set(field, this->pitch(), addresses, values);
-  }
-  /// Reads values of a float field of the state at single elements: of its first `runs` (0: of all), interleaved.
-  std::vector<float> valuesAt(
-    const Field& field, const std::vector<std::uint32_t>& addresses, std::size_t runs = 0) const
-  {
-    return this->get(field.buffer, runs == 0 ? field.runs : runs, this->pitch(), addresses);
-  }
-
   /// The first three runs of a float field of the state in one slot, elementsPerBrick() values each, in the order of
   /// addresses.
   void readSlot(const Field& field, int slot, std::vector<float>& out) const;
@@ -132,6 +119,19 @@ public:
   void copy(const Field& from, const Field& to, const std::vector<int>& slots) const;
 
 protected:
+  /// Sets values of a state field at single elements, `runs` interleaved values each.
+  template <typename T>
+  void set(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<T>& values)
+  {
+    this->set(field, this->pitch(), addresses, values);
+  }
+  /// Reads values of a float field of the state at single elements: of its first `runs` (0: of all), interleaved.
+  std::vector<float> valuesAt(
+    const Field& field, const std::vector<std::uint32_t>& addresses, std::size_t runs = 0) const
+  {
+    return this->get(field.buffer, runs == 0 ? field.runs : runs, this->pitch(), addresses);
+  }
+
   /// Allocates a tissue field, which has memory for all slots from then on.
   void keepTissue(Field& field);
   void dropTissue(Field& field);

@@ -1,6 +1,6 @@
 #include "Bricks.h"
 
-#include <algorithm>
+#include "Elements.h"
 
 namespace chainmail
 {
@@ -56,20 +56,20 @@ void Bricks::clearDisplacements()
 void Bricks::removeElements(const std::vector<std::size_t>& voxels)
 {
   this->replaceByAir(voxels);
-  std::vector<std::uint32_t> movable;
+  Elements movable(*this);
   for (const std::size_t voxel : voxels)
   {
     const Index3 at = this->model().grid().indexOf(voxel);
     if (this->hasState(this->brickAt(at[0], at[1], at[2])))
     {
-      movable.push_back(this->address(at[0], at[1], at[2]));
+      movable.add(at);
     }
   }
   const std::vector<float> atRest(3 * movable.size(), 0.0f);
-  this->setDisplacements(movable, atRest);
+  movable.setDisplacements(atRest);
   if (this->spins_)
   {
-    this->setSpins(movable, atRest);
+    movable.setRotations(atRest);
   }
 }
 
@@ -113,13 +113,6 @@ void Bricks::setTurned(bool any)
   {
     this->spins_->any = any;
   }
-}
-
-void Bricks::setSpins(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
-{
-  this->set(this->spins_->spin, addresses, values);
-  this->spins_->any =
-    this->spins_->any || std::any_of(values.begin(), values.end(), [](float value) { return value != 0.0f; });
 }
 
 // --- Soft links

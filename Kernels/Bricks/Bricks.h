@@ -15,7 +15,8 @@ namespace chainmail
 {
 
 /// The tissue and the state of its elements on the device: displacements, rotations and soft links, in bricks that get
-/// memory when they are first needed. All other parts of the engine access the state through this class.
+/// memory when they are first needed. All other parts of the engine access the state through this class; Elements reads
+/// and writes single elements.
 ///
 /// Only bricks whose elements may move have a state. Of the bricks around them only the tissue is loaded, and kernels
 /// read rest where there is no state.
@@ -28,15 +29,6 @@ public:
 
   // --- Displacements
 
-  /// Displacements of single elements of bricks with a state, 3 interleaved values each.
-  std::vector<float> displacements(const std::vector<std::uint32_t>& addresses) const
-  {
-    return this->valuesAt(this->displacement_, addresses);
-  }
-  void setDisplacements(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
-  {
-    this->set(this->displacement_, addresses, values);
-  }
   /// All displacements of one slot: 3 runs of elementsPerBrick() values, in the order of addresses.
   void readSlot(int slot, std::vector<float>& out) const
   {
@@ -84,21 +76,10 @@ public:
   /// To be called with true where elements may rotate, and with false where all are back at rest.
   void setTurned(bool any);
   const Turning& turning() const { return this->turning_; }
-  /// Writes or reads the rotations of single elements, 3 interleaved values each. Elements must rotate (spins()).
-  void setSpins(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values);
-  std::vector<float> spinsAt(const std::vector<std::uint32_t>& addresses) const
-  {
-    return this->valuesAt(this->spins_->spin, addresses);
-  }
   /// All rotations of one slot, as readSlot().
   void readSpins(int slot, std::vector<float>& out) const
   {
     this->BrickStorage::readSlot(this->spins_->spin, slot, out);
-  }
-  /// The pressure of single elements; only where Poisson's ratio is not 0.
-  std::vector<float> pressuresAt(const std::vector<std::uint32_t>& addresses) const
-  {
-    return this->valuesAt(this->spins_->pressure, addresses, 1);
   }
 
   // --- Soft links
@@ -157,6 +138,8 @@ public:
   std::size_t deviceBytes() const { return this->bytes() + (this->soft_ ? this->soft_->bytes() : 0); }
 
 private:
+  friend class Elements;
+
   Field displacement_{ 3, sizeof(float), "the displacement of the tissue reached" };
   Snapshot before_;
   std::vector<char> touched_; ///< for each slot with a state, or fewer: those beyond its end are not touched

@@ -48,15 +48,6 @@ public:
   /// Like Model::row(), for the tissue as it is now: removed elements are air.
   void row(int i, int j, int k, int count, float* out) const;
   bool isElement(const Index3& at) const;
-  /// Signed constraints of single elements, `axes()` interleaved values each.
-  std::vector<float> constraints(const std::vector<std::uint32_t>& addresses) const
-  {
-    return this->tissueValuesAt(this->constraint_, addresses);
-  }
-  void setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
-  {
-    this->setTissue(this->constraint_, addresses, values);
-  }
 
   const Links& links() const { return this->links_; }
   bool anyCut() const { return this->links_.anyCut(); }
@@ -97,6 +88,15 @@ public:
   const cl::Buffer& shownCut() const { return this->shownCut_.buffer() ? this->shownCut_.buffer : this->cut(); }
 
 protected:
+  /// Signed constraints of single elements, `axes()` interleaved values each.
+  std::vector<float> constraints(const std::vector<std::uint32_t>& addresses) const
+  {
+    return this->tissueValuesAt(this->constraint_, addresses);
+  }
+  void setConstraints(const std::vector<std::uint32_t>& addresses, const std::vector<float>& values)
+  {
+    this->setTissue(this->constraint_, addresses, values);
+  }
   /// Replaces these elements (Grid::at) by air, for row() and on the device.
   void replaceByAir(const std::vector<std::size_t>& voxels);
 

@@ -259,16 +259,14 @@ private:
       bricks.push_back(this->bricks_.brickAt(at[0], at[1], at[2]));
     }
     this->bricks_.makeUpdatable(bricks);
-    std::vector<std::uint32_t> addresses;
     std::vector<float> values(voxels.size() * axes);
     for (std::size_t n = 0; n < voxels.size(); ++n)
     {
       const Index3 at = grid.indexOf(voxels[n]);
-      addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
       this->bricks_.row(at[0], at[1], at[2], 1, values.data() + n * axes);
     }
     std::transform(values.begin(), values.end(), values.begin(), [held](float c) { return rule::asHeld(c, held); });
-    this->bricks_.setConstraints(addresses, values);
+    Elements(this->bricks_, voxels).setConstraints(values);
   }
 
   Bricks& finer_;
@@ -397,7 +395,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
     this->list_.holding(context, touched), this->bricks_.stateWith(this->before_.buffer, this->bricks_.spins()),
     foundBuffer);
   context.read(foundBuffer, found);
-  const std::vector<std::uint32_t> soft = this->markSoft(touched, found);
+  const Elements soft = this->markSoft(touched, found);
 
   const std::vector<char> moves = this->mayMove(touched, found);
   std::vector<int> moving;
@@ -416,7 +414,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   context.launch(context.kernel("components.cl", defines, "mark"), others.size(), items,
     this->list_.holding(context, others), this->bricks_.stateWith(this->before_.buffer, this->bricks_.spins()),
     this->marks_.buffer);
-  this->bricks_.set(this->marks_, soft, std::vector<cl_int>(soft.size(), PIECE_HELD | PIECE_STRAINED));
+  soft.set(this->marks_, std::vector<cl_int>(soft.size(), PIECE_HELD | PIECE_STRAINED));
   std::vector<int> bricks = this->bricks_.bricksOf(others);
   std::vector<char> isTouched(this->bricks_.slots(), 0);
   for (const int slot : touched)
@@ -454,20 +452,20 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
 }
 
 /// A soft link holds its element, and strains it until the element is at the target place of the link. So coarser grids
-/// may move tissue with soft links. Adds this to the marks of whole bricks in `found` (components.cl). Returns the
-/// addresses of such elements.
-std::vector<std::uint32_t> CoarseToFine::markSoft(const std::vector<int>& slots, std::vector<cl_int>& found) const
+/// may move tissue with soft links. Adds this to the marks of whole bricks in `found` (components.cl). Returns these
+/// elements.
+Elements CoarseToFine::markSoft(const std::vector<int>& slots, std::vector<cl_int>& found) const
 {
-  std::vector<std::uint32_t> addresses;
+  Elements elements(this->bricks_);
   if (!this->bricks_.softLinks())
   {
-    return addresses;
+    return elements;
   }
   std::set<int> soft;
   for (const SoftLink& link : this->bricks_.softLinks()->all())
   {
     const Index3 at = this->bricks_.model().grid().indexOf(link.voxel);
-    addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
+    elements.add(at);
     soft.insert(this->bricks_.slot(this->bricks_.brickAt(at[0], at[1], at[2])));
   }
   for (std::size_t n = 0; n < slots.size(); ++n)
@@ -477,7 +475,7 @@ std::vector<std::uint32_t> CoarseToFine::markSoft(const std::vector<int>& slots,
       found[n] |= PIECE_HELD | PIECE_STRAINED;
     }
   }
-  return addresses;
+  return elements;
 }
 
 /// For each slot: whether its brick is whole and coarser grids may move its connected component. Only links between

@@ -51,7 +51,7 @@ private:
   void cycle(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   void goBack(float share);
   void putOthersBack(const Checkpoint& checkpoint);
-  std::vector<std::uint32_t> markSoft(const std::vector<int>& slots, std::vector<cl_int>& found) const;
+  Elements markSoft(const std::vector<int>& slots, std::vector<cl_int>& found) const;
   std::vector<char> mayMove(const std::vector<int>& slots, const std::vector<cl_int>& found) const;
 
   Bricks& bricks_;

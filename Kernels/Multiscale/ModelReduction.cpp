@@ -2,6 +2,7 @@
 
 #include "Components.h"
 #include "ElementRule.h"
+#include "Elements.h"
 #include "Error.h"
 #include "ReducedModel.h"
 
@@ -475,15 +476,14 @@ void ModelReduction::expand()
   {
     this->whole_.keep(this->owner_);
     context.queue().enqueueFillBuffer(this->owner_.buffer, cl_int(0), 0, sizeof(cl_int) * this->whole_.pitch());
-    std::vector<std::uint32_t> addresses;
+    Elements voxels(this->whole_);
     std::vector<std::int32_t> owners;
     for (const auto& [voxel, element] : this->owners_)
     {
-      const Index3 at = whole.indexOf(voxel);
-      addresses.push_back(this->whole_.address(at[0], at[1], at[2]));
+      voxels.add(voxel);
       owners.push_back(static_cast<std::int32_t>(element) + 1);
     }
-    this->whole_.set(this->owner_, addresses, owners);
+    voxels.set(this->owner_, owners);
   }
   const std::string factors = " -DFX=" + std::to_string(this->factor_[0]) +
                               " -DFY=" + std::to_string(this->factor_[1]) + " -DFZ=" + std::to_string(this->factor_[2]);

@@ -33,8 +33,8 @@ void ArrivalTimes::keep()
 void ArrivalTimes::start(const Handle& source, int front)
 {
   const std::size_t axes = static_cast<std::size_t>(this->bricks_.model().axes());
-  this->bricks_.set(this->time_, source.addresses, std::vector<cl_float>(axes * source.addresses.size(), 0.0f));
-  this->bricks_.set(this->front_, source.addresses, std::vector<cl_int>(axes * source.addresses.size(), front));
+  source.elements.set(this->time_, std::vector<cl_float>(axes * source.elements.size(), 0.0f));
+  source.elements.set(this->front_, std::vector<cl_int>(axes * source.elements.size(), front));
 }
 
 void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint)
@@ -47,13 +47,13 @@ void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, 
   context.queue().enqueueFillBuffer(this->arrival_.buffer, std::numeric_limits<cl_float>::infinity(), 0,
     sizeof(cl_float) * axes * this->bricks_.pitch());
   std::vector<int> bricks;
-  std::vector<std::uint32_t> addresses;
+  Elements elements(this->bricks_);
   for (const Handle* source : sources)
   {
-    addresses.insert(addresses.end(), source->addresses.begin(), source->addresses.end());
+    elements.add(source->elements);
     bricks.insert(bricks.end(), source->bricks.begin(), source->bricks.end());
   }
-  this->bricks_.set(this->arrival_, addresses, std::vector<cl_float>(axes * addresses.size(), 0.0f));
+  elements.set(this->arrival_, std::vector<cl_float>(axes * elements.size(), 0.0f));
 
   this->fixedPoint_.start(bricks);
   this->fixedPoint_.run(0, std::numeric_limits<float>::infinity(), checkpoint,

@@ -42,14 +42,14 @@ void EnvelopePropagation::start(const std::vector<int>& bricks)
 }
 
 void EnvelopePropagation::startPoses(
-  const std::vector<int>& bricks, const std::vector<std::uint32_t>& addresses, const std::vector<float>& shifts)
+  const std::vector<int>& bricks, const Elements& elements, const std::vector<float>& shifts)
 {
   constexpr float next = 1e-30f; // negligible but not 0: an element that has only rotated counts as moved
   this->start(bricks);
   this->poses_ = true;
   std::vector<float> values = shifts;
   std::replace(values.begin(), values.end(), 0.0f, next);
-  this->bricks_.set(this->shift_, addresses, values);
+  elements.set(this->shift_, values);
 }
 
 void EnvelopePropagation::saveRest()

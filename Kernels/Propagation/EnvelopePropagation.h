@@ -1,5 +1,6 @@
 #pragma once
 
+#include "Elements.h"
 #include "FixedPoint.h"
 
 namespace chainmail
@@ -30,10 +31,9 @@ public:
   /// Begins a wave in the bricks of the moved handles.
   void start(const std::vector<int>& bricks);
 
-  /// The same where handles have been rotated, too. `addresses` and `shifts`: the elements of all moved handles and
+  /// The same where handles have been rotated, too. `elements` and `shifts`: the elements of all moved handles and
   /// their shifts (fractions of the spacing), 3 interleaved values each.
-  void startPoses(
-    const std::vector<int>& bricks, const std::vector<std::uint32_t>& addresses, const std::vector<float>& shifts);
+  void startPoses(const std::vector<int>& bricks, const Elements& elements, const std::vector<float>& shifts);
 
   /// To be called when other tissue is held than before while the wave is under way.
   void heldChanged();

@@ -173,7 +173,7 @@ void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::s
   needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
   this->bricks_.makeUpdatable(needed);
 
-  std::vector<std::uint32_t> addresses;
+  Elements all(this->bricks_);
   for (std::size_t n = 0; n < handles.size(); ++n)
   {
     Handle& handle = *handles[n];
@@ -181,25 +181,24 @@ void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::s
     for (std::size_t m = 0; m < handle.voxels.size(); ++m)
     {
       const Index3 at = grid.indexOf(handle.voxels[m]);
-      handle.addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
+      handle.elements.add(at);
       this->bricks_.row(at[0], at[1], at[2], 1, handle.constraints.data() + axes * m);
     }
-    const Index3 at = grid.indexOf(places[n]);
-    handle.place = this->bricks_.address(at[0], at[1], at[2]);
-    addresses.insert(addresses.end(), handle.addresses.begin(), handle.addresses.end());
-    addresses.push_back(handle.place);
+    handle.place = places[n];
+    all.add(handle.elements);
+    all.add(handle.place);
   }
-  const std::vector<float> displacements = this->bricks_.displacements(addresses);
+  const std::vector<float> displacements = all.displacements();
   auto from = displacements.begin();
   for (const Pointer& handle : handles)
   {
-    const auto end = from + 3 * handle->addresses.size();
+    const auto end = from + 3 * handle->elements.size();
     handle->grabbed.assign(from, end);
     std::copy_n(end, 3, handle->placeGrabbed.begin());
     from = end + 3;
     if (handle->probe.turns)
     {
-      handle->spinsGrabbed = this->bricks_.spinsAt(handle->addresses);
+      handle->spinsGrabbed = handle->elements.rotations();
       for (std::size_t n = 0; n < handle->voxels.size(); ++n)
       {
         const Index3 at = grid.indexOf(handle->voxels[n]);
@@ -216,7 +215,7 @@ void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::s
 /// Marks the elements of these handles on the device as held or not held.
 void Handles::mark(const std::vector<Pointer>& handles)
 {
-  std::vector<std::uint32_t> addresses;
+  Elements elements(this->bricks_);
   std::vector<float> constraints;
   for (const Pointer& handle : handles)
   {
@@ -224,13 +223,13 @@ void Handles::mark(const std::vector<Pointer>& handles)
     {
       continue; // it holds no elements, but others may hold those it has
     }
-    addresses.insert(addresses.end(), handle->addresses.begin(), handle->addresses.end());
+    elements.add(handle->elements);
     for (const float c : handle->constraints)
     {
       constraints.push_back(rule::asHeld(c, handle->held));
     }
   }
-  this->bricks_.setConstraints(addresses, constraints);
+  elements.setConstraints(constraints);
 }
 
 bool Handles::isAnchored(std::size_t voxel) const
@@ -259,7 +258,7 @@ std::vector<Handles::Pointer> Handles::make(
         continue;
       }
       const bool soft = probes[m].isSoft();
-      made[m] = std::make_shared<Handle>();
+      made[m] = std::make_shared<Handle>(this->bricks_);
       made[m]->probe = probes[m];
       made[m]->share = grabbed[m].share;
       for (const std::size_t voxel : grabbed[m].elements)
@@ -282,7 +281,7 @@ namespace
 {
 
 /// A copy of a handle without some of its elements. `isGone(n)`: whether its n-th element is left out.
-template <typename F> Handle without(const Handle& handle, std::size_t axes, const F& isGone)
+template <typename F> Handle without(const Handle& handle, Bricks& bricks, const F& isGone)
 {
   std::vector<std::size_t> stay;
   for (std::size_t n = 0; n < handle.voxels.size(); ++n)
@@ -306,8 +305,8 @@ template <typename F> Handle without(const Handle& handle, std::size_t axes, con
   };
   Handle kept = handle;
   keep(kept.voxels, 1);
-  keep(kept.addresses, 1);
-  keep(kept.constraints, axes);
+  kept.elements = Elements(bricks, kept.voxels);
+  keep(kept.constraints, static_cast<std::size_t>(bricks.model().axes()));
   keep(kept.grabbed, 3);
   keep(kept.placesGrabbed, 3);
   keep(kept.spinsGrabbed, 3);
@@ -320,19 +319,19 @@ template <typename F> Handle without(const Handle& handle, std::size_t axes, con
 /// need the old one. It has the same tissue, and its displacement is counted from the same place.
 Handles::Pointer Handles::changed(const Probe& probe, const Handle& before, std::unordered_set<std::size_t>& taken)
 {
-  const auto after = std::make_shared<Handle>(without(before, static_cast<std::size_t>(this->bricks_.model().axes()),
+  const auto after = std::make_shared<Handle>(without(before, this->bricks_,
     [&](std::size_t n)
     { return !probe.isSoft() && (this->isAnchored(before.voxels[n]) || !taken.insert(before.voxels[n]).second); }));
   after->probe = probe;
   after->held = !probe.isSoft();
   after->waits = after->moves = false;
-  if (!after->addresses.empty())
+  if (!after->voxels.empty())
   {
-    after->place = after->addresses.front();
+    after->place = after->voxels.front();
     std::copy_n(after->grabbed.begin(), 3, after->placeGrabbed.begin());
     if (after->turns())
     {
-      this->follow(*after, this->bricks_.displacements({ after->place }).data());
+      this->follow(*after, Elements(this->bricks_, { after->place }).displacements().data());
     }
   }
   this->mark({ after });
@@ -439,7 +438,7 @@ Handles::Pointer Handles::join(const std::vector<std::size_t>& voxels, const std
   std::vector<double> asked;
   for (const Pointer& handle : handles)
   {
-    const std::vector<float> u = this->bricks_.displacements(handle->addresses);
+    const std::vector<float> u = handle->elements.displacements();
     for (std::size_t n = 0; n < u.size(); ++n)
     {
       const std::size_t a = n % 3;
@@ -474,7 +473,7 @@ Handles::Pointer Handles::join(const std::vector<std::size_t>& voxels, const std
     now[n] -= centre[n % 3];
     asked[n] -= goal[n % 3];
   }
-  const auto joined = std::make_shared<Handle>();
+  const auto joined = std::make_shared<Handle>(this->bricks_);
   joined->probe.turns = true;
   joined->probe.centre = centre;
   joined->probe.rotation = rotationVectorOf(nearestRotation(now, asked));
@@ -523,17 +522,10 @@ void Handles::clear()
 
 void Handles::forget(const std::vector<std::size_t>& voxels)
 {
-  const Grid& grid = this->bricks_.model().grid();
-  const std::size_t axes = static_cast<std::size_t>(this->bricks_.model().axes());
-  std::unordered_set<std::uint32_t> carved;
-  for (const std::size_t voxel : voxels)
-  {
-    const Index3 at = grid.indexOf(voxel);
-    carved.insert(this->bricks_.address(at[0], at[1], at[2]));
-  }
+  const std::unordered_set<std::size_t> carved(voxels.begin(), voxels.end());
   for (const Pointer& handle : this->handles_)
   {
-    Handle kept = without(*handle, axes, [&](std::size_t n) { return carved.count(handle->addresses[n]) > 0; });
+    Handle kept = without(*handle, this->bricks_, [&](std::size_t n) { return carved.count(handle->voxels[n]) > 0; });
     const bool placeCarved = carved.count(handle->place) > 0;
     if (placeCarved && kept.voxels.empty())
     {
@@ -541,7 +533,7 @@ void Handles::forget(const std::vector<std::size_t>& voxels)
     }
     else if (placeCarved)
     {
-      kept.place = kept.addresses.front();
+      kept.place = kept.voxels.front();
       std::copy_n(kept.grabbed.begin(), 3, kept.placeGrabbed.begin());
     }
     *handle = std::move(kept);
@@ -580,14 +572,14 @@ void Handles::follow(Handle& handle, const float* displacement)
 {
   const Vector3& spacing = this->bricks_.model().grid().spacing;
   const std::vector<float> expected = handle.displacedBy(handle.pose, spacing);
-  const auto own = std::find(handle.addresses.begin(), handle.addresses.end(), handle.place);
-  if (own == handle.addresses.end() ||
-      std::equal(displacement, displacement + 3, expected.begin() + 3 * (own - handle.addresses.begin())))
+  const auto own = std::find(handle.voxels.begin(), handle.voxels.end(), handle.place);
+  if (own == handle.voxels.end() ||
+      std::equal(displacement, displacement + 3, expected.begin() + 3 * (own - handle.voxels.begin())))
   {
     return;
   }
-  const std::vector<float> u = this->bricks_.displacements(handle.addresses);
-  const double count = static_cast<double>(handle.addresses.size());
+  const std::vector<float> u = handle.elements.displacements();
+  const double count = static_cast<double>(handle.elements.size());
   std::vector<double> rest = handle.placesGrabbed;
   std::vector<double> now = handle.placesGrabbed;
   Vector3 restMean{};
@@ -615,24 +607,24 @@ void Handles::follow(Handle& handle, const float* displacement)
 std::vector<ProbeResult> Handles::reached()
 {
   const Vector3& spacing = this->bricks_.model().grid().spacing;
-  std::vector<std::uint32_t> addresses;
+  Elements elements(this->bricks_);
   std::vector<float> grabbed;
   std::vector<std::size_t> ends;
   for (const Pointer& handle : this->handles_)
   {
     if (handle->isSoft() && !handle->voxels.empty())
     {
-      addresses.insert(addresses.end(), handle->addresses.begin(), handle->addresses.end());
+      elements.add(handle->elements);
       grabbed.insert(grabbed.end(), handle->grabbed.begin(), handle->grabbed.end());
     }
     else
     {
-      addresses.push_back(handle->place);
+      elements.add(handle->place);
       grabbed.insert(grabbed.end(), handle->placeGrabbed.begin(), handle->placeGrabbed.end());
     }
-    ends.push_back(addresses.size());
+    ends.push_back(elements.size());
   }
-  const std::vector<float> displacements = this->bricks_.displacements(addresses);
+  const std::vector<float> displacements = elements.displacements();
   std::vector<ProbeResult> results(this->handles_.size());
   std::size_t m = 0;
   for (std::size_t n = 0; n < results.size(); ++n)
@@ -731,7 +723,7 @@ Vector3 Handles::softForce(const Handle& handle)
 {
   const cl_float4 proportions = proportionsOf(this->bricks_.model().grid());
   const std::vector<float> places = this->softPlaces(handle);
-  const std::vector<float> now = this->bricks_.displacements(handle.addresses);
+  const std::vector<float> now = handle.elements.displacements();
   Vector3 force{};
   for (std::size_t n = 0; n < places.size(); ++n)
   {

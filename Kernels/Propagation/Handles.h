@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Bricks.h"
+#include "Elements.h"
 #include "Pose.h"
 #include "Types.h"
 
@@ -15,20 +15,25 @@ namespace chainmail
 /// A handle: the tissue that one probe holds.
 struct Handle
 {
-  Probe probe;                          ///< as last requested
-  std::vector<std::size_t> voxels;      ///< the elements that it holds, ascending
-  std::vector<std::uint32_t> addresses; ///< addresses of these elements
-  std::vector<float> constraints;       ///< their signed constraints when not held, axes() interleaved values each
-  std::vector<float> grabbed;           ///< their displacements when they were grabbed, 3 interleaved values each
-  std::vector<int> bricks;              ///< bricks that the elements lie in
-  bool held = false;                    ///< whether the device has its elements marked as held
-  bool waits = false;                   ///< whether its wave has still to begin
-  bool moves = false;                   ///< whether a wave under way moves it
+  explicit Handle(Bricks& bricks)
+    : elements(bricks)
+  {
+  }
+
+  Probe probe;                     ///< as last requested
+  std::vector<std::size_t> voxels; ///< the elements that it holds, ascending
+  Elements elements;               ///< the same, for their values on the device; their bricks have a state
+  std::vector<float> constraints;  ///< their signed constraints when not held, axes() interleaved values each
+  std::vector<float> grabbed;      ///< their displacements when they were grabbed, 3 interleaved values each
+  std::vector<int> bricks;         ///< bricks that the elements lie in
+  bool held = false;               ///< whether the device has its elements marked as held
+  bool waits = false;              ///< whether its wave has still to begin
+  bool moves = false;              ///< whether a wave under way moves it
   double share = 1.0; ///< how many links of a soft probe each of its elements stands for (Handles::Grabbed)
 
-  /// The address of the element whose displacement counts as the probe's, and its displacement when it was grabbed.
-  /// This is the first element held or, where the probe holds none, one near it that another probe holds.
-  std::uint32_t place = 0;
+  /// The element whose displacement counts as the probe's (Grid::at), and its displacement when it was grabbed. This is
+  /// the first element held or, where the probe holds none, one near it that another probe holds.
+  std::size_t place = 0;
   std::array<float, 3> placeGrabbed{};
 
   /// For a probe that prescribes a rotation: the places [mm] and rotations of its elements when they were grabbed, 3

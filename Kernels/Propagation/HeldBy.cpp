@@ -191,7 +191,7 @@ std::optional<Grip> findGrip(
       others.insert(other->voxels.begin(), other->voxels.end());
     }
   }
-  const std::vector<float> u = bricks.displacements(handle.addresses);
+  const std::vector<float> u = handle.elements.displacements();
   double largest = 1.0;
   for (const float displacement : u)
   {

@@ -52,10 +52,10 @@ std::vector<int> Sharing::holdBounds()
   return this->bricks_.bricksWhere(slots, found);
 }
 
-std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks,
+std::vector<float> Sharing::run(const Elements& elements, const std::vector<int>& bricks,
   const std::vector<float>& wanted, const Checkpoint& checkpoint)
 {
-  const std::vector<float> before = this->bricks_.displacements(addresses);
+  const std::vector<float> before = elements.displacements();
   std::vector<float> shift(wanted.size()), low(wanted.size()), high(wanted.size());
   for (std::size_t m = 0; m < shift.size(); ++m)
   {
@@ -81,8 +81,8 @@ std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, con
       low[m] = std::max(shift[m] - least[m % 3], 0.0f);
       high[m] = std::min(shift[m] - most[m % 3], 0.0f);
     }
-    this->bricks_.set(this->lower_, addresses, low);
-    this->bricks_.set(this->upper_, addresses, high);
+    elements.set(this->lower_, low);
+    elements.set(this->upper_, high);
     this->spread(bricks, shorter, this->lower_, this->upper_, checkpoint);
   };
 
@@ -100,8 +100,8 @@ std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, con
   if (!beyond.empty())
   {
     this->spread(beyond, margin, this->upper_, this->lower_, checkpoint);
-    const std::vector<float> most = this->bricks_.valuesAt(this->lower_, addresses);
-    const std::vector<float> least = this->bricks_.valuesAt(this->upper_, addresses);
+    const std::vector<float> most = elements.values(this->lower_);
+    const std::vector<float> least = elements.values(this->upper_);
     for (std::size_t m = 0; m < shift.size(); ++m)
     {
       shift[m] = std::min(std::max(shift[m], least[m]), most[m]);
@@ -121,8 +121,8 @@ std::vector<float> Sharing::run(const std::vector<std::uint32_t>& addresses, con
     }
   }
   begin(least, most, marginNow());
-  const std::vector<float> lower = this->bricks_.valuesAt(this->lower_, addresses);
-  const std::vector<float> upper = this->bricks_.valuesAt(this->upper_, addresses);
+  const std::vector<float> lower = elements.values(this->lower_);
+  const std::vector<float> upper = elements.values(this->upper_);
   std::vector<float> shared(shift.size());
   for (std::size_t m = 0; m < shared.size(); ++m)
   {

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "Elements.h"
 #include "FixedPoint.h"
 
-#include <cstdint>
 #include <vector>
 
 namespace chainmail
@@ -22,11 +22,11 @@ public:
   explicit Sharing(Bricks& bricks);
   ~Sharing() { this->release(); }
 
-  /// Returns the displacements that the elements at these addresses, in these bricks, get. `wanted`: those that they
-  /// request. Both are fractions of the spacing, 3 interleaved values each. These elements must not be marked as held;
-  /// held tissue stays where it is. The state must be feasible and does not change.
-  std::vector<float> run(const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks,
-    const std::vector<float>& wanted, const Checkpoint& checkpoint);
+  /// Returns the displacements that these elements, in these bricks, get. `wanted`: those that they request. Both are
+  /// fractions of the spacing, 3 interleaved values each. These elements must not be marked as held; held tissue stays
+  /// where it is. The state must be feasible and does not change.
+  std::vector<float> run(const Elements& elements, const std::vector<int>& bricks, const std::vector<float>& wanted,
+    const Checkpoint& checkpoint);
 
 private:
   void spread(const std::vector<int>& bricks, float margin, Field& lower, Field& upper, const Checkpoint& checkpoint);

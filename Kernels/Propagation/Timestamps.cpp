@@ -44,8 +44,7 @@ void Timestamps::start(const Handle& source, int front)
 {
   this->keep();
   this->arrivals_.start(source, front);
-  this->bricks_.set(
-    this->stamp_, source.addresses, std::vector<cl_int>(this->stamp_.runs * source.addresses.size(), this->iteration_));
+  source.elements.set(this->stamp_, std::vector<cl_int>(this->stamp_.runs * source.elements.size(), this->iteration_));
   for (const int brick : source.bricks)
   {
     this->active_.insert(brick);

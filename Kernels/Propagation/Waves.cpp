@@ -156,10 +156,9 @@ void Waves::markHeld()
     });
 }
 
-void Waves::place(
-  const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks, const std::vector<float>& values)
+void Waves::place(const Elements& elements, const std::vector<int>& bricks, const std::vector<float>& values)
 {
-  this->bricks_.setDisplacements(addresses, values);
+  elements.setDisplacements(values);
   for (const int brick : bricks)
   {
     this->bricks_.touch(this->bricks_.slot(brick));
@@ -213,7 +212,7 @@ void Waves::beginNext()
     handle->waits = false;
   }
   handles.erase(std::remove_if(handles.begin(), handles.end(),
-                  [](const Handles::Pointer& handle) { return handle->probe.anchor || handle->addresses.empty(); }),
+                  [](const Handles::Pointer& handle) { return handle->probe.anchor || handle->voxels.empty(); }),
     handles.end());
   if (!handles.empty())
   {
@@ -223,34 +222,34 @@ void Waves::beginNext()
 
 void Waves::begin(Group handles)
 {
-  this->wave_.emplace();
+  this->wave_.emplace(this->bricks_);
   Wave& wave = *this->wave_;
   wave.handles = std::move(handles);
   this->joinBodies();
   for (const Handles::Pointer& handle : wave.handles)
   {
     handle->moves = true;
-    wave.addresses.insert(wave.addresses.end(), handle->addresses.begin(), handle->addresses.end());
+    wave.elements.add(handle->elements);
     wave.bricks.insert(wave.bricks.end(), handle->bricks.begin(), handle->bricks.end());
   }
   std::sort(wave.bricks.begin(), wave.bricks.end());
   wave.bricks.erase(std::unique(wave.bricks.begin(), wave.bricks.end()), wave.bricks.end());
   this->markHeld();
   this->bricks_.before().save(this->bricks_.slotsOf(wave.bricks));
-  wave.before = this->bricks_.displacements(wave.addresses);
+  wave.before = wave.elements.displacements();
   for (const Handles::Pointer& handle : wave.handles)
   {
     if (handle->turns())
     {
       wave.turns = true;
       wave.longest = std::min(wave.longest, 1.0 / wavesFor(*handle));
-      wave.turning.insert(wave.turning.end(), handle->addresses.begin(), handle->addresses.end());
+      wave.turning.add(handle->elements);
     }
   }
   wave.share = wave.longest;
   if (wave.turns)
   {
-    wave.spinsBefore = this->bricks_.spinsAt(wave.turning);
+    wave.spinsBefore = wave.turning.rotations();
   }
   for (int a = 0; a < 3; ++a)
   {
@@ -352,7 +351,7 @@ void Waves::attempt()
 {
   Wave& wave = *this->wave_;
   const std::vector<float> values = this->target();
-  this->place(wave.addresses, wave.bricks, values);
+  this->place(wave.elements, wave.bricks, values);
   std::array<float, 3> furthest{};
   for (std::size_t m = 0; m < values.size(); ++m)
   {
@@ -375,7 +374,7 @@ void Waves::attempt()
         spins.insert(spins.end(), more.begin(), more.end());
       }
     }
-    this->bricks_.setSpins(wave.turning, spins);
+    wave.turning.setRotations(spins);
     this->bricks_.setTurned(true);
     wave.way = 0.0f;
     for (std::size_t m = 0; m < values.size(); ++m)
@@ -403,7 +402,7 @@ void Waves::attempt()
   {
     shifts[m] -= wave.before[m];
   }
-  this->propagation_.startPoses(wave.bricks, wave.addresses, shifts);
+  this->propagation_.startPoses(wave.bricks, wave.elements, shifts);
 }
 
 /// Whether the wave is done: everything is compatible, or its probe cannot move. Otherwise another attempt has begun,
@@ -424,7 +423,7 @@ bool Waves::settled(const Checkpoint& checkpoint)
   {
     if (wave.turns)
     {
-      this->place(wave.addresses, wave.bricks, this->target()); // exactly, without the rounding of shifts
+      this->place(wave.elements, wave.bricks, this->target()); // exactly, without the rounding of shifts
     }
     for (const Handles::Pointer& handle : wave.handles)
     {
@@ -502,7 +501,7 @@ void Waves::takeBack()
   this->propagation_.takeBack();
   if (this->wave_->turns)
   {
-    this->bricks_.setSpins(this->wave_->turning, this->wave_->spinsBefore);
+    this->wave_->turning.setRotations(this->wave_->spinsBefore);
   }
 }
 
@@ -544,7 +543,7 @@ bool Waves::share(const Checkpoint& checkpoint)
   this->handles_.setHeld([this](const Handle& handle)
     { return !handle.moves && (handle.probe.anchor || (this->policy_ != ConflictPolicy::Latest && !handle.waits)); });
   const std::vector<float> asked = this->target();
-  std::vector<float> shared = this->sharing_.run(wave.addresses, wave.bricks, asked, checkpoint);
+  std::vector<float> shared = this->sharing_.run(wave.elements, wave.bricks, asked, checkpoint);
   this->markHeld();
   wave.shared.clear();
   if (shared == asked)
@@ -599,7 +598,7 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
       {
         this->queue_.pop_front();
       }
-      if (!handle->probe.anchor && !handle->addresses.empty())
+      if (!handle->probe.anchor && !handle->voxels.empty())
       {
         this->disturbed_ = this->disturbed_ || !this->timestamps_.finished();
         this->startTimestamps(handle, checkpoint);
@@ -643,10 +642,10 @@ void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& ch
   {
     this->propagation_.run(0, this->wave_->enough, checkpoint);
   } while (!this->settled(checkpoint));
-  const std::vector<float> values = this->bricks_.displacements(handle->addresses);
+  const std::vector<float> values = handle->elements.displacements();
   this->takeBack();
   this->end();
-  this->place(handle->addresses, handle->bricks, values);
+  this->place(handle->elements, handle->bricks, values);
   this->latest_ = handle;
   this->timestamps_.start(*handle, ++this->front_);
   // The earliest time gives an element correct bounds only where all elements of the probe have the same displacement.

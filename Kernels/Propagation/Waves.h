@@ -61,9 +61,15 @@ private:
   /// rotations all go the same share of their motions, less in each attempt.
   struct Wave
   {
+    explicit Wave(Bricks& bricks)
+      : elements(bricks)
+      , turning(bricks)
+    {
+    }
+
     Group handles;
     std::vector<std::pair<Handles::Pointer, Group>> joined; ///< handles that replace several others (Handles::join)
-    std::vector<std::uint32_t> addresses;                   ///< addresses of the handles' elements
+    Elements elements;                                      ///< the elements of the handles
     std::vector<int> bricks;                                ///< bricks that these elements lie in
     std::vector<float> before;                              ///< displacements of these elements before the wave
     std::vector<float> shared;        ///< their target displacements where the probes share; else empty
@@ -75,12 +81,12 @@ private:
     float enough = 0.0f;              ///< a conflict of more than this ends an attempt early
     int attempts = 0;
 
-    bool turns = false;                 ///< whether any of the probes prescribes a rotation
-    double share = 1.0;                 ///< share of their motions that such probes go in this attempt
-    double longest = 1.0;               ///< largest share that they may go in one wave
-    float way = 0.0f;                   ///< largest shift of an element in this attempt [fractions of the spacing]
-    std::vector<std::uint32_t> turning; ///< addresses of the elements of such probes
-    std::vector<float> spinsBefore;     ///< the rotations of these elements before the wave
+    bool turns = false;             ///< whether any of the probes prescribes a rotation
+    double share = 1.0;             ///< share of their motions that such probes go in this attempt
+    double longest = 1.0;           ///< largest share that they may go in one wave
+    float way = 0.0f;               ///< largest shift of an element in this attempt [fractions of the spacing]
+    Elements turning;               ///< the elements of such probes
+    std::vector<float> spinsBefore; ///< the rotations of these elements before the wave
   };
 
   int runEnvelopes(int iterations, const Checkpoint& checkpoint);
@@ -100,8 +106,7 @@ private:
   void markHeld();
   void wait(Group handles, bool first);
   void letGo();
-  void place(
-    const std::vector<std::uint32_t>& addresses, const std::vector<int>& bricks, const std::vector<float>& values);
+  void place(const Elements& elements, const std::vector<int>& bricks, const std::vector<float>& values);
   std::vector<float> target() const;
 
   Bricks& bricks_;

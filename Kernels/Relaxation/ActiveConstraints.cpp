@@ -2,6 +2,7 @@
 
 #include "Components.h"
 #include "ElementRule.h"
+#include "Elements.h"
 
 #include <algorithm>
 #include <array>
@@ -17,8 +18,13 @@ namespace
 /// Elements near active constraints and their links, as plain arrays on the host.
 struct Patch
 {
-  std::vector<std::size_t> voxels; ///< numbers in the grid (Grid::at), ascending
-  std::vector<std::uint32_t> addresses;
+  explicit Patch(Bricks& bricks)
+    : elements(bricks)
+  {
+  }
+
+  std::vector<std::size_t> voxels;                ///< numbers in the grid (Grid::at), ascending
+  Elements elements;                              ///< the same, for their values on the device
   std::vector<std::array<std::uint32_t, 3>> next; ///< index of the element linked at +1 on each axis, or none
   std::vector<float> u[3];
   std::vector<float> c[3]; ///< signed constraints, with held elements marked as on the device
@@ -171,7 +177,7 @@ void addBeside(
 void readSpins(Bricks& bricks, Patch& patch)
 {
   const Spins& all = *bricks.spins();
-  const std::vector<float> spins = bricks.spinsAt(patch.addresses);
+  const std::vector<float> spins = patch.elements.rotations();
   for (int axis = 0; axis < 3; ++axis)
   {
     patch.weights[axis] = all.weight(axis);
@@ -197,7 +203,7 @@ void readVolumetricStrain(Bricks& bricks, Patch& patch)
 {
   const Spins& all = *bricks.spins();
   const std::size_t axes = static_cast<std::size_t>(bricks.model().axes());
-  patch.pressure = bricks.pressuresAt(patch.addresses);
+  patch.pressure = patch.elements.pressures();
   std::vector<float> soft(patch.size());
   for (std::size_t n = 0; n < patch.size(); ++n)
   {
@@ -212,7 +218,7 @@ void readVolumetricStrain(Bricks& bricks, Patch& patch)
     soft[n] = isSoft ? sum / static_cast<float>(axes) : 0.0f;
     patch.bulk.push_back(isSoft ? static_cast<float>(all.proportions.s[3] * Elasticity::weight(soft[n])) : 0.0f);
   }
-  const std::vector<float> spins = bricks.spinsAt(patch.addresses);
+  const std::vector<float> spins = patch.elements.rotations();
   for (int axis = 0; axis < 3; ++axis)
   {
     patch.scale[axis] = all.proportions.s[axis];
@@ -264,7 +270,7 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
   }
   movable.erase(std::unique(movable.begin(), movable.end()), movable.end());
 
-  Patch patch;
+  Patch patch(bricks);
   patch.voxels = movable;
   for (int a = 0; a < 3; ++a)
   {
@@ -281,7 +287,7 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
     const std::size_t voxel = patch.voxels[n];
     const Index3 at = grid.indexOf(voxel);
     const std::uint8_t cut = bricks.cutBits(at[0], at[1], at[2]);
-    patch.addresses.push_back(bricks.address(at[0], at[1], at[2]));
+    patch.elements.add(at);
     for (int a = 0; a < 3; ++a)
     {
       while (ahead[a] < patch.size() && patch.voxels[ahead[a]] < voxel + steps[a])
@@ -293,8 +299,8 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
       patch.next[n][a] = linked ? static_cast<std::uint32_t>(ahead[a]) : Patch::none;
     }
   }
-  const std::vector<float> u = bricks.displacements(patch.addresses);
-  const std::vector<float> c = bricks.constraints(patch.addresses);
+  const std::vector<float> u = patch.elements.displacements();
+  const std::vector<float> c = patch.elements.constraints();
   for (int a = 0; a < 3; ++a)
   {
     for (std::size_t n = 0; n < patch.size(); ++n)
@@ -593,20 +599,20 @@ float moveBlockedGroups(
         moveAxis({ patch, c, patch.wanted[a], patch.u[a], static_cast<int>(a), patch.pressure }, elasticity, still);
     });
 
-  std::vector<std::uint32_t> addresses;
+  Elements elements(bricks);
   std::vector<float> values;
   for (std::size_t n = 0; n < patch.size(); ++n)
   {
     const float u[3] = { patch.u[0][n], patch.u[1][n], patch.u[2][n] };
     if (u[0] != before[0][n] || u[1] != before[1][n] || u[2] != before[2][n])
     {
-      addresses.push_back(patch.addresses[n]);
+      const Index3 at = bricks.model().grid().indexOf(patch.voxels[n]);
+      elements.add(at);
       values.insert(values.end(), u, u + 3);
-      moved.push_back(
-        bricks.brick(static_cast<int>(patch.addresses[n] / static_cast<std::uint32_t>(bricks.elementsPerBrick()))));
+      moved.push_back(bricks.brickAt(at[0], at[1], at[2]));
     }
   }
-  bricks.setDisplacements(addresses, values);
+  elements.setDisplacements(values);
   std::sort(moved.begin(), moved.end());
   moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
   return *std::max_element(moves, moves + 3);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <set>
 
 namespace chainmail
@@ -286,14 +285,13 @@ void RigidClusters::projectToRigid(bool turn)
     }
     return;
   }
-  std::vector<std::uint32_t> addresses;
+  Elements members(this->bricks_);
   for (const int id : touched)
   {
-    const std::vector<std::uint32_t> more = this->addressesOf(this->clusters_[id]);
-    addresses.insert(addresses.end(), more.begin(), more.end());
+    this->addMembers(this->clusters_[id], members);
   }
-  std::vector<float> places = this->bricks_.displacements(addresses);
-  std::vector<float> spins = this->bricks_.spinsAt(addresses);
+  std::vector<float> places = members.displacements();
+  std::vector<float> spins = members.rotations();
   std::size_t first = 0;
   for (const int id : touched)
   {
@@ -302,30 +300,25 @@ void RigidClusters::projectToRigid(bool turn)
       this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels, turn, &places[first], &spins[first]);
     first += 3 * cluster.count;
   }
-  this->bricks_.setDisplacements(addresses, places);
-  this->bricks_.setSpins(addresses, spins);
+  members.setDisplacements(places);
+  members.setRotations(spins);
 }
 
-/// The addresses of a cluster's members.
-std::vector<std::uint32_t> RigidClusters::addressesOf(const Cluster& cluster) const
+/// Adds the members of a cluster to a list.
+void RigidClusters::addMembers(const Cluster& cluster, Elements& elements) const
 {
-  const Grid& grid = this->bricks_.model().grid();
-  const auto first = this->voxels_.begin() + static_cast<std::ptrdiff_t>(cluster.first);
-  std::vector<std::uint32_t> addresses;
-  std::transform(first, first + static_cast<std::ptrdiff_t>(cluster.count), std::back_inserter(addresses),
-    [&](std::uint32_t voxel)
-    {
-      const Index3 at = grid.indexOf(voxel);
-      return this->bricks_.address(at[0], at[1], at[2]);
-    });
-  return addresses;
+  for (std::size_t n = cluster.first; n < cluster.first + cluster.count; ++n)
+  {
+    elements.add(this->voxels_[n]);
+  }
 }
 
 /// Gives all members of a cluster of one axis the same displacement along this axis, and no rotation.
 void RigidClusters::alignAxis(const Cluster& cluster)
 {
-  const std::vector<std::uint32_t> addresses = this->addressesOf(cluster);
-  std::vector<float> places = this->bricks_.displacements(addresses);
+  Elements members(this->bricks_);
+  this->addMembers(cluster, members);
+  std::vector<float> places = members.displacements();
   const std::size_t axis = static_cast<std::size_t>(cluster.axis);
   double place = 0.0;
   if (!cluster.heldVoxels.empty())
@@ -343,8 +336,8 @@ void RigidClusters::alignAxis(const Cluster& cluster)
   {
     places[3 * n + axis] = static_cast<float>(place);
   }
-  this->bricks_.setDisplacements(addresses, places);
-  this->bricks_.setSpins(addresses, std::vector<float>(places.size(), 0.0f));
+  members.setDisplacements(places);
+  members.setRotations(std::vector<float>(places.size(), 0.0f));
 }
 
 void RigidClusters::activate(const std::vector<int>& bricks)
@@ -508,14 +501,12 @@ void RigidClusters::refresh()
     return;
   }
   // The place of a cluster is that of its first member.
-  std::vector<std::uint32_t> firsts;
-  const Grid& grid = this->bricks_.model().grid();
+  Elements firsts(this->bricks_);
   for (const int id : this->active_)
   {
-    const Index3 at = grid.indexOf(this->voxels_[this->clusters_[id].first]);
-    firsts.push_back(this->bricks_.address(at[0], at[1], at[2]));
+    firsts.add(this->voxels_[this->clusters_[id].first]);
   }
-  this->bricks_.context().write(this->places_, 0, this->bricks_.displacements(firsts));
+  this->bricks_.context().write(this->places_, 0, firsts.displacements());
 }
 
 std::vector<int> RigidClusters::inactiveBricks() const

@@ -2,6 +2,7 @@
 
 #include "Bricks.h"
 #include "Elasticity.h"
+#include "Elements.h"
 #include "SoftClusters.h"
 #include "TurningClusters.h"
 
@@ -103,7 +104,7 @@ private:
   /// Whether clusters rotate. Where constraints differ by axis, a cluster of one axis has no rotation.
   bool turns() const { return this->bricks_.spins() && this->bricks_.model().axes() == 1; }
   TurningClusters::Body bodyOf(const Cluster& cluster) const;
-  std::vector<std::uint32_t> addressesOf(const Cluster& cluster) const;
+  void addMembers(const Cluster& cluster, Elements& elements) const;
   void alignAxis(const Cluster& cluster);
   std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
   void list();

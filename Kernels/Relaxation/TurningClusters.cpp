@@ -1,6 +1,7 @@
 #include "TurningClusters.h"
 
 #include "ElementRule.h"
+#include "Elements.h"
 #include "Pass.h"
 #include "Pose.h"
 
@@ -230,15 +231,13 @@ void TurningClusters::upload(const std::vector<Body>& bodies, std::size_t chunks
 
 void TurningClusters::refresh()
 {
-  const Grid& grid = this->bricks_.model().grid();
-  std::vector<std::uint32_t> addresses;
+  Elements members(this->bricks_);
   for (const Body& body : this->list_)
   {
-    const Index3 at = grid.indexOf(body.member);
-    addresses.push_back(this->bricks_.address(at[0], at[1], at[2]));
+    members.add(body.member);
   }
-  const std::vector<float> places = this->bricks_.displacements(addresses);
-  const std::vector<float> spins = this->bricks_.spinsAt(addresses);
+  const std::vector<float> places = members.displacements();
+  const std::vector<float> spins = members.rotations();
   std::vector<cl_float> poses(floatsOfPose * this->list_.size(), 0.0f);
   for (std::size_t n = 0; n < this->list_.size(); ++n)
   {
