@@ -79,9 +79,9 @@ public:
   {
     const std::vector<float> ui = this->inner_.displacements();
     const std::vector<float> uj = this->outer_.displacements();
-    const Spins* spins = this->bricks_.spins();
-    const std::vector<float> si = spins ? this->inner_.rotations() : std::vector<float>();
-    const std::vector<float> sj = spins ? this->outer_.rotations() : std::vector<float>();
+    const Rotations* rotations = this->bricks_.rotations();
+    const std::vector<float> si = rotations ? this->inner_.rotations() : std::vector<float>();
+    const std::vector<float> sj = rotations ? this->outer_.rotations() : std::vector<float>();
     const std::vector<float> ti = this->hasPressure() ? this->inner_.pressures() : std::vector<float>();
     const std::vector<float> tj = this->hasPressure() ? this->outer_.pressures() : std::vector<float>();
     for (std::size_t m = 0; m < this->limits_.size(); ++m)
@@ -93,12 +93,12 @@ public:
         {
           // The derivative of weight * pull^2 by u, in physical units: spacings cancel.
           double pull = 0.0;
-          if (spins)
+          if (rotations)
           {
             const int direction = this->directions_[m];
             pull = static_cast<double>(uj[3 * m + a]) - ui[3 * m + a] -
-                   spins->restOffset(&si[3 * m], &sj[3 * m], direction, a);
-            pull *= spins->weight(direction / 2) * spins->proportions.s[a];
+                   rotations->restOffset(&si[3 * m], &sj[3 * m], direction, a);
+            pull *= rotations->weight(direction / 2) * rotations->proportions.s[a];
           }
           else
           {
@@ -110,7 +110,7 @@ public:
           {
             // The pressure of each end acts along the link as rotated by that end (volumetricstrain.clh).
             const int direction = this->directions_[m];
-            const double way = (direction % 2 == 0 ? -1.0 : 1.0) / spins->proportions.s[direction / 2];
+            const double way = (direction % 2 == 0 ? -1.0 : 1.0) / rotations->proportions.s[direction / 2];
             results[this->handles_[m]].force[a] -=
               this->linksPerLink_ * way *
               (static_cast<double>(this->shares_[m][0]) * ti[m] * leverArmOf(&si[3 * m], direction / 2, a) +
@@ -118,7 +118,7 @@ public:
           }
         }
       }
-      if (this->probes_.all()[this->handles_[m]]->probe.turns)
+      if (this->probes_.all()[this->handles_[m]]->probe.rotates)
       {
         this->addTorque(m, before, &ui[3 * m], &uj[3 * m], &si[3 * m], results[this->handles_[m]]);
       }
@@ -155,7 +155,7 @@ private:
     this->softElements_.clear();
   }
 
-  bool hasPressure() const { return this->bricks_.spins() && this->bricks_.spins()->hasPressure(); }
+  bool hasPressure() const { return this->bricks_.rotations() && this->bricks_.rotations()->hasPressure(); }
 
   /// Adds the moment of a link about the centre of its handle: lever arm x force, and the derivative of the link's
   /// energy by the rotation of the element with the handle. `before`: the force of the handle without this link.
@@ -164,7 +164,7 @@ private:
   {
     const Grid& grid = this->bricks_.model().grid();
     const Handle& handle = *this->probes_.all()[this->handles_[link]];
-    const Spins& spins = *this->bricks_.spins();
+    const Rotations& rotations = *this->bricks_.rotations();
     const int direction = this->directions_[link];
     Vector3 arm;
     Vector3 force;
@@ -176,10 +176,10 @@ private:
                (handle.probe.centre[a] + handle.pose.shift[a]);
       force[a] = result.force[a] - before[a];
       const double rest = (direction % 2 == 0 ? -1.0 : 1.0) * (a == direction / 2 ? 1.0 : 0.0);
-      const double wanted = spins.restOffset(si, si, direction, a);
+      const double wanted = rotations.restOffset(si, si, direction, a);
       way[a] = (rest + wanted) * grid.spacing[a];
-      strain[a] = -this->linksPerLink_ * Elasticity::weight(this->limits_[link]) * spins.weight(direction / 2) *
-                  spins.proportions.s[a] * (static_cast<double>(uj[a]) - ui[a] - wanted);
+      strain[a] = -this->linksPerLink_ * Elasticity::weight(this->limits_[link]) * rotations.weight(direction / 2) *
+                  rotations.proportions.s[a] * (static_cast<double>(uj[a]) - ui[a] - wanted);
     }
     for (int a = 0; a < 3; ++a)
     {
@@ -219,9 +219,9 @@ private:
   /// One component of R e, with e the unit vector along an axis and R the rotation `spin`.
   static double leverArmOf(const float* spin, int along, int axis)
   {
-    float turned[3];
-    rule::single::turnedAxis(spin, along, turned);
-    return turned[axis] + (axis == along ? 1.0 : 0.0);
+    float offset[3];
+    rule::single::rotationOffsetOfAxis(spin, along, offset);
+    return offset[axis] + (axis == along ? 1.0 : 0.0);
   }
 
   float constraintOf(const Index3& at) const
@@ -263,7 +263,7 @@ void Readout::displacements(float* out, bool zeroed) const
   {
     std::fill(out, out + 3 * grid.voxels(), 0.0f);
   }
-  bricks.readSlots<float>({ { bricks.displacement(), 3 } }, bricks.touchedSlots(),
+  bricks.readSlots<float>({ { bricks.displacement(), 3 } }, bricks.dirtySlots(),
     [&](int slot, const Bricks::SlotValues<float>& u)
     {
       for (const Bricks::Row& row : bricks.rows(bricks.brick(slot)))
@@ -397,18 +397,18 @@ std::vector<RigidBody> Readout::bodies(const Handles& handles, const RigidCluste
       RigidBody body;
       body.voxel = this->voxelsOf(*first).front();
       body.elements = static_cast<std::size_t>(last - first);
-      body.heldBy.bone = anchored;
-      body.heldBy.what = anchored ? HeldBy::What::Rigid : HeldBy::What::Nothing;
-      for (; body.heldBy.what == HeldBy::What::Rigid && first != last; ++first)
+      body.limiter.bone = anchored;
+      body.limiter.what = anchored ? Limiter::What::Rigid : Limiter::What::Nothing;
+      for (; body.limiter.what == Limiter::What::Rigid && first != last; ++first)
       {
         for (const std::size_t voxel : this->voxelsOf(*first))
         {
           const Index3 at = model.grid().indexOf(voxel);
           const int face = model.anchoringFace(at[0], at[1], at[2]);
-          if (face >= 0 && body.heldBy.what == HeldBy::What::Rigid)
+          if (face >= 0 && body.limiter.what == Limiter::What::Rigid)
           {
-            body.heldBy.what = HeldBy::What::Face;
-            body.heldBy.face = face;
+            body.limiter.what = Limiter::What::Face;
+            body.limiter.face = face;
           }
         }
       }
@@ -423,11 +423,11 @@ std::vector<RigidBody> Readout::bodies(const Handles& handles, const RigidCluste
     for (const std::size_t element : handles.all()[n]->voxels)
     {
       const int id = clusters.clusterOf(element, 0);
-      if (id >= 0 && bodies[id].heldBy.what == HeldBy::What::Nothing)
+      if (id >= 0 && bodies[id].limiter.what == Limiter::What::Nothing)
       {
-        bodies[id].heldBy.what = HeldBy::What::Probe;
-        bodies[id].heldBy.probe = n;
-        bodies[id].heldBy.bone = true;
+        bodies[id].limiter.what = Limiter::What::Probe;
+        bodies[id].limiter.probe = n;
+        bodies[id].limiter.bone = true;
       }
     }
   }
@@ -451,7 +451,7 @@ void Readout::addForces(std::vector<ProbeResult>& results, Handles& handles, con
       }
     }
   }
-  updatePressureAround(this->bricks_, this->bricks_.touchedSlots());
+  updatePressureAround(this->bricks_, this->bricks_.dirtySlots());
   const int axes = this->bricks_.model().axes();
   for (int component = 0; component < axes; ++component)
   {

@@ -1,6 +1,7 @@
 #include "Simulation.h"
 
 #include "Carving.h"
+#include "Continuation.h"
 #include "Cutting.h"
 #include "Error.h"
 #include "Measurement.h"
@@ -8,7 +9,6 @@
 #include "PaperRelaxation.h"
 #include "ProbeSelection.h"
 #include "Process.h"
-#include "Reach.h"
 #include "Readout.h"
 #include "Resampling.h"
 #include "Waves.h"
@@ -24,7 +24,7 @@ namespace chainmail
 namespace
 {
 
-Turning turningOf(const Settings& settings)
+RotationSettings rotatingOf(const Settings& settings)
 {
   const double ratio = settings.poissonRatio;
   if (!(ratio >= 0.0 && ratio <= 0.49) || (ratio != 0.0 && !settings.rotations))
@@ -43,10 +43,10 @@ public:
     : model_(std::move(model))
     , context_(Context::of(settings.device))
     , voxels_(this->context_, this->model_, settings.brickSize,
-        settings.modelReduction == 1 ? turningOf(settings) : Turning())
+        settings.modelReduction == 1 ? rotatingOf(settings) : RotationSettings())
     , reduction_(settings.modelReduction == 1
                    ? nullptr
-                   : new ModelReduction(this->voxels_, settings.modelReduction, turningOf(settings)))
+                   : new ModelReduction(this->voxels_, settings.modelReduction, rotatingOf(settings)))
     , bricks_(this->reduction_ ? this->reduction_->bricks() : this->voxels_)
     , readout_(this->voxels_, this->bricks_, this->reduction_.get())
     , handles_(this->bricks_, this->reduction_ ? this->reduction_->origin() : Vector3(),
@@ -71,7 +71,7 @@ public:
   RelaxResult relax(int iterations, double tolerance);
   UpdateResult update(const Update& update, const std::function<bool(UpdatePart)>& begins);
   std::vector<ProbeResult> probes();
-  HeldBy heldBy(std::size_t probe);
+  Limiter limiter(std::size_t probe);
   RigidClusters& rigidClusters();
   Statistics measure();
   double energy();
@@ -182,7 +182,7 @@ std::vector<Handles::Grabbed> Simulation::Impl::grab(
       one.share = static_cast<double>(voxels.size()) /
                   (static_cast<double>(one.elements.size()) * this->reduction_->linksPerLink());
     }
-    if (probes[grabbed.size()].turns)
+    if (probes[grabbed.size()].rotates)
     {
       one.elements = this->rigidClusters().withClusters(one.elements, 0);
       if (!probes[grabbed.size()].isSoft())
@@ -242,7 +242,7 @@ std::vector<Handles::SharedBody> Simulation::Impl::sharedBodies(const std::vecto
   std::map<int, Handles::SharedBody> bodies;
   for (std::size_t n = 0; n < handles.size(); ++n)
   {
-    const int body = handles[n]->turns() ? none : bodyOf(*handles[n]);
+    const int body = handles[n]->rotates() ? none : bodyOf(*handles[n]);
     if (body >= 0 && !clusters.isAnchored(body))
     {
       Handles::SharedBody& shared = bodies[body];
@@ -278,11 +278,11 @@ void Simulation::Impl::setRelaxation(RelaxationMethod method, double elasticReco
   {
     throw InputError("The elastic recovery must be a number from 0 to 1.");
   }
-  if (this->bricks_.spins() && method != RelaxationMethod::Projected)
+  if (this->bricks_.rotations() && method != RelaxationMethod::Projected)
   {
     throw InputError("Rotations need the relaxation method Projected.");
   }
-  if (this->bricks_.spins() && elasticRecovery != 1.0)
+  if (this->bricks_.rotations() && elasticRecovery != 1.0)
   {
     throw InputError("Rotations need elastic tissue: an elastic recovery of 1.");
   }
@@ -361,7 +361,7 @@ std::size_t Simulation::Impl::carve(const Surface& surface, SurfaceParts* parts)
 
 void Simulation::Impl::setPropagation(PropagationMethod method, ConflictPolicy policy)
 {
-  if (this->bricks_.spins() && method != PropagationMethod::Envelope)
+  if (this->bricks_.rotations() && method != PropagationMethod::Envelope)
   {
     throw InputError("Rotations need the propagation method Envelope.");
   }
@@ -406,7 +406,7 @@ PropagateResult Simulation::Impl::propagate(int iterations)
         this->checkpoint(launches / (launches + 50.0));
       };
       PropagateResult result = this->waves_.run(iterations, checkpoint);
-      if (iterations == 0 && this->bricks_.spins())
+      if (iterations == 0 && this->bricks_.rotations())
       {
         bool coarse = true; // once coarser grids gain nothing, they never do again: bones only rotate further
         const auto sweep = [&](int sweeps, double tolerance)
@@ -415,9 +415,9 @@ PropagateResult Simulation::Impl::propagate(int iterations)
             nullptr, sweeps, tolerance, [&](int) { checkpoint(); } };
           return this->relaxer().run(task);
         };
-        const auto settle = [&](bool anyTurns, bool thoroughly)
+        const auto settle = [&](bool anyRotates, bool thoroughly)
         {
-          if (anyTurns)
+          if (anyRotates)
           {
             this->settleAround(sweep, thoroughly);
             return;
@@ -432,7 +432,7 @@ PropagateResult Simulation::Impl::propagate(int iterations)
             sweep(few, 0.0);
           }
         };
-        const Further further = reachFurther(this->waves_, this->handles_, settle, checkpoint);
+        const Continued further = continueWaves(this->waves_, this->handles_, settle, checkpoint);
         result.iterations += further.iterations;
         if (further.travelled)
         {
@@ -479,15 +479,15 @@ std::vector<ProbeResult> Simulation::Impl::probes()
   return results;
 }
 
-HeldBy Simulation::Impl::heldBy(std::size_t probe)
+Limiter Simulation::Impl::limiter(std::size_t probe)
 {
   if (probe >= this->handles_.all().size())
   {
     throw InputError("There is no probe " + std::to_string(probe) + " to ask about.");
   }
   return this->waves_.underWay()
-           ? HeldBy()
-           : findHolder(this->bricks_, *this->model_, this->reduction_.get(), this->handles_, probe);
+           ? Limiter()
+           : findLimiter(this->bricks_, *this->model_, this->reduction_.get(), this->handles_, probe);
 }
 
 RigidClusters& Simulation::Impl::rigidClusters()
@@ -774,9 +774,9 @@ std::vector<ProbeResult> Simulation::probes() const
   return this->impl_->called([&] { return this->impl_->probes(); });
 }
 
-HeldBy Simulation::heldBy(std::size_t probe) const
+Limiter Simulation::limiter(std::size_t probe) const
 {
-  return this->impl_->called([&] { return this->impl_->heldBy(probe); });
+  return this->impl_->called([&] { return this->impl_->limiter(probe); });
 }
 
 std::vector<RigidBody> Simulation::bodies() const

@@ -121,14 +121,14 @@ public:
   /// the surface is not closed.
   std::size_t carve(const Surface& surface, SurfaceParts* parts = nullptr);
 
-  /// Holds exactly these probes from now on. A probe with the position, radius, `turns` and `body` of one that is
+  /// Holds exactly these probes from now on. A probe with the position, radius, `rotates` and `body` of one that is
   /// already held is that same probe, moved where its displacement changed. Any other probe grabs the tissue that is at
   /// its place now. Probes that are no longer in the list are released where they are. Moves nothing yet: propagate()
   /// does, and relax() does for soft probes, which propagate() ignores. A probe may become soft, or cease to be, and
   /// stays the same. Throws ProbeError for a probe without tissue at its place, or with an invalid position,
   /// displacement, radius or tolerance.
   ///
-  /// A probe that `turns` takes what it grabs from x to c + displacement + R (x - c), with c its centre and R its
+  /// A probe that `rotates` takes what it grabs from x to c + displacement + R (x - c), with c its centre and R its
   /// rotation. The elements rotate by R, too. With each rigid element it grabs the whole rigid cluster. Unless the
   /// probe is soft, the cluster then has exactly this pose. A probe that is not soft also grabs elements of a
   /// constraint up to 0.12 in the notches of the cluster: those with two links to it or to others of these, up to three
@@ -149,7 +149,7 @@ public:
   /// call moved at most 32 probes and they do not Share, they then move the cluster together: by the rigid motion that
   /// brings their elements nearest to their targets (least squares).
   ///
-  /// Probes that turn, and such clusters, rotate by at most 7.5 degrees in a wave, or less where that is too far. All
+  /// Probes that rotate, and such clusters, rotate by at most 7.5 degrees in a wave, or less where that is too far. All
   /// that move together go the same share of their paths. With `iterations` 0 tissue then settles a little and they
   /// continue, until they reach their targets or gain nothing more. Otherwise they stay there until they are moved
   /// again.
@@ -180,7 +180,7 @@ public:
   /// What keeps a probe, given by its number, from moving further on the axis on which it lacks most [mm]; the nearest
   /// one where several do. This searches on the host through the tissue that the probe strains, so it is meant for the
   /// few probes that got much less than they asked for. Throws InputError where there is no probe of that number.
-  HeldBy heldBy(std::size_t probe) const;
+  Limiter limiter(std::size_t probe) const;
 
   /// The bodies of rigid tissue as it is now, in the order of their first voxels; cuts and carves may have divided
   /// them, and so may Joints. A probe with a displacement holds a body as an anchor does.

@@ -21,8 +21,8 @@ public:
   HowFar(const chainmail::Probe& probe, const chainmail::ProbeResult& result)
     : Asked(vtkMath::Norm(probe.displacement.data()))
     , Reached(vtkMath::Norm(result.reached.data()))
-    , AskedAngle(probe.turns ? vtkMath::DegreesFromRadians(vtkMath::Norm(probe.rotation.data())) : 0.0)
-    , ReachedAngle(vtkMath::DegreesFromRadians(vtkMath::Norm(result.turned.data())))
+    , AskedAngle(probe.rotates ? vtkMath::DegreesFromRadians(vtkMath::Norm(probe.rotation.data())) : 0.0)
+    , ReachedAngle(vtkMath::DegreesFromRadians(vtkMath::Norm(result.rotated.data())))
   {
   }
 

@@ -348,7 +348,7 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageD
   constexpr double degrees = 180.0 / 3.14159265358979323846;
   addVectors("ProbeReached", &chainmail::ProbeResult::reached, &Frame::VectorToWorld<double>);
   addVectors("ProbeForce", &chainmail::ProbeResult::force, &Frame::VectorToWorld<double>);
-  addVectors("ProbeTurned", &chainmail::ProbeResult::turned, &Frame::AxialToWorld, degrees);
+  addVectors("ProbeTurned", &chainmail::ProbeResult::rotated, &Frame::AxialToWorld, degrees);
   addVectors("ProbeTorque", &chainmail::ProbeResult::torque, &Frame::AxialToWorld);
 }
 
@@ -365,15 +365,15 @@ void Outputs::AddBodies(vtkFieldData* fields)
   {
     const chainmail::RigidBody& body = bodies[static_cast<std::size_t>(n)];
     int holder = 0;
-    switch (body.heldBy.what)
+    switch (body.limiter.what)
     {
-    case chainmail::HeldBy::What::Face:
+    case chainmail::Limiter::What::Face:
       holder = 1;
       break;
-    case chainmail::HeldBy::What::Rigid:
+    case chainmail::Limiter::What::Rigid:
       holder = 2;
       break;
-    case chainmail::HeldBy::What::Probe:
+    case chainmail::Limiter::What::Probe:
       holder = 3;
       break;
     default:

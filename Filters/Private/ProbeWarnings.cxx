@@ -29,9 +29,9 @@ template <typename F> std::string List(const std::vector<std::size_t>& probes, c
 std::string WhatHolds(
   const Scene& scene, const std::vector<std::size_t>& held, std::size_t probe, const chainmail::Simulation& simulation)
 {
-  using What = chainmail::HeldBy::What;
+  using What = chainmail::Limiter::What;
   const auto number = std::find(held.begin(), held.end(), probe) - held.begin();
-  const chainmail::HeldBy holder = simulation.heldBy(static_cast<std::size_t>(number));
+  const chainmail::Limiter holder = simulation.limiter(static_cast<std::size_t>(number));
   const std::string what = holder.bone ? ", as the bone that it grips " : ", as it is held by tissue that ";
   const char* const faces[] = { "x-", "x+", "y-", "y+", "z-", "z+" };
   switch (holder.what)

@@ -170,7 +170,7 @@ std::string Report::AboutBodies(const Session& session) const
   std::vector<std::size_t> held;
   for (std::size_t n = 0; n < bodies.size(); ++n)
   {
-    if (bodies[n].heldBy.what != chainmail::HeldBy::What::Nothing)
+    if (bodies[n].limiter.what != chainmail::Limiter::What::Nothing)
     {
       held.push_back(n);
     }
@@ -185,19 +185,19 @@ std::string Report::AboutBodies(const Session& session) const
     const vtkIdType label = labels ? LabelAt(labels, static_cast<vtkIdType>(body.voxel)) : 0;
     text += (n == 0 ? ": " : "; ") +
             (label != 0 ? "label " + std::to_string(label) : "body " + std::to_string(held[n])) + " (" +
-            Grouped(body.elements) + " voxels)" + this->Holder(body.heldBy);
+            Grouped(body.elements) + " voxels)" + this->Holder(body.limiter);
   }
   return text + (held.size() > mostNamed ? "; and " + Grouped(held.size() - mostNamed) + " smaller ones" : "") + ".\n";
 }
 
 std::string Report::WhatHolds(const Probe& probe, const Session& session) const
 {
-  const chainmail::HeldBy heldBy = session.GetSimulation().heldBy(probe.Held);
-  const std::string holder = this->Holder(heldBy);
-  return holder.empty() ? holder : ": held" + holder + this->AboutJoints(heldBy, session);
+  const chainmail::Limiter limiter = session.GetSimulation().limiter(probe.Held);
+  const std::string holder = this->Holder(limiter);
+  return holder.empty() ? holder : ": held" + holder + this->AboutJoints(limiter, session);
 }
 
-std::string Report::AboutJoints(const chainmail::HeldBy& holder, const Session& session) const
+std::string Report::AboutJoints(const chainmail::Limiter& holder, const Session& session) const
 {
   vtkDataArray* labels = session.GetTissue().Bodies.Array;
   const auto nameOf = [&](std::size_t voxel)
@@ -220,9 +220,9 @@ std::string Report::AboutJoints(const chainmail::HeldBy& holder, const Session& 
                                      : "; the joints" + text + " are at their limits";
 }
 
-std::string Report::Holder(const chainmail::HeldBy& holder) const
+std::string Report::Holder(const chainmail::Limiter& holder) const
 {
-  using What = chainmail::HeldBy::What;
+  using What = chainmail::Limiter::What;
   const char* const faces[] = { "x-", "x+", "y-", "y+", "z-", "z+" };
   switch (holder.what)
   {

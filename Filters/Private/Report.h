@@ -49,10 +49,10 @@ private:
   std::string WhatHolds(const Probe& probe, const Session& session) const;
 
   /// What the holder is, as the end of a sentence.
-  std::string Holder(const chainmail::HeldBy& holder) const;
+  std::string Holder(const chainmail::Limiter& holder) const;
 
   /// The joints between probe and holder that are at their limits, as the end of a sentence.
-  std::string AboutJoints(const chainmail::HeldBy& holder, const Session& session) const;
+  std::string AboutJoints(const chainmail::Limiter& holder, const Session& session) const;
 
   std::optional<Frame> Space;
   std::vector<Probe> Probes;

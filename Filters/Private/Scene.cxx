@@ -492,7 +492,7 @@ void Scene::ReadPoses(LabelVoxels& labels)
                                   ": the probe prescribes a rotation, which takes as many waves as it "
                                   "needs. Set PropagationIterations to 0.");
     }
-    probe.turns = this->Properties.Rotations;
+    probe.rotates = this->Properties.Rotations;
     probe.rotation = this->Space.AxialToEngine(rotation);
     for (double& part : probe.rotation)
     {

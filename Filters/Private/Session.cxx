@@ -22,7 +22,8 @@ bool Same(const chainmail::Probe& a, const chainmail::Probe& b)
 {
   const auto all = [](const chainmail::Probe& p)
   {
-    return std::tie(p.position, p.displacement, p.radius, p.anchor, p.tolerance, p.turns, p.rotation, p.centre, p.body);
+    return std::tie(
+      p.position, p.displacement, p.radius, p.anchor, p.tolerance, p.rotates, p.rotation, p.centre, p.body);
   };
   return all(a) == all(b);
 }

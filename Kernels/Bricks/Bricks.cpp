@@ -5,23 +5,23 @@
 namespace chainmail
 {
 
-Bricks::Bricks(
-  std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize, const Turning& turning)
+Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize,
+  const RotationSettings& rotationSettings)
   : Tissue(std::move(context), std::move(model), brickSize)
   , before_(*this, this->displacement_)
-  , turning_(turning)
+  , rotationSettings_(rotationSettings)
 {
   this->keep(this->displacement_);
-  if (turning.on)
+  if (rotationSettings.on)
   {
-    this->spins_ = std::make_unique<Spins>();
-    this->spins_->proportions = proportionsOf(this->model().grid());
-    this->spins_->proportions.s[3] =
-      static_cast<float>(2.0 * turning.poissonRatio / (1.0 - 2.0 * turning.poissonRatio));
-    this->keep(this->spins_->spin);
-    if (this->spins_->hasPressure())
+    this->rotations_ = std::make_unique<Rotations>();
+    this->rotations_->proportions = proportionsOf(this->model().grid());
+    this->rotations_->proportions.s[3] =
+      static_cast<float>(2.0 * rotationSettings.poissonRatio / (1.0 - 2.0 * rotationSettings.poissonRatio));
+    this->keep(this->rotations_->spin);
+    if (this->rotations_->hasPressure())
     {
-      this->keep(this->spins_->pressure);
+      this->keep(this->rotations_->pressure);
     }
   }
 }
@@ -44,13 +44,13 @@ void Bricks::saveIn(Field& field, const std::vector<int>& slots)
 void Bricks::clearDisplacements()
 {
   this->clear(this->displacement_);
-  if (this->spins_)
+  if (this->rotations_)
   {
-    this->clear(this->spins_->spin);
-    this->clear(this->spins_->pressure);
-    this->spins_->any = false;
+    this->clear(this->rotations_->spin);
+    this->clear(this->rotations_->pressure);
+    this->rotations_->any = false;
   }
-  this->touched_.clear();
+  this->dirty_.clear();
 }
 
 void Bricks::removeElements(const std::vector<std::size_t>& voxels)
@@ -67,7 +67,7 @@ void Bricks::removeElements(const std::vector<std::size_t>& voxels)
   }
   const std::vector<float> atRest(3 * movable.size(), 0.0f);
   movable.setDisplacements(atRest);
-  if (this->spins_)
+  if (this->rotations_)
   {
     movable.setRotations(atRest);
   }
@@ -75,12 +75,12 @@ void Bricks::removeElements(const std::vector<std::size_t>& voxels)
 
 // --- Slots that may be displaced
 
-std::vector<int> Bricks::touchedSlots() const
+std::vector<int> Bricks::dirtySlots() const
 {
   std::vector<int> slots;
-  for (std::size_t slot = 1; slot < this->touched_.size(); ++slot)
+  for (std::size_t slot = 1; slot < this->dirty_.size(); ++slot)
   {
-    if (this->touched_[slot] != 0)
+    if (this->dirty_[slot] != 0)
     {
       slots.push_back(static_cast<int>(slot));
     }
@@ -88,30 +88,30 @@ std::vector<int> Bricks::touchedSlots() const
   return slots;
 }
 
-void Bricks::touch(int slot)
+void Bricks::markDirty(int slot)
 {
-  if (slot >= static_cast<int>(this->touched_.size()))
+  if (slot >= static_cast<int>(this->dirty_.size()))
   {
-    this->touched_.resize(this->states(), 0);
+    this->dirty_.resize(this->states(), 0);
   }
-  this->touched_[slot] = 1;
+  this->dirty_[slot] = 1;
 }
 
-void Bricks::touch(const std::vector<int>& slots)
+void Bricks::markDirty(const std::vector<int>& slots)
 {
   for (const int slot : slots)
   {
-    this->touch(slot);
+    this->markDirty(slot);
   }
 }
 
 // --- Rotations
 
-void Bricks::setTurned(bool any)
+void Bricks::setRotated(bool any)
 {
-  if (this->spins_)
+  if (this->rotations_)
   {
-    this->spins_->any = any;
+    this->rotations_->any = any;
   }
 }
 
@@ -128,7 +128,7 @@ void Bricks::setSoftLinks(std::vector<SoftLink> links)
   for (const SoftLink& link : this->soft_->all())
   {
     const Index3 at = this->model().grid().indexOf(link.voxel);
-    this->touch(this->slot(this->brickAt(at[0], at[1], at[2])));
+    this->markDirty(this->slot(this->brickAt(at[0], at[1], at[2])));
   }
 }
 

@@ -23,9 +23,9 @@ namespace chainmail
 class Bricks : public Tissue
 {
 public:
-  /// With `turning.on` elements have rotations (spins()).
+  /// With `rotationSettings.on` elements have rotations (rotations()).
   Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> model, Index3 brickSize,
-    const Turning& turning = {});
+    const RotationSettings& rotationSettings = {});
 
   // --- Displacements
 
@@ -63,23 +63,26 @@ public:
   // --- Slots that may be displaced
 
   /// Slots in which an element may be displaced, ascending. They have a state.
-  std::vector<int> touchedSlots() const;
-  void touch(int slot);
-  void touch(const std::vector<int>& slots);
+  std::vector<int> dirtySlots() const;
+  void markDirty(int slot);
+  void markDirty(const std::vector<int>& slots);
 
   // --- Rotations
 
   /// The rotations of all elements; null where elements do not rotate.
-  const Spins* spins() const { return this->spins_.get(); }
+  const Rotations* rotations() const { return this->rotations_.get(); }
   /// The same, but null while no element can have rotated: then waves need no rotations.
-  const Spins* turned() const { return this->spins_ && this->spins_->any ? this->spins_.get() : nullptr; }
-  /// To be called with true where elements may rotate, and with false where all are back at rest.
-  void setTurned(bool any);
-  const Turning& turning() const { return this->turning_; }
-  /// All rotations of one slot, as readSlot().
-  void readSpins(int slot, std::vector<float>& out) const
+  const Rotations* activeRotations() const
   {
-    this->BrickStorage::readSlot(this->spins_->spin, slot, out);
+    return this->rotations_ && this->rotations_->any ? this->rotations_.get() : nullptr;
+  }
+  /// To be called with true where elements may rotate, and with false where all are back at rest.
+  void setRotated(bool any);
+  const RotationSettings& rotationSettings() const { return this->rotationSettings_; }
+  /// All rotations of one slot, as readSlot().
+  void readRotations(int slot, std::vector<float>& out) const
+  {
+    this->BrickStorage::readSlot(this->rotations_->spin, slot, out);
   }
 
   // --- Soft links
@@ -94,22 +97,22 @@ public:
 
   /// The -D options that every kernel with brick.clh needs. With `vectors` a kernel processes as many elements at once
   /// as suits the device, else one.
-  std::string defines(bool vectors) const { return this->defines(vectors, this->spins()); }
+  std::string defines(bool vectors) const { return this->defines(vectors, this->rotations()); }
   /// The same for a kernel that reads these rotations; null: none.
-  std::string defines(bool vectors, const Spins* spins) const
+  std::string defines(bool vectors, const Rotations* rotations) const
   {
-    return this->options().defines(this->options().width(vectors), this->anyCut(), spins != nullptr);
+    return this->options().defines(this->options().width(vectors), this->anyCut(), rotations != nullptr);
   }
   /// The same for a kernel that benefits from the longest vectors of the device, up to a row.
-  std::string definesOfRows() const { return this->definesOfRows(this->spins()); }
-  std::string definesOfRows(const Spins* spins) const
+  std::string definesOfRows() const { return this->definesOfRows(this->rotations()); }
+  std::string definesOfRows(const Rotations* rotations) const
   {
-    return this->options().defines(this->options().widthOfRows(), this->anyCut(), spins != nullptr);
+    return this->options().defines(this->options().widthOfRows(), this->anyCut(), rotations != nullptr);
   }
-  /// Further options, of kernels that include volumetricstrain.clh or softlinks.clh.
+  /// Continued options, of kernels that include volumetricstrain.clh or softlinks.clh.
   std::string ofVolumetricStrain() const
   {
-    return this->spins_ && this->spins_->hasPressure() ? " -DVOLUMETRIC_STRAIN" : "";
+    return this->rotations_ && this->rotations_->hasPressure() ? " -DVOLUMETRIC_STRAIN" : "";
   }
   std::string ofSoftLinks() const { return this->soft_ ? " -DSOFT" : ""; }
   /// See KernelOptions.
@@ -118,14 +121,14 @@ public:
   /// STATE_ARGUMENTS of state.clh, for a kernel that was compiled with the defines() of these rotations and, where
   /// `soft` is not null, with ofSoftLinks().
   using StateArguments = std::tuple<LayoutArguments, const cl::Buffer&, const cl::Buffer&, const cl::Buffer&,
-    const Spins*, const SoftLinks*>;
-  StateArguments state(const Spins* rotations, const SoftLinks* soft = nullptr) const
+    const Rotations*, const SoftLinks*>;
+  StateArguments state(const Rotations* rotations, const SoftLinks* soft = nullptr) const
   {
     return this->stateWith(this->displacement(), rotations, soft);
   }
   /// The same with other values in place of the displacement, laid out alike.
   StateArguments stateWith(
-    const cl::Buffer& displacement, const Spins* rotations, const SoftLinks* soft = nullptr) const
+    const cl::Buffer& displacement, const Rotations* rotations, const SoftLinks* soft = nullptr) const
   {
     return { this->layout(), displacement, this->constraint(), this->cut(), rotations, soft };
   }
@@ -142,9 +145,9 @@ private:
 
   Field displacement_{ 3, sizeof(float), "the displacement of the tissue reached" };
   Snapshot before_;
-  std::vector<char> touched_; ///< for each slot with a state, or fewer: those beyond its end are not touched
-  Turning turning_;
-  std::unique_ptr<Spins> spins_;
+  std::vector<char> dirty_; ///< for each slot with a state, or fewer: those beyond its end are not touched
+  RotationSettings rotationSettings_;
+  std::unique_ptr<Rotations> rotations_;
   std::unique_ptr<SoftLinks> soft_;
 };
 

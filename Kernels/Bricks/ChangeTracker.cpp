@@ -66,7 +66,7 @@ std::vector<BrickExtent> ChangeTracker::measure(const std::vector<int>& slots)
 
 ChangeTracker::Revision ChangeTracker::revise()
 {
-  const std::vector<int> slots = this->bricks_.touchedSlots();
+  const std::vector<int> slots = this->bricks_.dirtySlots();
   const std::vector<BrickExtent> extents = this->measure(slots);
   this->displaced_.clear();
   this->extents_.clear();

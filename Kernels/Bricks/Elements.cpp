@@ -17,9 +17,9 @@ Elements::Elements(Bricks& bricks, const std::vector<std::size_t>& voxels)
 
 void Elements::setRotations(const std::vector<float>& values) const
 {
-  Spins& spins = *this->bricks_->spins_;
-  this->set(spins.spin, values);
-  spins.any = spins.any || std::any_of(values.begin(), values.end(), [](float value) { return value != 0.0f; });
+  Rotations& rotations = *this->bricks_->rotations_;
+  this->set(rotations.spin, values);
+  rotations.any = rotations.any || std::any_of(values.begin(), values.end(), [](float value) { return value != 0.0f; });
 }
 
 }

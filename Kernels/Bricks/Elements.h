@@ -48,14 +48,14 @@ public:
     this->bricks_->setConstraints(this->addresses_, values);
   }
 
-  /// Rotations, 3 values each. Elements must rotate (Bricks::spins()).
-  std::vector<float> rotations() const { return this->values(this->bricks_->spins_->spin); }
+  /// Rotations, 3 values each. Elements must rotate (Bricks::rotations()).
+  std::vector<float> rotations() const { return this->values(this->bricks_->rotations_->spin); }
   void setRotations(const std::vector<float>& values) const;
 
   /// Pressures; only where Poisson's ratio is not 0.
   std::vector<float> pressures() const
   {
-    return this->bricks_->valuesAt(this->bricks_->spins_->pressure, this->addresses_, 1);
+    return this->bricks_->valuesAt(this->bricks_->rotations_->pressure, this->addresses_, 1);
   }
 
   /// Values of a state field, of floats to be read, `runs` values each.

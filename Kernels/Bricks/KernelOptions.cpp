@@ -47,7 +47,7 @@ std::string KernelOptions::defines(int width, bool cuts, bool rotations) const
   return "-DBX=" + std::to_string(this->size_[0]) + " -DBY=" + std::to_string(this->size_[1]) +
          " -DBZ=" + std::to_string(this->size_[2]) + " -DWIDTH=" + std::to_string(width) +
          " -DAXES=" + std::to_string(this->axes_) + " -DSKEW=" + std::to_string(skew) + (cuts ? " -DCUTS" : "") +
-         (rotations ? " -DTURNING" : "");
+         (rotations ? " -DROTATIONS" : "");
 }
 
 }

@@ -9,7 +9,7 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
   std::vector<BrickFigures> figures(bricks.slots() - 1);
   // Only links of touched bricks can be strained. Some of these links lead to bricks behind their faces, so the bricks
   // there are measured, too.
-  const std::vector<int> list = bricks.slotsAround(bricks.touchedSlots());
+  const std::vector<int> list = bricks.slotsAround(bricks.dirtySlots());
   if (list.empty())
   {
     return figures;
@@ -21,7 +21,7 @@ std::vector<BrickFigures> measureBricks(Bricks& bricks, const Elasticity& elasti
   context.launch(
     context.kernel("measure.cl",
       bricks.definesOfRows() + elasticity.ofLinks() + bricks.ofVolumetricStrain() + bricks.ofSoftLinks(), "measure"),
-    list.size(), items, listBuffer, bricks.state(bricks.spins(), bricks.softLinks()), elasticity.slack,
+    list.size(), items, listBuffer, bricks.state(bricks.rotations(), bricks.softLinks()), elasticity.slack,
     cl::Local(sizeof(BrickFigures) * items), result);
   std::vector<BrickFigures> measured(list.size());
   context.read(result, measured);

@@ -5,13 +5,13 @@
 namespace chainmail
 {
 
-float Spins::restOffset(const float* spinI, const float* spinJ, int direction, int axis) const
+float Rotations::restOffset(const float* spinI, const float* spinJ, int direction, int axis) const
 {
   const int along = direction / 2;
   float byI[3];
   float byJ[3];
-  rule::single::turnedAxis(spinI, along, byI);
-  rule::single::turnedAxis(spinJ, along, byJ);
+  rule::single::rotationOffsetOfAxis(spinI, along, byI);
+  rule::single::rotationOffsetOfAxis(spinJ, along, byJ);
   const float half = direction % 2 == 0 ? -0.5f : 0.5f;
   return half * (byI[axis] + byJ[axis]) * (this->proportions.s[along] / this->proportions.s[axis]);
 }

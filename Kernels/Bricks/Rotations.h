@@ -8,7 +8,7 @@ namespace chainmail
 {
 
 /// Whether elements rotate and, if so, how strongly they resist changes of volume.
-struct Turning
+struct RotationSettings
 {
   bool on = false;
   double poissonRatio = 0.0; ///< [0, 0.5)
@@ -17,7 +17,7 @@ struct Turning
 /// The rotations of elements and bones (`spin`, see spin.clh) and, where Poisson's ratio is not 0, the pressure of
 /// elements and what a relaxation carries from sweep to sweep (volumetricstrain.clh). They exist only where elements
 /// rotate.
-struct Spins
+struct Rotations
 {
   Field spin{ 3, sizeof(float), "the rotations of the tissue reached" };
   Field pressure{ 7, sizeof(float), "the pressure of the tissue reached" }; ///< with carry and auxiliary (state.clh)

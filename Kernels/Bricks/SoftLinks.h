@@ -35,7 +35,7 @@ public:
 
   /// The factor that makes the weights comparable with those of links between elements, in a sweep along an axis.
   /// Without rotations, the weights of links are for lengths in spacings of that axis.
-  double factor(int axis, bool turns) const { return turns ? 1.0 : this->proportions_.s[axis]; }
+  double factor(int axis, bool rotates) const { return rotates ? 1.0 : this->proportions_.s[axis]; }
   const cl_float4& proportions() const { return this->proportions_; }
   /// The sum of SoftLink::least [mm]. Kernels compute only the energy above it.
   double least() const { return this->least_; }
@@ -51,7 +51,7 @@ private:
   std::vector<SoftLink> links_;
   cl::Buffer rows_;
   cl::Buffer values_;
-  cl_float4 proportions_; ///< as Spins::proportions
+  cl_float4 proportions_; ///< as Rotations::proportions
   double least_ = 0.0;
   std::size_t bytes_ = 0;
 };

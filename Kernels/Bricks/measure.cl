@@ -13,7 +13,7 @@
 #include "brick.clh"
 #include "state.clh"
 #include "element.clh"
-#include "turning.clh"
+#include "rotations.clh"
 
 #include "halo.clh"
 #include "softlinks.clh"
@@ -26,7 +26,7 @@ CHAINMAIL_INLINE void addLinks(
   const int odd, const State* state, const Stencil* s, float slack, real* energy, real* excess)
 {
   const Stencil moving = stateStencil(s);
-#ifdef TURNING
+#ifdef ROTATIONS
   real own[3], other[3], mine[6][3], theirs[6][3];
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -61,7 +61,7 @@ CHAINMAIL_INLINE void addLinks(
     for (int d = 0; d < 6; ++d)
     {
       const real other = neighbour(displacementAlong(state, axis), &moving, d, odd);
-#ifdef TURNING
+#ifdef ROTATIONS
       const real byMine = other - u - mine[d][axis];
       const real byTheirs = other - u - theirs[d][axis];
       const float length = alongAxis(state->proportions, d / 2);

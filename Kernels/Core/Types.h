@@ -48,7 +48,7 @@ struct Probe
   double tolerance = 0.0; ///< [mm], 0 = tissue goes exactly there, as far as limits allow; else the probe is soft
 
   /// Whether it prescribes a rotation, too (Simulation::hold()). An anchor ignores this, `rotation` and `centre`.
-  bool turns = false;
+  bool rotates = false;
   Vector3 rotation{}; ///< [rad] rotation vector along the grid's axes since it grabbed; of any length
   Vector3 centre{};   ///< [mm] centre of the rotation, a position in the tissue as it was when it was grabbed
 
@@ -136,20 +136,20 @@ struct PropagateResult
 struct ProbeResult
 {
   Vector3 reached{}; ///< [mm] its displacement since it grabbed; shorter than asked where the tissue does not stretch
-                     ///< so far (see Simulation::heldBy()), where its wave has not started yet, or where a later probe
+                     ///< so far (see Simulation::limiter()), where its wave has not started yet, or where a later probe
                      ///< dragged it back. Of a soft probe: the mean of its elements
   Vector3 force{}; ///< the force that it must exert: the gradient of the energy by the displacement of the tissue that
                    ///< it holds, with the bone that this is part of. Of a soft probe: the force of its links
   std::size_t elements = 0; ///< how many it grabbed, of the reduced model where the model is reduced
-  /// Of a probe that `turns`: its rotation since it grabbed [rad], as a rotation vector, and the torque that it must
+  /// Of a probe that `rotates`: its rotation since it grabbed [rad], as a rotation vector, and the torque that it must
   /// exert. This is the moment about its centre as moved, the gradient of the energy by the rotation. `reached` is then
   /// the displacement of its centre.
-  Vector3 turned{};
+  Vector3 rotated{};
   Vector3 torque{};
 };
 
 /// What keeps a probe from reaching its displacement.
-struct HeldBy
+struct Limiter
 {
   enum class What
   {
@@ -175,7 +175,7 @@ struct RigidBody
   std::size_t elements = 0; ///< how many it has, of the reduced model where the model is reduced
   /// What holds it in place: an anchor (Face where one of its voxels is at an anchored face, else Rigid), or else a
   /// probe, the first of several; Nothing where it is free to move.
-  HeldBy heldBy;
+  Limiter limiter;
 };
 
 /// A cutting surface: triangles in [mm], see Grid. It need not be closed, flat or connected.

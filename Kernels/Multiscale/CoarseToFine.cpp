@@ -22,24 +22,24 @@ namespace
 /// The sweeps on one coarser grid.
 struct Sweeps
 {
-  Reach reach;
+  Range range;
   int count;
 };
 
 /// `depth`: the number of grids between this one and the finest. Deeper grids reduce errors that extend over many
 /// elements, and their sweeps cost little; on small grids sweeps cost almost nothing. Where elements rotate, the
 /// coarser grid before has left incompatible rotations behind. So such long errors remain also at depth 0.
-Sweeps sweepsOn(const Grid& grid, std::size_t depth, bool turns)
+Sweeps sweepsOn(const Grid& grid, std::size_t depth, bool rotates)
 {
   if (*std::max_element(grid.size.begin(), grid.size.end()) <= 16)
   {
-    return { Reach::Far, 40 };
+    return { Range::Far, 40 };
   }
   if (depth == 0)
   {
-    return turns ? Sweeps{ Reach::Far, 50 } : Sweeps{ Reach::Near, 30 };
+    return rotates ? Sweeps{ Range::Far, 50 } : Sweeps{ Range::Near, 30 };
   }
-  return { Reach::Far, 30 };
+  return { Range::Far, 30 };
 }
 
 /// A grid with no axis longer than this is the coarsest one.
@@ -56,18 +56,18 @@ constexpr double shareStep = 1.0 / 16.0;
 constexpr double tooFar = 1e-4;
 
 /// Saves the rotations of all elements in `before`.
-void keepSpins(Bricks& bricks, Field& before)
+void saveRotations(Bricks& bricks, Field& before)
 {
   bricks.keep(before);
   bricks.context().queue().enqueueCopyBuffer(
-    bricks.spins()->spin.buffer, before.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
+    bricks.rotations()->spin.buffer, before.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
 }
 
 /// Restores the rotations of all elements from `before`.
-void turnBack(Bricks& bricks, const Field& before)
+void restoreRotations(Bricks& bricks, const Field& before)
 {
   bricks.context().queue().enqueueCopyBuffer(
-    before.buffer, bricks.spins()->spin.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
+    before.buffer, bricks.rotations()->spin.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
 }
 
 /// The soft links of a coarser grid. The soft link of an element has the sum of the weights of those that it stands
@@ -115,7 +115,7 @@ public:
   explicit Level(Bricks& finer)
     : finer_(finer)
     , model_(coarserModel(finer))
-    , bricks_(finer.sharedContext(), this->model_, finer.size(), finer.turning())
+    , bricks_(finer.sharedContext(), this->model_, finer.size(), finer.rotationSettings())
     , propagation_(this->bricks_)
     , feasibility_(this->bricks_)
     , relaxation_(this->bricks_)
@@ -123,7 +123,7 @@ public:
     coarsenCuts(finer, this->bricks_);
     this->clusters_ = std::make_unique<RigidClusters>(this->bricks_);
   }
-  ~Level() { this->bricks_.drop(this->spinsBefore_); }
+  ~Level() { this->bricks_.drop(this->rotationsBefore_); }
 
   Bricks& bricks() { return this->bricks_; }
 
@@ -133,7 +133,7 @@ public:
     this->bricks_.clearDisplacements();
     this->hold(held);
     std::set<int> needed;
-    for (const int slot : this->finer_.touchedSlots())
+    for (const int slot : this->finer_.dirtySlots())
     {
       const Index3 origin = this->finer_.origin(this->finer_.brick(slot));
       needed.insert(this->bricks_.brickAt(origin[0] / 2, origin[1] / 2, origin[2] / 2));
@@ -141,25 +141,25 @@ public:
     const std::vector<int> bricks(needed.begin(), needed.end());
     this->bricks_.makeUpdatable(bricks);
     const std::vector<int> slots = this->bricks_.slotsOf(bricks);
-    this->bricks_.touch(slots);
+    this->bricks_.markDirty(slots);
     this->bricks_.setSoftLinks(
       this->finer_.softLinks() ? coarserSoftLinks(this->finer_, this->model_->grid()) : std::vector<SoftLink>());
     Context& context = this->bricks_.context();
-    const auto transfer = [&](const cl::Buffer& from, float scale, bool spins, const cl::Buffer& to)
+    const auto transfer = [&](const cl::Buffer& from, float scale, bool rotations, const cl::Buffer& to)
     {
       launchPass(this->bricks_, context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "coarsen"), slots.size(),
         this->bricks_.workItems(true), this->list_.holding(context, slots),
-        this->bricks_.stateWith(to, this->bricks_.spins()), this->finer_.layout(), from, this->finer_.constraint(),
-        scale, static_cast<cl_int>(spins));
+        this->bricks_.stateWith(to, this->bricks_.rotations()), this->finer_.layout(), from, this->finer_.constraint(),
+        scale, static_cast<cl_int>(rotations));
     };
     transfer(this->finer_.displacement(), 0.5f, false, this->bricks_.displacement());
     this->clusters_->begin(this->held_);
-    if (this->bricks_.spins())
+    if (this->bricks_.rotations())
     {
-      transfer(this->finer_.spins()->spin.buffer, 1.0f, true, this->bricks_.spins()->spin.buffer);
-      this->bricks_.setTurned(this->finer_.turned() != nullptr);
+      transfer(this->finer_.rotations()->spin.buffer, 1.0f, true, this->bricks_.rotations()->spin.buffer);
+      this->bricks_.setRotated(this->finer_.activeRotations() != nullptr);
       this->clusters_->projectToRigid();
-      keepSpins(this->bricks_, this->spinsBefore_);
+      saveRotations(this->bricks_, this->rotationsBefore_);
     }
   }
 
@@ -171,7 +171,7 @@ public:
   {
     if (!this->feasibility_.run(this->propagation_, checkpoint) && this->propagation_.conflict().largest() == 0.0)
     {
-      turnBack(this->bricks_, this->spinsBefore_);
+      restoreRotations(this->bricks_, this->rotationsBefore_);
       this->clusters_->begin(this->held_);
       this->clusters_->projectToRigid(false);
       this->feasibility_.run(this->propagation_, checkpoint);
@@ -187,9 +187,9 @@ public:
   void relax(std::size_t depth, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
   {
     this->clusters_->begin(this->held_);
-    const Sweeps sweeps = sweepsOn(this->model_->grid(), depth, this->bricks_.spins() != nullptr);
+    const Sweeps sweeps = sweepsOn(this->model_->grid(), depth, this->bricks_.rotations() != nullptr);
     this->relaxation_.run(
-      *this->clusters_, elasticity, nullptr, sweeps.reach, 0, sweeps.count, tolerance, [&](int) { checkpoint(); });
+      *this->clusters_, elasticity, nullptr, sweeps.range, 0, sweeps.count, tolerance, [&](int) { checkpoint(); });
   }
 
   /// Interpolates the displacements and rotations of this grid to the finer one. The result need not be feasible.
@@ -198,7 +198,7 @@ public:
     std::set<int> needed;
     const Index3 size = this->bricks_.size();
     const Grid& fine = this->finer_.model().grid();
-    for (const int slot : this->bricks_.touchedSlots())
+    for (const int slot : this->bricks_.dirtySlots())
     {
       const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
       for (int n = 0; n < 8; ++n)
@@ -214,22 +214,22 @@ public:
     const std::vector<int> bricks(needed.begin(), needed.end());
     this->finer_.makeUpdatable(bricks);
     const std::vector<int> slots = this->finer_.slotsOf(bricks);
-    this->finer_.touch(slots);
+    this->finer_.markDirty(slots);
     Context& context = this->bricks_.context();
-    const auto transfer = [&](const cl::Buffer& from, float scale, bool spins, const cl::Buffer& to)
+    const auto transfer = [&](const cl::Buffer& from, float scale, bool rotations, const cl::Buffer& to)
     {
       // The program is built for the cuts of this grid. Cuts of the finer grid have no effect here.
       launchPass(this->finer_, context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "refine"), slots.size(),
         this->bricks_.workItems(true), this->list_.holding(context, slots),
-        this->bricks_.stateWith(from, this->bricks_.spins()), this->finer_.layout(), to, this->finer_.constraint(),
-        scale, static_cast<cl_int>(spins));
+        this->bricks_.stateWith(from, this->bricks_.rotations()), this->finer_.layout(), to, this->finer_.constraint(),
+        scale, static_cast<cl_int>(rotations));
     };
     transfer(this->bricks_.displacement(), 2.0f, false, this->finer_.displacement());
-    if (this->bricks_.spins())
+    if (this->bricks_.rotations())
     {
-      transfer(this->bricks_.spins()->spin.buffer, 1.0f, true, this->finer_.spins()->spin.buffer);
-      this->finer_.setTurned(true);
-      this->bricks_.drop(this->spinsBefore_);
+      transfer(this->bricks_.rotations()->spin.buffer, 1.0f, true, this->finer_.rotations()->spin.buffer);
+      this->finer_.setRotated(true);
+      this->bricks_.drop(this->rotationsBefore_);
     }
   }
 
@@ -278,7 +278,7 @@ private:
   Relaxation relaxation_;
   std::unique_ptr<RigidClusters> clusters_;
   Scratch list_{ "the list of bricks" };
-  Field spinsBefore_{ 3, sizeof(cl_float), "spins" };
+  Field rotationsBefore_{ 3, sizeof(cl_float), "rotations" };
 };
 
 CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
@@ -294,7 +294,7 @@ CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
 CoarseToFine::~CoarseToFine()
 {
   this->bricks_.drop(this->before_);
-  this->bricks_.drop(this->spinsBefore_);
+  this->bricks_.drop(this->rotationsBefore_);
   this->bricks_.drop(this->marks_);
 }
 
@@ -349,7 +349,7 @@ void CoarseToFine::cycle(
     level.refine();
     if (n > 0)
     {
-      if (this->bricks_.spins())
+      if (this->bricks_.rotations())
       {
         this->levels_[n - 1]->projectToRigid();
       }
@@ -360,20 +360,20 @@ void CoarseToFine::cycle(
       this->putOthersBack(checkpoint);
       Elasticity unlimited = elasticity;
       unlimited.limited = false;
-      clusters.begin(this->handles_.voxels(), this->handles_.turningVoxels());
-      if (this->bricks_.spins())
+      clusters.begin(this->handles_.voxels(), this->handles_.rotatingVoxels());
+      if (this->bricks_.rotations())
       {
         clusters.projectToRigid();
       }
       this->relaxation_.run(
-        clusters, unlimited, nullptr, Reach::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
+        clusters, unlimited, nullptr, Range::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
       this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
-      if (!this->feasible_ && this->bricks_.spins())
+      if (!this->feasible_ && this->bricks_.rotations())
       {
         // The rotations before the cycle are compatible. With these, tissue and bones only move; they rotate in the
         // sweeps that follow.
-        turnBack(this->bricks_, this->spinsBefore_);
-        this->bricks_.setTurned(this->turnedBefore_);
+        restoreRotations(this->bricks_, this->rotationsBefore_);
+        this->bricks_.setRotated(this->rotatedBefore_);
         clusters.projectToRigid(false);
         this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
       }
@@ -388,11 +388,11 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.definesOfRows();
   const std::size_t items = this->bricks_.workItems(true);
-  const std::vector<int> touched = this->bricks_.touchedSlots();
+  const std::vector<int> touched = this->bricks_.dirtySlots();
   std::vector<cl_int> found(touched.size());
   const cl::Buffer& foundBuffer = this->found_.sized(context, sizeof(cl_int) * std::max<std::size_t>(1, found.size()));
   context.launch(context.kernel("components.cl", defines, "wholes"), touched.size(), items,
-    this->list_.holding(context, touched), this->bricks_.stateWith(this->before_.buffer, this->bricks_.spins()),
+    this->list_.holding(context, touched), this->bricks_.stateWith(this->before_.buffer, this->bricks_.rotations()),
     foundBuffer);
   context.read(foundBuffer, found);
   const Elements soft = this->markSoft(touched, found);
@@ -412,7 +412,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   context.launch(context.kernel("components.cl", defines, "markAll"), moving.size(), items,
     this->list_.holding(context, moving), this->marks_.buffer);
   context.launch(context.kernel("components.cl", defines, "mark"), others.size(), items,
-    this->list_.holding(context, others), this->bricks_.stateWith(this->before_.buffer, this->bricks_.spins()),
+    this->list_.holding(context, others), this->bricks_.stateWith(this->before_.buffer, this->bricks_.rotations()),
     this->marks_.buffer);
   soft.set(this->marks_, std::vector<cl_int>(soft.size(), PIECE_HELD | PIECE_STRAINED));
   std::vector<int> bricks = this->bricks_.bricksOf(others);
@@ -444,9 +444,9 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
       this->bricks_.pitch(), this->marks_.buffer, before, field);
   };
   putBack(this->before_.buffer, this->bricks_.displacement());
-  if (this->bricks_.spins())
+  if (this->bricks_.rotations())
   {
-    putBack(this->spinsBefore_.buffer, this->bricks_.spins()->spin.buffer);
+    putBack(this->rotationsBefore_.buffer, this->bricks_.rotations()->spin.buffer);
   }
   this->bricks_.drop(this->marks_);
 }
@@ -524,10 +524,10 @@ bool CoarseToFine::run(
     return false;
   }
   this->bricks_.saveIn(this->before_);
-  if (this->bricks_.spins())
+  if (this->bricks_.rotations())
   {
-    keepSpins(this->bricks_, this->spinsBefore_);
-    this->turnedBefore_ = this->bricks_.turned() != nullptr;
+    saveRotations(this->bricks_, this->rotationsBefore_);
+    this->rotatedBefore_ = this->bricks_.activeRotations() != nullptr;
   }
   this->cycle(clusters, elasticity, tolerance, checkpoint);
   return true;
@@ -537,7 +537,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
 {
   double kept = 1.0;
   const double whole = this->energy(elasticity);
-  if (this->bricks_.spins())
+  if (this->bricks_.rotations())
   {
     // If the rotation of a bone differs between two feasible states, not all states between them are feasible. So the
     // step is kept or discarded as a whole.
@@ -547,10 +547,10 @@ double CoarseToFine::judge(const Elasticity& elasticity)
       Context& context = this->bricks_.context();
       const std::size_t bytes = sizeof(cl_float) * 3 * this->bricks_.pitch();
       context.queue().enqueueCopyBuffer(this->before_.buffer, this->bricks_.displacement(), 0, 0, bytes);
-      turnBack(this->bricks_, this->spinsBefore_);
-      this->bricks_.setTurned(this->turnedBefore_);
+      restoreRotations(this->bricks_, this->rotationsBefore_);
+      this->bricks_.setRotated(this->rotatedBefore_);
     }
-    this->bricks_.drop(this->spinsBefore_);
+    this->bricks_.drop(this->rotationsBefore_);
   }
   else if (whole > this->energyBefore_)
   {
@@ -576,7 +576,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
 void CoarseToFine::goBack(float share)
 {
   Context& context = this->bricks_.context();
-  const std::vector<int> slots = this->bricks_.touchedSlots();
+  const std::vector<int> slots = this->bricks_.dirtySlots();
   context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "goBack"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), share,
     this->before_.buffer, this->bricks_.displacement());

@@ -62,8 +62,8 @@ private:
   Relaxation relaxation_;
   FixedPoint pieces_;
   Field before_{ 3, sizeof(cl_float), "the displacement before a relaxation" };
-  Field spinsBefore_{ 3, sizeof(cl_float), "the rotations before a relaxation" };
-  bool turnedBefore_ = false; ///< whether there were any rotations
+  Field rotationsBefore_{ 3, sizeof(cl_float), "the rotations before a relaxation" };
+  bool rotatedBefore_ = false; ///< whether there were any rotations
   double energyBefore_ = 0.0;
   bool feasible_ = true; ///< whether the finest grid could be made feasible
   Field marks_{ 1, sizeof(cl_int), "what hangs together" };

@@ -33,10 +33,10 @@ Index3 factorsFor(const Grid& whole, int factor)
 
 }
 
-ModelReduction::ModelReduction(Bricks& whole, int factor, const Turning& turning)
+ModelReduction::ModelReduction(Bricks& whole, int factor, const RotationSettings& rotationSettings)
   : whole_(whole)
   , factor_(factorsFor(whole.model().grid(), factor))
-  , bricks_(whole.sharedContext(), reducedModel(whole, this->factor_, this->apart_), whole.size(), turning)
+  , bricks_(whole.sharedContext(), reducedModel(whole, this->factor_, this->apart_), whole.size(), rotationSettings)
   , owner_{ 1, sizeof(cl_int), "the sides of cuts" }
 {
   this->separate();
@@ -388,7 +388,7 @@ std::set<int> ModelReduction::displacedBricks()
   const std::size_t count = static_cast<std::size_t>(this->bricks_.elementsPerBrick());
   std::set<int> needed;
   std::vector<float> u;
-  for (const int slot : this->bricks_.touchedSlots())
+  for (const int slot : this->bricks_.dirtySlots())
   {
     this->bricks_.readSlot(slot, u);
     const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
@@ -463,7 +463,7 @@ void ModelReduction::expand()
     if (this->whole_.slot(brick) > 0)
     {
       slots.push_back(this->whole_.slot(brick));
-      this->whole_.touch(slots.back());
+      this->whole_.markDirty(slots.back());
     }
   }
   if (slots.empty())
@@ -490,7 +490,7 @@ void ModelReduction::expand()
   context.launch(context.kernel("reduce.cl",
                    this->bricks_.defines(false) + factors + (this->owners_.empty() ? "" : " -DOWNERS"), "expand"),
     slots.size(), this->whole_.workItems(false), this->list_.holding(context, slots),
-    this->bricks_.state(this->bricks_.spins()), this->whole_.layout(),
+    this->bricks_.state(this->bricks_.rotations()), this->whole_.layout(),
     cl_int4{ { grid.size[0], grid.size[1], grid.size[2], 1 } },
     this->owners_.empty() ? this->whole_.constraint() : this->owner_.buffer, this->whole_.constraint(),
     this->whole_.displacement());

@@ -28,8 +28,8 @@ class ModelReduction
 {
 public:
   /// Creates elements of `factor` (2, 4 or 8) voxels of `whole` per axis, or of one on an axis with a single voxel. If
-  /// `turning` is on, the elements have rotations.
-  ModelReduction(Bricks& whole, int factor, const Turning& turning);
+  /// `rotationSettings` is on, the elements have rotations.
+  ModelReduction(Bricks& whole, int factor, const RotationSettings& rotationSettings);
   ~ModelReduction();
 
   /// The number of voxels per element along an axis with more than one voxel.

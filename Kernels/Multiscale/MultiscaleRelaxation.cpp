@@ -19,14 +19,14 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
   {
     coarse = this->startsCoarse_ && this->mayStartCoarse_ && !task.waves &&
              this->coarseToFine_.run(clusters, task.elasticity, task.tolerance, [&] { task.checkpoint(0); });
-    this->reach_ = coarse ? Reach::Near : Reach::Far;
+    this->range_ = coarse ? Range::Near : Range::Far;
   }
   RelaxResult result;
   const auto sweep = [&](int most)
   {
     const RelaxResult before = result;
-    clusters.begin(this->handles_.voxels(), this->handles_.turningVoxels());
-    result = this->relaxation_.run(clusters, task.elasticity, task.waves, this->reach_, this->sweep_, most,
+    clusters.begin(this->handles_.voxels(), this->handles_.rotatingVoxels());
+    result = this->relaxation_.run(clusters, task.elasticity, task.waves, this->range_, this->sweep_, most,
       task.tolerance, [&](int done) { task.checkpoint(before.iterations + done); });
     this->sweep_ += result.iterations;
     result.iterations += before.iterations;
@@ -36,7 +36,7 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
   {
     sweep(std::min(task.iterations, CoarseToFine::sweepsToJudge));
     result.coarseStep = this->coarseToFine_.judge(task.elasticity);
-    this->reach_ = result.coarseStep > 0.0 ? Reach::Near : Reach::Far;
+    this->range_ = result.coarseStep > 0.0 ? Range::Near : Range::Far;
     result.converged = result.converged && result.coarseStep == 1.0;
   }
   if (result.iterations < task.iterations && !result.converged)

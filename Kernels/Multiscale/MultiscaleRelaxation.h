@@ -36,7 +36,7 @@ private:
   bool startsCoarse_ = false;
   bool mayStartCoarse_ = true;
   int sweep_ = 0;            ///< sweeps since the last wave, cut or carve
-  Reach reach_ = Reach::Far; ///< what these sweeps are for
+  Range range_ = Range::Far; ///< what these sweeps are for
 };
 
 }

@@ -2,7 +2,7 @@
 // finer ones (its children): restriction (`coarsen`) and prolongation (`refine`) of a multigrid method. Displacements
 // are fractions of each grid's own spacing.
 //
-// With `spins` both kernels transfer rotations. The host then passes the rotations of both grids in place of their
+// With `rotations` both kernels transfer rotations. The host then passes the rotations of both grids in place of their
 // displacements.
 //
 // The host guarantees: both grids have bricks of the same size; the State is that of the coarser grid; tables are as
@@ -11,7 +11,7 @@
 #include "brick.clh"
 #include "state.clh"
 #include "element.clh"
-#ifdef TURNING
+#ifdef ROTATIONS
 #include "spin.clh"
 #endif
 
@@ -30,10 +30,10 @@ typedef struct
   }
 
 // Restriction: an element of the coarser grid gets the mean displacement of its children. If some of them are held,
-// only these count. With `spins`, the same for rotations. Each rotation has two spins (spin.clh), of which the mean
-// takes the one nearest to the first child's. `scale`: 1/2 for displacements, because they are fractions of the
+// only these count. With `rotations`, the same for rotations. Two vectors describe each rotation (spin.clh), of which the
+// mean takes the one nearest to the first child's. `scale`: 1/2 for displacements, because they are fractions of the
 // spacing, and 1 for rotations.
-kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float scale, int spins)
+kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float scale, int rotations)
 {
   const State state = STATE;
   const Finer finer = FINER;
@@ -63,8 +63,8 @@ kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, fl
       {
         u[axis] = LOAD(finer.displacement + axis * finer.layout.pitch + min(at, finer.layout.pitch - SKEW));
       }
-#ifdef TURNING
-      if (spins)
+#ifdef ROTATIONS
+      if (rotations)
       {
         const mask isFirst = (isFree | isOfHeld) & (numberFree + numberHeld == 0.0f);
         UNROLL
@@ -98,8 +98,8 @@ kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, fl
       const real number = max(select(numberFree, numberHeld, anyHeld), (real)(1.0f));
       mean[axis] = scale * (sum / number);
     }
-#ifdef TURNING
-    if (spins)
+#ifdef ROTATIONS
+    if (rotations)
     {
       shortestSpin(mean);
     }
@@ -241,9 +241,9 @@ CHAINMAIL_INLINE void shareOut(const real* c, const mask cut, Towards* towards)
   }
 }
 
-#ifdef TURNING
-// The factors of nearestSpinTo() (spin.clh) for the 27 elements. They select, of the two spins of each rotation, the
-// one nearest to the spin of the central element.
+#ifdef ROTATIONS
+// The factors of nearestSpinTo() (spin.clh) for the 27 elements. They select, of the two vectors of each rotation, the
+// one nearest to that of the central element.
 CHAINMAIL_INLINE void nearestAround(const Window* window, real* nearest)
 {
   real around[3][27];
@@ -261,7 +261,7 @@ CHAINMAIL_INLINE void nearestAround(const Window* window, real* nearest)
   }
 }
 
-// Replaces spins of the finer grid by the shortest ones of the same rotations (spin.clh).
+// Describes the rotations of the finer grid by the shortest vectors (spin.clh).
 CHAINMAIL_INLINE void shorten(const Finer* finer, uint at)
 {
   const uint pitch = finer->layout.pitch;
@@ -283,11 +283,11 @@ CHAINMAIL_INLINE void shorten(const Finer* finer, uint at)
 
 // Moves the children, except held ones, of the elements of a window. `children`: addresses of the children of its first
 // element, at index x + 2 y + 4 z. Children of the same index, of consecutive elements, have consecutive addresses.
-NOINLINE void refineAt(Finer finer, Window window, const uint* children, float scale, int spins)
+NOINLINE void refineAt(Finer finer, Window window, const uint* children, float scale, int rotations)
 {
-#ifdef TURNING
+#ifdef ROTATIONS
   real nearest[27];
-  if (spins)
+  if (rotations)
   {
     nearestAround(&window, nearest);
   }
@@ -315,8 +315,8 @@ NOINLINE void refineAt(Finer finer, Window window, const uint* children, float s
       interpolate(part, &towards, weight);
     }
     loadAround(&window, axis, u);
-#ifdef TURNING
-    if (spins)
+#ifdef ROTATIONS
+    if (rotations)
     {
       UNROLL
       for (int m = 0; m < 27; ++m)
@@ -360,8 +360,8 @@ NOINLINE void refineAt(Finer finer, Window window, const uint* children, float s
       STORE(select(LOAD(to), next, isFree), to);
     }
   }
-#ifdef TURNING
-  for (int child = 0; spins && child < 8; ++child)
+#ifdef ROTATIONS
+  for (int child = 0; rotations && child < 8; ++child)
   {
     shorten(&finer, children[child]);
   }
@@ -372,7 +372,7 @@ NOINLINE void refineAt(Finer finer, Window window, const uint* children, float s
 // between the up to eight coarser elements around it. Those that a cut separates from its own coarser element do not
 // count (shareOut). For rigid children only the rigid ones among these count, separately on each axis. So finer bone is
 // where the coarser bone is. `scale`: 2 for displacements, 1 for rotations.
-kernel void refine(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float scale, int spins)
+kernel void refine(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float scale, int rotations)
 {
   const State state = STATE;
   const Finer finer = FINER;
@@ -393,7 +393,7 @@ kernel void refine(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, flo
         const int j = 2 * window.y + (child >> 1 & 1), k = 2 * (z - 2) + (child >> 2);
         children[child] = finerSlot * ELEMENTS + ((child ^ j ^ k) & 1) * COLOUR + (k * BY + j) * HALF + window.x;
       }
-      refineAt(finer, window, children, scale, spins);
+      refineAt(finer, window, children, scale, rotations);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }

@@ -7,7 +7,7 @@
 
 #include "brick.clh"
 #include "state.clh"
-#include "turning.clh"
+#include "rotations.clh"
 
 inline float mix2(float a, float b, float c, float d, float3 w)
 {
@@ -121,7 +121,7 @@ kernel void expand(global const int* list, STATE_ARGUMENTS, LAYOUT_ARGUMENTS(who
     }
     const int factors[3] = { FX, FY, FZ };
     float more[3] = { 0.0f, 0.0f, 0.0f };
-#ifdef TURNING
+#ifdef ROTATIONS
     // leverArm, rest: from the centre of the element to the voxel, in voxels and in mean spacings. more: what the
     // rotation adds to the displacement.
     const float4 proportions = state.proportions;
@@ -130,7 +130,7 @@ kernel void expand(global const int* list, STATE_ARGUMENTS, LAYOUT_ARGUMENTS(who
       leverArm.z / FZ * proportions.z };
     const float rotation[3] = { spinAlong(&state, 0)[ownAddress], spinAlong(&state, 1)[ownAddress],
       spinAlong(&state, 2)[ownAddress] };
-    turned(rotation, rest, more);
+    rotationOffset(rotation, rest, more);
     for (int a = 0; a < 3; ++a)
     {
       more[a] /= alongAxis(proportions, a);

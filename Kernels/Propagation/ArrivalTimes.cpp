@@ -61,7 +61,7 @@ void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, 
 
   const std::vector<int> slots = this->fixedPoint_.seen();
   Scratch list("the list of active bricks");
-  context.launch(context.kernel("arrivals.cl", this->bricks_.definesOfRows(this->bricks_.turned()), "record"),
+  context.launch(context.kernel("arrivals.cl", this->bricks_.definesOfRows(this->bricks_.activeRotations()), "record"),
     slots.size(), this->bricks_.workItems(true), list.holding(context, slots), this->bricks_.pitch(),
     this->arrival_.buffer, front, this->time_.buffer, this->front_.buffer);
   context.queue().finish();

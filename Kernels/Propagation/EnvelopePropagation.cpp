@@ -28,7 +28,7 @@ void EnvelopePropagation::start(const std::vector<int>& bricks)
 {
   this->poses_ = false;
   this->fixedPoint_.start(bricks);
-  if (!this->bricks_.turned() || bricks.empty())
+  if (!this->bricks_.activeRotations() || bricks.empty())
   {
     return;
   }
@@ -77,14 +77,14 @@ void EnvelopePropagation::heldChanged()
 
 int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& checkpoint)
 {
-  const auto touch = [this] { this->bricks_.touch(this->fixedPoint_.changed()); };
+  const auto touch = [this] { this->bricks_.markDirty(this->fixedPoint_.changed()); };
   try
   {
     const int done = this->fixedPoint_.run(iterations, enough, checkpoint,
       [this](ArgumentList& own)
       {
         own.add(this->bricks_.before().buffer());
-        if (this->bricks_.turned())
+        if (this->bricks_.activeRotations())
         {
           own.add(this->shift_.buffer, static_cast<cl_int>(this->poses_ ? -1 : 0));
         }

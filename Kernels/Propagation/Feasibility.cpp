@@ -36,31 +36,31 @@ std::vector<int> Feasibility::bricksThatAre(
 {
   Context& context = this->bricks_.context();
   std::vector<cl_int> found(slots.size(), 0);
-  const std::string defines = vectors ? this->bricks_.definesOfRows(this->bricks_.turned())
-                                      : this->bricks_.defines(false, this->bricks_.turned());
+  const std::string defines = vectors ? this->bricks_.definesOfRows(this->bricks_.activeRotations())
+                                      : this->bricks_.defines(false, this->bricks_.activeRotations());
   const cl::Buffer& foundBuffer = this->found_.holding(context, found);
   context.launch(context.kernel(file, defines, what), slots.size(), this->bricks_.workItems(vectors),
-    this->list_.holding(context, slots), this->bricks_.state(this->bricks_.turned()), foundBuffer);
+    this->list_.holding(context, slots), this->bricks_.state(this->bricks_.activeRotations()), foundBuffer);
   context.read(foundBuffer, found);
   return this->bricks_.bricksWhere(slots, found);
 }
 
 bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkpoint)
 {
-  this->bricks_.makeUpdatable(this->bricks_.bricksOf(this->bricks_.touchedSlots()));
-  const bool turning = this->bricks_.turned() != nullptr;
-  const std::vector<int> slots = this->bricks_.touchedSlots();
+  this->bricks_.makeUpdatable(this->bricks_.bricksOf(this->bricks_.dirtySlots()));
+  const bool rotating = this->bricks_.activeRotations() != nullptr;
+  const std::vector<int> slots = this->bricks_.dirtySlots();
   const std::vector<int> violated =
-    this->bricksThatAre("violated", "feasibility.cl", true, turning ? slots : this->bricks_.slotsAround(slots));
+    this->bricksThatAre("violated", "feasibility.cl", true, rotating ? slots : this->bricks_.slotsAround(slots));
   this->bricks_.makeUpdatable(violated);
   const std::vector<int> violatedSlots = this->bricks_.slotsOf(violated);
   if (violated.empty() ||
-      (turning && !this->bricksThatAre("contradicted", "contradictions.cl", false, violatedSlots).empty()))
+      (rotating && !this->bricksThatAre("contradicted", "contradictions.cl", false, violatedSlots).empty()))
   {
     propagation.start({}); // resets conflict() to 0
     return violated.empty();
   }
-  if (turning)
+  if (rotating)
   {
     this->bricks_.keep(this->upper_); // both are bounds of shifts, which start as 0
     this->bricks_.keep(this->lower_);
@@ -72,25 +72,25 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     this->bricks_.saveIn(this->upper_, violatedSlots);
   }
   this->fixedPoint_.start(violated);
-  this->fixedPoint_.run(turning ? mostPasses : 0, std::numeric_limits<float>::infinity(), checkpoint,
+  this->fixedPoint_.run(rotating ? mostPasses : 0, std::numeric_limits<float>::infinity(), checkpoint,
     [&](ArgumentList& own)
-    { own.add(turning ? this->lower_.buffer : this->bricks_.before().buffer(), this->upper_.buffer); });
+    { own.add(rotating ? this->lower_.buffer : this->bricks_.before().buffer(), this->upper_.buffer); });
   bool feasible = this->fixedPoint_.finished();
   const std::vector<int> changed = this->fixedPoint_.changed();
   const std::vector<int> bricks = this->bricks_.bricksOf(changed);
-  this->bricks_.touch(changed);
-  if (turning)
+  this->bricks_.markDirty(changed);
+  if (rotating)
   {
     this->bricks_.before().save(changed);
   }
   Context& context = this->bricks_.context();
   context.launch(
-    context.kernel("feasibility.cl", this->bricks_.definesOfRows(this->bricks_.turned()), "settle"), changed.size(),
-    this->bricks_.workItems(true), this->list_.holding(context, changed), this->bricks_.pitch(),
+    context.kernel("feasibility.cl", this->bricks_.definesOfRows(this->bricks_.activeRotations()), "settle"),
+    changed.size(), this->bricks_.workItems(true), this->list_.holding(context, changed), this->bricks_.pitch(),
     this->bricks_.tissuePitch(), this->bricks_.constraint(), this->upper_.buffer,
     [&](ArgumentList& own)
     {
-      if (turning)
+      if (rotating)
       {
         own.add(this->lower_.buffer);
       }
@@ -101,7 +101,7 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     // The wave also removes the rounding of the means, so it starts in all bricks that have any.
     propagation.start(bricks);
     propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
-    feasible = !turning || propagation.conflict().largest() <= rounding;
+    feasible = !rotating || propagation.conflict().largest() <= rounding;
   }
   propagation.release();
   this->bricks_.drop(this->upper_);

@@ -76,7 +76,7 @@ void FixedPoint::start(const std::vector<int>& bricks)
   this->waited_ = false;
   this->iterations_ = 0;
   std::fill(this->extremes_.begin(), this->extremes_.end(), 0.0f);
-  this->ofTurn_.assign(this->extremes_.size(), 0.0f);
+  this->ofPass_.assign(this->extremes_.size(), 0.0f);
 }
 
 bool FixedPoint::isBeyond(float enough) const
@@ -85,27 +85,29 @@ bool FixedPoint::isBeyond(float enough) const
 }
 
 void FixedPoint::launch(
-  const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const OwnArguments& own)
+  const std::vector<ParityPass>& passes, float enough, const Checkpoint& checkpoint, const OwnArguments& own)
 {
   Context& context = this->bricks_.context();
-  this->log_.clear(1 + static_cast<int>(turns.size()));
-  for (std::size_t m = 0; m < this->ofTurn_.size(); ++m)
+  this->log_.clear(1 + static_cast<int>(passes.size()));
+  for (std::size_t m = 0; m < this->ofPass_.size(); ++m)
   {
-    this->log_.setReal(0, 1 + static_cast<int>(m), this->ofTurn_[m]);
+    this->log_.setReal(0, 1 + static_cast<int>(m), this->ofPass_[m]);
   }
   this->log_.toDevice(context);
   const Index3 size = this->bricks_.size();
-  const Kernel kernel = context.kernel(this->file_, this->bricks_.definesOfRows(this->bricks_.turned()), this->name_);
-  for (std::size_t n = 0; n < turns.size(); ++n)
+  const Kernel kernel =
+    context.kernel(this->file_, this->bricks_.definesOfRows(this->bricks_.activeRotations()), this->name_);
+  for (std::size_t n = 0; n < passes.size(); ++n)
   {
-    if (turns[n].parity == 0 || n == 0)
+    if (passes[n].parity == 0 || n == 0)
     {
       checkpoint();
     }
-    const cl_int4 turn{ { static_cast<cl_int>(n) + 1, turns[n].parity, turns[n].waited ? 1 : 0,
+    const cl_int4 numbers{ { static_cast<cl_int>(n) + 1, passes[n].parity, passes[n].waited ? 1 : 0,
       size[0] + size[1] + size[2] } };
     launchPass(this->bricks_, kernel, static_cast<std::size_t>(this->visits_.rows()) - 1, this->bricks_.workItems(true),
-      this->visits_.buffer(), this->log_.buffer(), turn, enough, this->bricks_.state(this->bricks_.turned()), own);
+      this->visits_.buffer(), this->log_.buffer(), numbers, enough,
+      this->bricks_.state(this->bricks_.activeRotations()), own);
   }
   this->log_.fromDevice(context);
 }
@@ -122,29 +124,29 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
       this->visits_.fromDevice(context);
       this->fit();
     }
-    std::vector<Turn> turns;
+    std::vector<ParityPass> passes;
     for (int n = 0; n < (iterations == 0 ? batch : std::min(batch, iterations - done)); ++n)
     {
       for (int parity = n == 0 ? this->parity_ : 0; parity < 2; ++parity)
       {
-        turns.push_back({ parity, turns.empty() && this->waited_ });
+        passes.push_back({ parity, passes.empty() && this->waited_ });
       }
     }
-    this->launch(turns, enough, checkpoint, own);
+    this->launch(passes, enough, checkpoint, own);
 
     batch = std::min(2 * batch, mostPerBatch);
     this->parity_ = 0;
     this->waited_ = false;
-    for (std::size_t n = 0; n < turns.size() && !this->finished_; ++n)
+    for (std::size_t n = 0; n < passes.size() && !this->finished_; ++n)
     {
-      const int parity = turns[n].parity;
+      const int parity = passes[n].parity;
       const int flags = this->log_[static_cast<int>(n) + 1][0];
       for (std::size_t m = 0; m < this->extremes_.size(); ++m)
       {
-        this->ofTurn_[m] =
-          std::max(this->ofTurn_[m], this->log_.real(static_cast<int>(n) + 1, 1 + static_cast<int>(m)));
+        this->ofPass_[m] =
+          std::max(this->ofPass_[m], this->log_.real(static_cast<int>(n) + 1, 1 + static_cast<int>(m)));
       }
-      if (!turns[n].waited)
+      if (!passes[n].waited)
       {
         this->goesOn_[parity] = false;
       }
@@ -173,8 +175,8 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
       }
       for (std::size_t m = 0; m < this->extremes_.size(); ++m)
       {
-        this->extremes_[m] = std::max(this->extremes_[m], this->ofTurn_[m]);
-        this->ofTurn_[m] = 0.0f;
+        this->extremes_[m] = std::max(this->extremes_[m], this->ofPass_[m]);
+        this->ofPass_[m] = 0.0f;
       }
       const bool beyond = this->isBeyond(enough);
       if (parity == 1 || beyond)

@@ -49,7 +49,7 @@ public:
   std::vector<int> changed();
 
 private:
-  struct Turn
+  struct ParityPass
   {
     int parity;
     bool waited; ///< only bricks are visited that were not updatable in the launch before
@@ -57,7 +57,8 @@ private:
 
   int parityOf(int brick) const;
   void fit();
-  void launch(const std::vector<Turn>& turns, float enough, const Checkpoint& checkpoint, const OwnArguments& own);
+  void launch(
+    const std::vector<ParityPass>& passes, float enough, const Checkpoint& checkpoint, const OwnArguments& own);
   bool isBeyond(float enough) const;
   std::vector<int> slotsWith(int flags);
 
@@ -67,7 +68,7 @@ private:
   SharedTable visits_;
   SharedTable log_;
   std::vector<float> extremes_;
-  std::vector<float> ofTurn_; ///< extremes of the parity pass under way
+  std::vector<float> ofPass_; ///< extremes of the parity pass under way
   std::size_t followed_ = 0;  ///< see Bricks::follow()
   bool finished_ = true;
   bool goesOn_[2] = {}; ///< for each parity: whether its last pass left something to do

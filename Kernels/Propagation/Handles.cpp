@@ -20,7 +20,7 @@ namespace
 // [voxels] Displacements much larger than this could become infinite in float32, and their waves would never end.
 constexpr double farthest = 1e9;
 
-// [full turns] A wave rotates by some degrees at most, so this bounds the number of waves of an update.
+// [full rotates] A wave rotates by some degrees at most, so this bounds the number of waves of an update.
 constexpr double mostTurns = 100.0;
 constexpr double pi = 3.14159265358979323846;
 
@@ -38,7 +38,7 @@ double length(const Vector3& v)
 bool isMoved(const Probe& before, const Probe& now)
 {
   return before.displacement != now.displacement ||
-         (now.turns && (before.rotation != now.rotation || before.centre != now.centre));
+         (now.rotates && (before.rotation != now.rotation || before.centre != now.centre));
 }
 
 }
@@ -74,11 +74,11 @@ void Handles::check(const Probe& probe, std::size_t number) const
       refuse("has a displacement of a billion voxels or more: move its target nearer.");
     }
   }
-  if (!probe.turns)
+  if (!probe.rotates)
   {
     return;
   }
-  if (!this->bricks_.spins())
+  if (!this->bricks_.rotations())
   {
     refuse("prescribes a rotation, for which elements have to be able to rotate (Rotations).");
   }
@@ -122,22 +122,22 @@ std::vector<float> Handle::displacedBy(const Pose& to, const Vector3& spacing) c
     const double* place = &this->placesGrabbed[n];
     const Vector3 arm{ place[0] - this->probe.centre[0], place[1] - this->probe.centre[1],
       place[2] - this->probe.centre[2] };
-    const Vector3 turned = rotated(rotation, arm);
+    const Vector3 after = rotated(rotation, arm);
     for (std::size_t a = 0; a < 3; ++a)
     {
-      values[n + a] = static_cast<float>(this->grabbed[n + a] + (turned[a] - arm[a] + to.shift[a]) / spacing[a]);
+      values[n + a] = static_cast<float>(this->grabbed[n + a] + (after[a] - arm[a] + to.shift[a]) / spacing[a]);
     }
   }
   return values;
 }
 
-std::vector<float> Handle::spinsIn(const Pose& to) const
+std::vector<float> Handle::rotationsIn(const Pose& to) const
 {
   const Quaternion rotation = rotationBy(to.rotation);
-  std::vector<float> values(this->spinsGrabbed.size());
+  std::vector<float> values(this->rotationsGrabbed.size());
   for (std::size_t n = 0; n < values.size(); n += 3)
   {
-    const float* before = &this->spinsGrabbed[n];
+    const float* before = &this->rotationsGrabbed[n];
     const Vector3 spin = spinOf(product(rotation, rotationOfSpin({ before[0], before[1], before[2] })));
     std::transform(spin.begin(), spin.end(), values.begin() + static_cast<std::ptrdiff_t>(n),
       [](double part) { return static_cast<float>(part); });
@@ -196,9 +196,9 @@ void Handles::fill(const std::vector<Pointer>& handles, const std::vector<std::s
     handle->grabbed.assign(from, end);
     std::copy_n(end, 3, handle->placeGrabbed.begin());
     from = end + 3;
-    if (handle->probe.turns)
+    if (handle->probe.rotates)
     {
-      handle->spinsGrabbed = handle->elements.rotations();
+      handle->rotationsGrabbed = handle->elements.rotations();
       for (std::size_t n = 0; n < handle->voxels.size(); ++n)
       {
         const Index3 at = grid.indexOf(handle->voxels[n]);
@@ -309,7 +309,7 @@ template <typename F> Handle without(const Handle& handle, Bricks& bricks, const
   keep(kept.constraints, static_cast<std::size_t>(bricks.model().axes()));
   keep(kept.grabbed, 3);
   keep(kept.placesGrabbed, 3);
-  keep(kept.spinsGrabbed, 3);
+  keep(kept.rotationsGrabbed, 3);
   return kept;
 }
 
@@ -329,7 +329,7 @@ Handles::Pointer Handles::changed(const Probe& probe, const Handle& before, std:
   {
     after->place = after->voxels.front();
     std::copy_n(after->grabbed.begin(), 3, after->placeGrabbed.begin());
-    if (after->turns())
+    if (after->rotates())
     {
       this->follow(*after, Elements(this->bricks_, { after->place }).displacements().data());
     }
@@ -342,7 +342,7 @@ Handles::Change Handles::take(const std::vector<Probe>& probes)
 {
   // Everything that can fail because of the caller's data comes first.
   const auto placeOf = [](const Probe& probe)
-  { return std::make_tuple(probe.position, probe.radius, probe.turns, probe.body); };
+  { return std::make_tuple(probe.position, probe.radius, probe.rotates, probe.body); };
   std::multimap<decltype(placeOf(Probe())), Pointer> left;
   for (const Pointer& handle : this->handles_)
   {
@@ -416,7 +416,7 @@ Handles::Change Handles::take(const std::vector<Probe>& probes)
     {
       change.moved.push_back(next[n]);
     }
-    if (probes[n].turns && before.centre != probes[n].centre)
+    if (probes[n].rotates && before.centre != probes[n].centre)
     {
       // The same rigid motion, expressed about the new centre: its shift is the displacement of that centre.
       const Vector3 now = next[n]->pose.of(probes[n].centre, before.centre);
@@ -474,7 +474,7 @@ Handles::Pointer Handles::join(const std::vector<std::size_t>& voxels, const std
     asked[n] -= goal[n % 3];
   }
   const auto joined = std::make_shared<Handle>(this->bricks_);
-  joined->probe.turns = true;
+  joined->probe.rotates = true;
   joined->probe.centre = centre;
   joined->probe.rotation = rotationVectorOf(nearestRotation(now, asked));
   for (int a = 0; a < 3; ++a)
@@ -553,12 +553,12 @@ std::vector<std::size_t> Handles::voxels() const
   return voxels;
 }
 
-std::vector<std::size_t> Handles::turningVoxels() const
+std::vector<std::size_t> Handles::rotatingVoxels() const
 {
   std::vector<std::size_t> voxels;
   for (const Pointer& handle : this->handles_)
   {
-    if (handle->turns())
+    if (handle->rotates())
     {
       voxels.insert(voxels.end(), handle->voxels.begin(), handle->voxels.end());
     }
@@ -597,10 +597,10 @@ void Handles::follow(Handle& handle, const float* displacement)
   }
   handle.pose.rotation = rotationVectorOf(nearestRotation(rest, now, rotationBy(handle.pose.rotation)));
   handle.pose.shift = {};
-  const Vector3 turnedMean = handle.pose.of(restMean, handle.probe.centre);
+  const Vector3 rotatedMean = handle.pose.of(restMean, handle.probe.centre);
   for (int a = 0; a < 3; ++a)
   {
-    handle.pose.shift[a] = nowMean[a] - turnedMean[a];
+    handle.pose.shift[a] = nowMean[a] - rotatedMean[a];
   }
 }
 
@@ -631,11 +631,11 @@ std::vector<ProbeResult> Handles::reached()
   {
     Handle& handle = *this->handles_[n];
     results[n].elements = handle.voxels.size();
-    if (handle.turns() && !handle.probe.anchor)
+    if (handle.rotates() && !handle.probe.anchor)
     {
       this->follow(handle, &displacements[3 * m]);
       results[n].reached = handle.pose.shift;
-      results[n].turned = handle.pose.rotation;
+      results[n].rotated = handle.pose.rotation;
       m = ends[n];
       continue;
     }
@@ -657,7 +657,7 @@ std::vector<ProbeResult> Handles::reached()
 /// The displacements of the elements of a soft probe at which its links cost no energy.
 std::vector<float> Handles::softPlaces(const Handle& handle) const
 {
-  if (handle.probe.turns && !handle.probe.anchor)
+  if (handle.probe.rotates && !handle.probe.anchor)
   {
     return handle.displacedBy(handle.asked(), this->bricks_.model().grid().spacing);
   }

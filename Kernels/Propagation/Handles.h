@@ -39,24 +39,24 @@ struct Handle
   /// For a probe that prescribes a rotation: the places [mm] and rotations of its elements when they were grabbed, 3
   /// values each; their pose now; whether the last wave stopped there only because of the limit for one wave.
   std::vector<double> placesGrabbed;
-  std::vector<float> spinsGrabbed;
+  std::vector<float> rotationsGrabbed;
   Pose pose;
   bool isOnItsWay = false;
-  bool turnsBody = false; ///< whether its last wave rotated a body that several probes hold (Handles::join())
+  bool rotatesBody = false; ///< whether its last wave rotated a body that several probes hold (Handles::join())
 
   Pose asked() const { return { this->probe.displacement, this->probe.rotation }; }
 
   /// Whether its probe is soft. Then its elements are not held, and other handles may have them, too.
   bool isSoft() const { return this->probe.isSoft(); }
   /// Whether it holds its elements in a pose: it prescribes a rotation and is not soft.
-  bool turns() const { return this->probe.turns && !this->isSoft(); }
+  bool rotates() const { return this->probe.rotates && !this->isSoft(); }
 
   /// The displacements of its elements if the probe moves by `to` from where it grabbed them (fractions of the
   /// spacing).
   std::vector<float> displacedBy(const std::array<float, 3>& to) const;
   /// The same for a probe that prescribes a rotation, in a pose, and the rotations of the elements.
   std::vector<float> displacedBy(const Pose& to, const Vector3& spacing) const;
-  std::vector<float> spinsIn(const Pose& to) const;
+  std::vector<float> rotationsIn(const Pose& to) const;
 };
 
 /// The handles of all probes, in the order of the probes.
@@ -145,7 +145,7 @@ public:
   /// The voxels of all handles that are not soft.
   std::vector<std::size_t> voxels() const;
   /// The voxels of those that hold their elements in a pose.
-  std::vector<std::size_t> turningVoxels() const;
+  std::vector<std::size_t> rotatingVoxels() const;
 
   /// The links by which soft probes pull now, one for each voxel, for Bricks::setSoftLinks().
   std::vector<SoftLink> softLinks() const;

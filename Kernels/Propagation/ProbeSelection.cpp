@@ -119,7 +119,7 @@ template <typename F> void forElements(const Bricks& bricks, const Index3& first
 std::unordered_set<int> offerDisplaced(Bricks& bricks, std::vector<ProbeSelection>& grasps)
 {
   std::unordered_set<int> displaced;
-  if (bricks.touchedSlots().empty())
+  if (bricks.dirtySlots().empty())
   {
     return displaced;
   }
@@ -244,7 +244,8 @@ std::vector<std::vector<std::size_t>> elementsAround(
 
 std::vector<std::size_t> withNotches(const Bricks& bricks, std::vector<std::size_t> elements)
 {
-  constexpr float stiff = 0.12f; // constraint up to which links do not stretch by one step of longestTurn (Waves.cpp)
+  constexpr float stiff =
+    0.12f; // constraint up to which links do not stretch by one step of longestRotation (Waves.cpp)
   constexpr int layers = 3;
   const Grid& grid = bricks.model().grid();
   const auto constraintOf = [&](const Index3& at)

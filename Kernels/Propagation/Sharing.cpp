@@ -45,7 +45,7 @@ std::vector<int> Sharing::holdBounds()
   const std::vector<int> slots = this->fixedPoint_.seen();
   std::vector<cl_int> found(slots.size(), 0);
   const cl::Buffer& foundBuffer = this->found_.holding(context, found);
-  context.launch(context.kernel("share.cl", this->bricks_.definesOfRows(this->bricks_.turned()), "holdBounds"),
+  context.launch(context.kernel("share.cl", this->bricks_.definesOfRows(this->bricks_.activeRotations()), "holdBounds"),
     slots.size(), this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
     this->bricks_.tissuePitch(), this->bricks_.constraint(), this->lower_.buffer, this->upper_.buffer, foundBuffer);
   context.read(foundBuffer, found);

@@ -100,10 +100,10 @@ void Timestamps::advance()
   const std::string defines = this->bricks_.defines(false);
   const std::size_t items = this->bricks_.workItems(false);
 
-  const auto arguments =
-    std::tuple_cat(std::make_tuple(this->bricks_.state(this->bricks_.spins()), static_cast<cl_int>(this->iteration_)),
-      std::tie(this->arrivals_.time().buffer, this->arrivals_.front().buffer, this->stamp_.buffer,
-        this->bricks_.before().buffer(), this->nextTime_.buffer, this->nextFront_.buffer));
+  const auto arguments = std::tuple_cat(
+    std::make_tuple(this->bricks_.state(this->bricks_.rotations()), static_cast<cl_int>(this->iteration_)),
+    std::tie(this->arrivals_.time().buffer, this->arrivals_.front().buffer, this->stamp_.buffer,
+      this->bricks_.before().buffer(), this->nextTime_.buffer, this->nextFront_.buffer));
 
   context.launch(context.kernel("timestamp.cl", defines, "arriveNext"), list.size(), items, slots, arguments);
   launchPass(
@@ -116,7 +116,7 @@ void Timestamps::advance()
     {
       continue;
     }
-    this->bricks_.touch(list[n]);
+    this->bricks_.markDirty(list[n]);
     const int brick = this->bricks_.brick(list[n]);
     this->active_.insert(brick);
     for (int d = 0; d < 6; ++d)

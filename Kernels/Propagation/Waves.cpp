@@ -33,7 +33,7 @@ constexpr int mostShares = 3;
 
 /// The largest rotation of a probe in one wave [rad], since the tissue around it rotates only when it relaxes. And the
 /// most attempts to shorten a wave of such probes.
-constexpr double longestTurn = 0.131;
+constexpr double longestRotation = 0.131;
 constexpr int mostShortenings = 12;
 constexpr float farTooFar = 0.25f; // a larger conflict ends such a wave early; as a fraction of Wave::way
 }
@@ -152,7 +152,7 @@ void Waves::markHeld()
     [this](const Handle& handle)
     {
       return handle.probe.anchor || handle.moves ||
-             (this->policy_ != ConflictPolicy::Latest && (!handle.waits || handle.turns()));
+             (this->policy_ != ConflictPolicy::Latest && (!handle.waits || handle.rotates()));
     });
 }
 
@@ -161,7 +161,7 @@ void Waves::place(const Elements& elements, const std::vector<int>& bricks, cons
   elements.setDisplacements(values);
   for (const int brick : bricks)
   {
-    this->bricks_.touch(this->bricks_.slot(brick));
+    this->bricks_.markDirty(this->bricks_.slot(brick));
   }
 }
 
@@ -239,17 +239,17 @@ void Waves::begin(Group handles)
   wave.before = wave.elements.displacements();
   for (const Handles::Pointer& handle : wave.handles)
   {
-    if (handle->turns())
+    if (handle->rotates())
     {
-      wave.turns = true;
+      wave.rotates = true;
       wave.longest = std::min(wave.longest, 1.0 / wavesFor(*handle));
-      wave.turning.add(handle->elements);
+      wave.rotating.add(handle->elements);
     }
   }
   wave.share = wave.longest;
-  if (wave.turns)
+  if (wave.rotates)
   {
-    wave.spinsBefore = wave.turning.rotations();
+    wave.rotationsBefore = wave.rotating.rotations();
   }
   for (int a = 0; a < 3; ++a)
   {
@@ -265,7 +265,7 @@ void Waves::begin(Group handles)
 void Waves::joinBodies()
 {
   Wave& wave = *this->wave_;
-  if (!this->bricks_.spins() || this->policy_ == ConflictPolicy::Share || wave.handles.size() < 2 ||
+  if (!this->bricks_.rotations() || this->policy_ == ConflictPolicy::Share || wave.handles.size() < 2 ||
       wave.handles.size() > mostInHalves)
   {
     return;
@@ -304,7 +304,7 @@ void Waves::end()
       for (const Handles::Pointer& one : own)
       {
         one->moves = false;
-        one->turnsBody = true;
+        one->rotatesBody = true;
         one->isOnItsWay = handle->isOnItsWay;
       }
     }
@@ -336,8 +336,8 @@ std::vector<float> Waves::target() const
       to[a] = static_cast<float>(handle->probe.displacement[a] / spacing[a]);
     }
     const std::vector<float> displaced =
-      handle->turns() ? handle->displacedBy(between(handle->pose, handle->asked(), wave.share), spacing)
-                      : handle->displacedBy(to);
+      handle->rotates() ? handle->displacedBy(between(handle->pose, handle->asked(), wave.share), spacing)
+                        : handle->displacedBy(to);
     values.insert(values.end(), displaced.begin(), displaced.end());
   }
   for (std::size_t m = 0; m < values.size(); ++m)
@@ -363,19 +363,19 @@ void Waves::attempt()
     wave.tolerance[a] = rounding(furthest[a]);
     wave.enough = std::max(wave.enough, wave.tolerance[a]);
   }
-  if (wave.turns)
+  if (wave.rotates)
   {
-    std::vector<float> spins;
+    std::vector<float> rotations;
     for (const Handles::Pointer& handle : wave.handles)
     {
-      if (handle->turns())
+      if (handle->rotates())
       {
-        const std::vector<float> more = handle->spinsIn(between(handle->pose, handle->asked(), wave.share));
-        spins.insert(spins.end(), more.begin(), more.end());
+        const std::vector<float> more = handle->rotationsIn(between(handle->pose, handle->asked(), wave.share));
+        rotations.insert(rotations.end(), more.begin(), more.end());
       }
     }
-    wave.turning.setRotations(spins);
-    this->bricks_.setTurned(true);
+    wave.rotating.setRotations(rotations);
+    this->bricks_.setRotated(true);
     wave.way = 0.0f;
     for (std::size_t m = 0; m < values.size(); ++m)
     {
@@ -392,7 +392,7 @@ void Waves::attempt()
     }
   }
   ++wave.attempts;
-  if (!wave.turns)
+  if (!wave.rotates)
   {
     this->propagation_.start(wave.bricks);
     return;
@@ -421,13 +421,13 @@ bool Waves::settled(const Checkpoint& checkpoint)
   }
   if (compatible)
   {
-    if (wave.turns)
+    if (wave.rotates)
     {
       this->place(wave.elements, wave.bricks, this->target()); // exactly, without the rounding of shifts
     }
     for (const Handles::Pointer& handle : wave.handles)
     {
-      if (handle->turns())
+      if (handle->rotates())
       {
         handle->isOnItsWay = wave.share == wave.longest && wave.share < 1.0;
         handle->pose = between(handle->pose, handle->asked(), wave.share);
@@ -436,7 +436,7 @@ bool Waves::settled(const Checkpoint& checkpoint)
     return true;
   }
   this->takeBack();
-  if (wave.turns ? this->shorten(conflict) : this->share(checkpoint))
+  if (wave.rotates ? this->shorten(conflict) : this->share(checkpoint))
   {
     return false;
   }
@@ -454,7 +454,7 @@ bool Waves::settled(const Checkpoint& checkpoint)
     this->wait(Group(handles.begin(), half), true);
     return false;
   }
-  if (wave.turns)
+  if (wave.rotates)
   {
     wave.handles.front()->isOnItsWay = false;
     return true; // it stays where it is
@@ -490,8 +490,8 @@ bool Waves::settled(const Checkpoint& checkpoint)
 
 int Waves::wavesFor(const Handle& handle)
 {
-  return handle.turns()
-           ? std::max(1, static_cast<int>(std::ceil(angleBetween(handle.pose, handle.asked()) / longestTurn)))
+  return handle.rotates()
+           ? std::max(1, static_cast<int>(std::ceil(angleBetween(handle.pose, handle.asked()) / longestRotation)))
            : 1;
 }
 
@@ -499,9 +499,9 @@ int Waves::wavesFor(const Handle& handle)
 void Waves::takeBack()
 {
   this->propagation_.takeBack();
-  if (this->wave_->turns)
+  if (this->wave_->rotates)
   {
-    this->wave_->turning.setRotations(this->wave_->spinsBefore);
+    this->wave_->rotating.setRotations(this->wave_->rotationsBefore);
   }
 }
 

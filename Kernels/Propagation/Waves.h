@@ -63,7 +63,7 @@ private:
   {
     explicit Wave(Bricks& bricks)
       : elements(bricks)
-      , turning(bricks)
+      , rotating(bricks)
     {
     }
 
@@ -81,12 +81,12 @@ private:
     float enough = 0.0f;              ///< a conflict of more than this ends an attempt early
     int attempts = 0;
 
-    bool turns = false;             ///< whether any of the probes prescribes a rotation
-    double share = 1.0;             ///< share of their motions that such probes go in this attempt
-    double longest = 1.0;           ///< largest share that they may go in one wave
-    float way = 0.0f;               ///< largest shift of an element in this attempt [fractions of the spacing]
-    Elements turning;               ///< the elements of such probes
-    std::vector<float> spinsBefore; ///< the rotations of these elements before the wave
+    bool rotates = false;               ///< whether any of the probes prescribes a rotation
+    double share = 1.0;                 ///< share of their motions that such probes go in this attempt
+    double longest = 1.0;               ///< largest share that they may go in one wave
+    float way = 0.0f;                   ///< largest shift of an element in this attempt [fractions of the spacing]
+    Elements rotating;                  ///< the elements of such probes
+    std::vector<float> rotationsBefore; ///< the rotations of these elements before the wave
   };
 
   int runEnvelopes(int iterations, const Checkpoint& checkpoint);

@@ -2,12 +2,12 @@
 // |sum of rest offsets| <= sum of limits has to hold there on every axis. Otherwise the bounds of feasibility.cl
 // diverge. Only the smallest loops are tested, squares of four elements: in scans the contradictions show in them.
 //
-// The host guarantees: TURNING; WIDTH is 1; all 26 neighbours of the listed bricks have a slot (brick.clh).
+// The host guarantees: ROTATIONS; WIDTH is 1; all 26 neighbours of the listed bricks have a slot (brick.clh).
 
 #include "brick.clh"
 #include "state.clh"
 #include "element.clh"
-#include "turning.clh"
+#include "rotations.clh"
 
 // Sums over the links of a loop, for each axis.
 typedef struct

@@ -2,9 +2,9 @@
 // nothing in the brick changes. Raised values only grow and lowered ones only fall, so elements are updated in place,
 // in any order. A wave returns to an element only where one of its links exceeds its limit.
 //
-// With TURNING the rotations of elements stay constant during a wave. The unknowns are the shifts s = u - before. The
+// With ROTATIONS the rotations of elements stay constant during a wave. The unknowns are the shifts s = u - before. The
 // strain of a link before the wave is e(i, j) = before(j) - before(i) - w(i, j). The rest offset w is the mean of those
-// that the rotations of both ends give (turning.clh). The link is within its limit D where
+// that the rotations of both ends give (rotations.clh). The link is within its limit D where
 //
 //   s(j) - (D - e(i, j)) <= s(i) <= s(j) + (D + e(i, j)).
 //
@@ -34,19 +34,19 @@
 #include "state.clh"
 #include "element.clh"
 #include "fixedpoint.clh"
-#include "turning.clh"
+#include "rotations.clh"
 
 // What a wave reads and writes besides the state.
 typedef struct
 {
   global float* before;
-#ifdef TURNING
+#ifdef ROTATIONS
   global float* shift;
   int poses;
 #endif
 } Wave;
 
-#ifdef TURNING
+#ifdef ROTATIONS
 #define WAVE_ARGUMENTS global float *before, global float *shift, int poses
 #define WAVE                                                                                                           \
   {                                                                                                                    \
@@ -77,7 +77,7 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
 {
   const int saved = savedOutside | within(s);
   const uint pitch = state->layout.pitch;
-#ifdef TURNING
+#ifdef ROTATIONS
   real restOffsets[6][3];
   loadRestOffsets(odd, state, s, restOffsets);
 #endif
@@ -106,7 +106,7 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-#ifdef TURNING
+#ifdef ROTATIONS
       const real difference = neighbourSaved(wave->before, state, axis, saved, s, d, odd) -
                               LOAD_WHOLE(wave->before + axis * pitch + s->self);
       const real strain = difference - restOffsets[d][axis], none = (real)(0.0f);
@@ -124,7 +124,7 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
       envelopeAddStill(&e, other[d], was, held[d], link[d].limit, link[d].limit);
 #endif
     }
-#ifdef TURNING
+#ifdef ROTATIONS
     const real u = LOAD_WHOLE(wave->shift + axis * pitch + s->self);
     const real u0 = (real)(0.0f);
 #else
@@ -143,7 +143,7 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
     if (SOME(goes))
     {
       moved |= goes;
-#ifdef TURNING
+#ifdef ROTATIONS
       STORE_WHOLE(next, wave->shift + axis * pitch + s->self);
       STORE_WHOLE(
         LOAD_WHOLE(wave->before + axis * pitch + s->self) + next, displacementAlong(state, axis) + s->self);
@@ -157,7 +157,7 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
 #endif
     }
   }
-#ifdef TURNING
+#ifdef ROTATIONS
   return changedAround(s, moved);
 #else
   return nearHeld ? changedAround(s, moved) : changedBeyond(s, moved, followed);

@@ -2,12 +2,12 @@
 // over all elements j. `settle` sets elements to the mean of these bounds. The bounds spread from the bricks that
 // `violated` finds, which are few in most cases.
 //
-// Both bounds start as the displacement. With TURNING they are bounds of shifts and start as 0.
+// Both bounds start as the displacement. With ROTATIONS they are bounds of shifts and start as 0.
 //
 // The host guarantees: both bounds are set in the bricks that `violated` found; all 26 neighbours of an updatable brick
 // have a slot (brick.clh).
 
-#ifdef TURNING
+#ifdef ROTATIONS
 #define BOUNDS_OF_SHIFTS
 #define SHIFTED_ARGUMENTS , global const float* lower
 #else
@@ -20,7 +20,7 @@
 CHAINMAIL_INLINE int isViolated(const int odd, const State* state, const Stencil* s)
 {
   mask beyond = (mask)(0);
-#ifdef TURNING
+#ifdef ROTATIONS
   real restOffsets[6][3];
   loadRestOffsets(odd, state, s, restOffsets);
 #endif
@@ -37,7 +37,7 @@ CHAINMAIL_INLINE int isViolated(const int odd, const State* state, const Stencil
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-#ifdef TURNING
+#ifdef ROTATIONS
       // Rounding between two elements of a rotated rigid cluster is no violation.
       const real other =
         select(neighbour(displacement, s, d, odd) - restOffsets[d][axis], u, links[d].rigid);
@@ -45,17 +45,18 @@ CHAINMAIL_INLINE int isViolated(const int odd, const State* state, const Stencil
       const real other = neighbour(displacement, s, d, odd);
 #endif
       // In exact arithmetic two tests suffice. With rounding the neighbour's own two differ from them.
-      beyond |= (other - links[d].limit > u) | (other + links[d].limit < u) | (u - links[d].limit > other) | (u + links[d].limit < other);
+      const real limit = links[d].limit;
+      beyond |= (other - limit > u) | (other + limit < u) | (u - limit > other) | (u + limit < other);
     }
   }
   return SOME(beyond);
 }
 
 // Whether a work-item's part of a brick has such elements. Every link joins elements of different colours. So one
-// colour covers all links if the bricks around those that moved are listed, too. With TURNING these are not listed,
+// colour covers all links if the bricks around those that moved are listed, too. With ROTATIONS these are not listed,
 // since bricks with links beyond their limits are tested again one by one (contradictions.cl). Then both colours are
 // tested.
-#ifdef TURNING
+#ifdef ROTATIONS
 #define COLOURS_SEEN 2
 #else
 #define COLOURS_SEEN 1
@@ -93,7 +94,7 @@ kernel void settle(global const int* list, uint pitch, uint tissuePitch, global 
     for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
     {
       const uint at = axis * pitch + slot * ELEMENTS + n;
-#ifdef TURNING
+#ifdef ROTATIONS
       const float mean = before[at] + 0.5f * (lower[at] + upper[at]);
 #else
       const float mean = 0.5f * (before[at] + upper[at]);

@@ -28,7 +28,7 @@ struct Patch
   std::vector<std::array<std::uint32_t, 3>> next; ///< index of the element linked at +1 on each axis, or none
   std::vector<float> u[3];
   std::vector<float> c[3]; ///< signed constraints, with held elements marked as on the device
-  /// Where elements rotate: the rest offsets of u(next) - u, on each axis (turning.clh).
+  /// Where elements rotate: the rest offsets of u(next) - u, on each axis (rotations.clh).
   std::vector<std::array<float, 3>> wanted[3];
   Vector3 weights{ 1.0, 1.0, 1.0 }; ///< factors for the weights of links along each axis
   /// Where elements resist volumetric strain d, with the energy 1/2 bulk d^2 (volumetricstrain.clh). `pressure`: their
@@ -118,7 +118,7 @@ template <typename F> void forLinks(const PatchAxis& axis, F&& f)
 /// Elements whose link to the next one along an axis of the grid is at its limit (activeconstraints.cl), ascending.
 std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
 {
-  const std::vector<int> slots = bricks.touchedSlots();
+  const std::vector<int> slots = bricks.dirtySlots();
   std::vector<std::size_t> elements;
   if (slots.empty())
   {
@@ -130,7 +130,7 @@ std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
   const cl::Buffer list = context.upload(slots, "the list of bricks");
   const cl::Buffer foundBuffer = context.allocate(found.size(), "links at their limits");
   context.launch(context.kernel("activeconstraints.cl", bricks.defines(true), "activeConstraints"), slots.size(),
-    bricks.workItems(true), list, bricks.state(bricks.spins()), foundBuffer);
+    bricks.workItems(true), list, bricks.state(bricks.rotations()), foundBuffer);
   context.read(foundBuffer, found);
 
   for (std::size_t n = 0; n < slots.size(); ++n)
@@ -174,10 +174,10 @@ void addBeside(
 }
 
 /// Computes the rest offsets and weight factors of links where elements rotate.
-void readSpins(Bricks& bricks, Patch& patch)
+void readRotations(Bricks& bricks, Patch& patch)
 {
-  const Spins& all = *bricks.spins();
-  const std::vector<float> spins = patch.elements.rotations();
+  const Rotations& all = *bricks.rotations();
+  const std::vector<float> rotations = patch.elements.rotations();
   for (int axis = 0; axis < 3; ++axis)
   {
     patch.weights[axis] = all.weight(axis);
@@ -190,7 +190,7 @@ void readSpins(Bricks& bricks, Patch& patch)
         if (m != Patch::none)
         {
           patch.wanted[axis][n][along] =
-            all.restOffset(&spins[3 * n], &spins[3 * static_cast<std::size_t>(m)], 2 * along + 1, axis);
+            all.restOffset(&rotations[3 * n], &rotations[3 * static_cast<std::size_t>(m)], 2 * along + 1, axis);
         }
       }
     }
@@ -201,7 +201,7 @@ void readSpins(Bricks& bricks, Patch& patch)
 /// the derivatives of the strain.
 void readVolumetricStrain(Bricks& bricks, Patch& patch)
 {
-  const Spins& all = *bricks.spins();
+  const Rotations& all = *bricks.rotations();
   const std::size_t axes = static_cast<std::size_t>(bricks.model().axes());
   patch.pressure = patch.elements.pressures();
   std::vector<float> soft(patch.size());
@@ -218,7 +218,7 @@ void readVolumetricStrain(Bricks& bricks, Patch& patch)
     soft[n] = isSoft ? sum / static_cast<float>(axes) : 0.0f;
     patch.bulk.push_back(isSoft ? static_cast<float>(all.proportions.s[3] * Elasticity::weight(soft[n])) : 0.0f);
   }
-  const std::vector<float> spins = patch.elements.rotations();
+  const std::vector<float> rotations = patch.elements.rotations();
   for (int axis = 0; axis < 3; ++axis)
   {
     patch.scale[axis] = all.proportions.s[axis];
@@ -235,8 +235,8 @@ void readVolumetricStrain(Bricks& bricks, Patch& patch)
       }
       float ofN[3];
       float ofM[3];
-      rule::single::turnedAxis(&spins[3 * n], along, ofN);
-      rule::single::turnedAxis(&spins[3 * static_cast<std::size_t>(m)], along, ofM);
+      rule::single::rotationOffsetOfAxis(&rotations[3 * n], along, ofN);
+      rule::single::rotationOffsetOfAxis(&rotations[3 * static_cast<std::size_t>(m)], along, ofM);
       for (int axis = 0; axis < 3; ++axis)
       {
         const float own = axis == along ? 1.0f : 0.0f;
@@ -318,13 +318,13 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
       [soft](std::size_t voxel) { return soft->of(voxel); });
     for (int a = 0; a < 3; ++a)
     {
-      patch.softFactor[a] = soft->factor(a, bricks.spins() != nullptr);
+      patch.softFactor[a] = soft->factor(a, bricks.rotations() != nullptr);
     }
   }
-  if (bricks.spins())
+  if (bricks.rotations())
   {
-    readSpins(bricks, patch);
-    if (bricks.spins()->hasPressure())
+    readRotations(bricks, patch);
+    if (bricks.rotations()->hasPressure())
     {
       readVolumetricStrain(bricks, patch);
     }

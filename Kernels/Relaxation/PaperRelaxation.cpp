@@ -25,7 +25,7 @@ void PaperRelaxation::relaxAll(const RelaxationTask& task, int iteration, bool b
   launchPass(this->bricks_, context.kernel("paper.cl", defines, "relaxAll"), this->schedule_.groups(),
     this->bricks_.workItems(true), this->schedule_,
     this->bricks_.stateWith(
-      back ? this->next_.buffer : this->bricks_.displacement(), nullptr, this->bricks_.softLinks()),
+      back ? this->next_.buffer : this->bricks_.displacement(), this->bricks_.rotations(), this->bricks_.softLinks()),
     static_cast<cl_int>(iteration % 2), still, task.elasticity.slack,
     back ? this->bricks_.displacement() : this->next_.buffer, task.waves);
 }
@@ -50,7 +50,7 @@ RelaxResult PaperRelaxation::run(const RelaxationTask& task)
       launched = std::max(launched, iteration);
       task.checkpoint(launched);
       this->schedule_.beginSweep(static_cast<float>(task.tolerance));
-      if (this->schedule_.takesTurn(iteration % 2))
+      if (this->schedule_.takesPass(iteration % 2))
       {
         this->relaxAll(task, iteration, n % 2 == 1, still);
       }
@@ -67,7 +67,7 @@ RelaxResult PaperRelaxation::run(const RelaxationTask& task)
       result.converged = moves.back() <= task.tolerance;
     }
   }
-  this->schedule_.touch();
+  this->schedule_.markDirty();
   return result;
 }
 

@@ -15,11 +15,11 @@ namespace
 
 /// A sweep in which no element moves further than restingMove [fractions of the spacing] has come to rest: at the
 /// optimum, or because chains of links at their limits block each other. Then an active-set step moves blocked groups
-/// (moveBlockedGroups). Between two such steps there are at least sweepsPerGroupTurn sweeps. Each step at rest that
+/// (moveBlockedGroups). Between two such steps there are at least sweepsPerActiveSetStep sweeps. Each step at rest that
 /// moves nothing doubles this number. In any case there is a step before a relaxation counts as converged.
 constexpr float restingMove = 1e-3f;
-constexpr int sweepsPerGroupTurn = 8;
-constexpr int mostSweepsPerGroupTurn = 1 << 20; // every relaxation of tissue at rest doubles the number
+constexpr int sweepsPerActiveSetStep = 8;
+constexpr int mostSweepsPerActiveSetStep = 1 << 20; // every relaxation of tissue at rest doubles the number
 
 /// Sweeps in one batch of launches.
 constexpr int sweepsPerBatch = 8;
@@ -35,14 +35,14 @@ constexpr std::size_t fewElements = 1 << 15;
 Relaxation::Relaxation(Bricks& bricks)
   : bricks_(bricks)
   , schedule_(bricks)
-  , batch_(BATCH_ROW, "the list of turns")
+  , batch_(BATCH_ROW, "the list of rotates")
 {
 }
 
 /// Whether a single work-item does all passes of a batch in one launch.
 bool Relaxation::isSmall() const
 {
-  return this->bricks_.workItems(true) == 1 && !this->bricks_.spins() &&
+  return this->bricks_.workItems(true) == 1 && !this->bricks_.rotations() &&
          this->schedule_.groups() * this->bricks_.elementsPerBrick() <= fewElements;
 }
 
@@ -53,46 +53,48 @@ void Relaxation::relaxBatch(const RigidClusters& clusters, float still, const El
   const std::string defines = this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks();
   launchPass(this->bricks_, context.kernel("relax.cl", defines, "relaxBatch"), 1, 1, this->schedule_.activity(),
     this->schedule_.log(), this->batch_.buffer(), static_cast<cl_int>(this->batch_.rows()),
-    static_cast<cl_int>(this->schedule_.groups()), this->bricks_.state(nullptr, this->bricks_.softLinks()),
-    clusters.arguments(), clusters.counts(), still, elasticity.slack, static_cast<cl_int>(elasticity.limited));
+    static_cast<cl_int>(this->schedule_.groups()),
+    this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()), clusters.arguments(), clusters.counts(),
+    still, elasticity.slack, static_cast<cl_int>(elasticity.limited));
 }
 
 void Relaxation::relaxColour(
-  int colour, bool turns, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
+  int colour, bool rotates, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
 {
   Context& context = this->bricks_.context();
-  if (this->bricks_.spins())
+  if (this->bricks_.rotations())
   {
-    const cl_int turning = turns ? SweepPlan::mostSweepsPerRotation : 0;
+    const cl_int rotating = rotates ? SweepPlan::mostSweepsPerRotation : 0;
     const std::string defines = this->bricks_.definesOfRows() + elasticity.defines() +
                                 this->bricks_.ofVolumetricStrain() + this->bricks_.ofSoftLinks();
-    launchPass(this->bricks_, context.kernel("turn.cl", defines, "relaxTurning"), this->schedule_.groups(),
+    launchPass(this->bricks_, context.kernel("relaxrotations.cl", defines, "relaxRotating"), this->schedule_.groups(),
       this->bricks_.workItems(true), this->schedule_,
-      this->bricks_.state(this->bricks_.spins(), this->bricks_.softLinks()), static_cast<cl_int>(colour), turning,
+      this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()), static_cast<cl_int>(colour), rotating,
       omega, still);
     return;
   }
   const std::string defines =
     this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks() + (waves ? " -DWAVES" : "");
   launchPass(this->bricks_, context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(),
-    this->bricks_.workItems(true), this->schedule_, this->bricks_.state(nullptr, this->bricks_.softLinks()),
-    static_cast<cl_int>(colour), omega, still, elasticity.slack, static_cast<cl_int>(elasticity.limited), waves);
+    this->bricks_.workItems(true), this->schedule_,
+    this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()), static_cast<cl_int>(colour), omega,
+    still, elasticity.slack, static_cast<cl_int>(elasticity.limited), waves);
 }
 
 /// An active-set step: moves blocked groups (moveBlockedGroups). Returns the largest move.
-float Relaxation::turnOfGroups(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest)
+float Relaxation::activeSetStep(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest)
 {
   this->sweepsSinceGroups_ = 0;
-  this->schedule_.touch();
+  this->schedule_.markDirty();
   std::vector<int> moved;
   const float largest = moveBlockedGroups(this->bricks_, clusters, elasticity, still, moved);
   if (largest > 0.0f)
   {
-    this->groupPeriod_ = sweepsPerGroupTurn;
+    this->groupPeriod_ = sweepsPerActiveSetStep;
   }
   else if (atRest)
   {
-    this->groupPeriod_ = std::min(2 * this->groupPeriod_, mostSweepsPerGroupTurn);
+    this->groupPeriod_ = std::min(2 * this->groupPeriod_, mostSweepsPerActiveSetStep);
   }
   this->schedule_.note(moved);
   clusters.refresh();
@@ -100,19 +102,19 @@ float Relaxation::turnOfGroups(RigidClusters& clusters, const Elasticity& elasti
 }
 
 RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves,
-  Reach reach, int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
+  Range range, int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint)
 {
   this->schedule_.begin(waves ? SweepSchedule::Bodies()
                               : SweepSchedule::Bodies{ [&] { return clusters.inactiveBricks(); },
                                   [&](const std::vector<int>& bricks) { clusters.activate(bricks); } });
-  this->bricks_.setTurned(true);
+  this->bricks_.setRotated(true);
   const float still = stillResidual(tolerance);
   const Index3& size = this->bricks_.model().grid().size;
-  const SweepPlan plan(reach, this->bricks_.spins() != nullptr, this->bricks_.turning().poissonRatio,
+  const SweepPlan plan(range, this->bricks_.rotations() != nullptr, this->bricks_.rotationSettings().poissonRatio,
     waves ? 0 : *std::max_element(size.begin(), size.end()), firstSweep, iterations);
   if (firstSweep == 0)
   {
-    this->groupPeriod_ = this->sweepsSinceGroups_ = sweepsPerGroupTurn;
+    this->groupPeriod_ = this->sweepsSinceGroups_ = sweepsPerActiveSetStep;
   }
   // The largest move of a sweep, `sweeps` from now, at which it has come to rest. An active-set step follows it, or it
   // is the last sweep.
@@ -139,7 +141,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       this->schedule_.beginSweep(plan.showsRest(done - 1) ? restingMoveAfter(n) : SweepSchedule::goesOn);
       for (int colour = 0; colour < 2; ++colour)
       {
-        if (!this->schedule_.takesTurn(colour))
+        if (!this->schedule_.takesPass(colour))
         {
           continue;
         }
@@ -152,7 +154,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
           this->relaxColour(colour, plan.rotates(done), omega, still, elasticity, waves);
         }
       }
-      if (!waves && clusters.anyActive() && this->schedule_.takesTurn(SweepSchedule::ofBodies))
+      if (!waves && clusters.anyActive() && this->schedule_.takesPass(SweepSchedule::ofBodies))
       {
         // Without limits, members of a cluster may have different displacements. With a factor of 1 the result does not
         // depend on the current place of the cluster.
@@ -180,7 +182,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       const bool atRest = judged && largest <= restingMoveAfter(1);
       if (!waves && elasticity.limited && (atRest || plan.isTimedStepAfter(sweep)))
       {
-        const float ofGroups = this->turnOfGroups(clusters, elasticity, still, atRest);
+        const float ofGroups = this->activeSetStep(clusters, elasticity, still, atRest);
         result.largestMove = std::max(result.largestMove, static_cast<double>(ofGroups));
       }
       else
@@ -190,7 +192,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       result.converged = judged && result.largestMove <= tolerance;
     }
   }
-  this->schedule_.touch();
+  this->schedule_.markDirty();
   return result;
 }
 

@@ -24,20 +24,20 @@ public:
 
   /// Relaxes by at most `iterations` sweeps. `firstSweep`: the number of sweeps already done. While waves are under
   /// way, rigid clusters do not move.
-  RelaxResult run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves, Reach reach,
+  RelaxResult run(RigidClusters& clusters, const Elasticity& elasticity, const WavesUnderWay* waves, Range range,
     int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint);
 
 private:
   void relaxColour(
-    int colour, bool turns, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
+    int colour, bool rotates, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
   bool isSmall() const;
   void relaxBatch(const RigidClusters& clusters, float still, const Elasticity& elasticity);
-  float turnOfGroups(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest);
+  float activeSetStep(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest);
 
   Bricks& bricks_;
   SweepSchedule schedule_;
   SharedTable batch_;   ///< passes of one launch, see relaxBatch()
-  int groupPeriod_ = 0; ///< sweeps between active-set steps, see turnOfGroups()
+  int groupPeriod_ = 0; ///< sweeps between active-set steps, see activeSetStep()
   int sweepsSinceGroups_ = 0;
 };
 

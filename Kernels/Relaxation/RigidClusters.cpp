@@ -106,7 +106,7 @@ std::vector<Run> RigidClusters::runs(const Bricks& bricks, int axis)
 RigidClusters::RigidClusters(Bricks& bricks)
   : bricks_(bricks)
   , soft_(bricks)
-  , turning_(bricks)
+  , rotating_(bricks)
 {
   const Grid& grid = bricks.model().grid();
   const int axes = bricks.model().axes();
@@ -201,7 +201,7 @@ int RigidClusters::clusterOf(std::size_t voxel, int axis) const
   return -1;
 }
 
-void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels, const std::vector<std::size_t>& turned)
+void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels, const std::vector<std::size_t>& rotated)
 {
   for (Cluster& cluster : this->clusters_)
   {
@@ -231,12 +231,12 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels, const std:
       const int id = this->clusterOf(voxel, axis);
       if (id >= 0)
       {
-        this->clusters_[id].held = this->clusters_[id].held || !this->turns();
+        this->clusters_[id].held = this->clusters_[id].held || !this->clustersRotate();
         this->clusters_[id].heldVoxels.push_back(voxel);
       }
     }
   }
-  for (const std::size_t voxel : turned)
+  for (const std::size_t voxel : rotated)
   {
     const int id = this->clusterOf(voxel, 0);
     if (id >= 0)
@@ -246,24 +246,24 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels, const std:
   }
   for (Cluster& cluster : this->clusters_)
   {
-    if (this->turns() && !cluster.held && !cluster.heldVoxels.empty())
+    if (this->clustersRotate() && !cluster.held && !cluster.heldVoxels.empty())
     {
       std::sort(cluster.heldVoxels.begin(), cluster.heldVoxels.end());
-      cluster.held = this->bodyOf(cluster).freedom == TurningClusters::Freedom::None;
+      cluster.held = this->bodyOf(cluster).freedom == RotatingClusters::Freedom::None;
     }
   }
 }
 
-TurningClusters::Body RigidClusters::bodyOf(const Cluster& cluster) const
+RotatingClusters::Body RigidClusters::bodyOf(const Cluster& cluster) const
 {
-  return TurningClusters::bodyOf(
+  return RotatingClusters::bodyOf(
     this->bricks_, this->voxels_.data() + cluster.first, cluster.count, cluster.heldVoxels, cluster.anchored);
 }
 
-void RigidClusters::projectToRigid(bool turn)
+void RigidClusters::projectToRigid(bool rotates)
 {
   std::set<int> touched;
-  for (const int slot : this->bricks_.touchedSlots())
+  for (const int slot : this->bricks_.dirtySlots())
   {
     const auto here = this->ofBrick_.find(this->bricks_.brick(slot));
     if (here != this->ofBrick_.end())
@@ -277,7 +277,7 @@ void RigidClusters::projectToRigid(bool turn)
     bricks.insert(bricks.end(), this->clusters_[id].bricks.begin(), this->clusters_[id].bricks.end());
   }
   this->bricks_.makeUpdatable(bricks);
-  if (!this->turns())
+  if (!this->clustersRotate())
   {
     for (const int id : touched)
     {
@@ -291,17 +291,17 @@ void RigidClusters::projectToRigid(bool turn)
     this->addMembers(this->clusters_[id], members);
   }
   std::vector<float> places = members.displacements();
-  std::vector<float> spins = members.rotations();
+  std::vector<float> rotations = members.rotations();
   std::size_t first = 0;
   for (const int id : touched)
   {
     const Cluster& cluster = this->clusters_[id];
-    TurningClusters::projectToRigid(this->bricks_, this->voxels_.data() + cluster.first, cluster.count,
-      this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels, turn, &places[first], &spins[first]);
+    RotatingClusters::projectToRigid(this->bricks_, this->voxels_.data() + cluster.first, cluster.count,
+      this->bodyOf(cluster), cluster.anchored, cluster.heldVoxels, rotates, &places[first], &rotations[first]);
     first += 3 * cluster.count;
   }
   members.setDisplacements(places);
-  members.setRotations(spins);
+  members.setRotations(rotations);
 }
 
 /// Adds the members of a cluster to a list.
@@ -369,7 +369,7 @@ void RigidClusters::activate(const std::vector<int>& bricks)
   for (const int id : added)
   {
     needed.insert(needed.end(), this->clusters_[id].bricks.begin(), this->clusters_[id].bricks.end());
-    if (this->turns())
+    if (this->clustersRotate())
     {
       this->bodyList_.push_back(this->bodyOf(this->clusters_[id]));
     }
@@ -377,9 +377,9 @@ void RigidClusters::activate(const std::vector<int>& bricks)
   this->bricks_.makeUpdatable(needed);
   this->active_.insert(this->active_.end(), added.begin(), added.end());
   this->list();
-  if (this->turns())
+  if (this->clustersRotate())
   {
-    this->turning_.upload(this->bodyList_, this->chunkList_.size());
+    this->rotating_.upload(this->bodyList_, this->chunkList_.size());
   }
   else
   {
@@ -480,7 +480,7 @@ void RigidClusters::upload()
   this->directions_ = context.upload(this->directionList_, purpose);
   this->members_ = context.upload(this->memberList_, purpose);
   this->heads_ = context.upload(this->clusterList_, purpose);
-  if (!this->turns())
+  if (!this->clustersRotate())
   {
     const std::size_t chunks = std::max<std::size_t>(1, this->chunkList_.size());
     this->partial_ = context.allocate(sizeof(cl_float) * 12 * chunks, purpose);
@@ -495,9 +495,9 @@ void RigidClusters::refresh()
   {
     return;
   }
-  if (this->turns())
+  if (this->clustersRotate())
   {
-    this->turning_.refresh();
+    this->rotating_.refresh();
     return;
   }
   // The place of a cluster is that of its first member.
@@ -525,9 +525,9 @@ std::vector<int> RigidClusters::inactiveBricks() const
 void RigidClusters::relax(float omega, float still, const Elasticity& elasticity, const PassArguments& pass)
 {
   Context& context = this->bricks_.context();
-  if (this->turns())
+  if (this->clustersRotate())
   {
-    this->turning_.relax(
+    this->rotating_.relax(
       { this->chunks_, this->chunkList_.size(), this->links_, this->linkList_.size(), this->directions_, this->heads_,
         this->members_, this->memberList_.size(), this->soft_.list() },
       omega, still, elasticity.limited, pass);
@@ -535,8 +535,9 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
   }
   const std::string defines = this->bricks_.defines(false) + elasticity.ofLinks() + this->bricks_.ofSoftLinks();
   const auto kernel = [&](const char* name) { return context.kernel("clusters.cl", defines, name); };
-  const auto arguments = std::make_tuple(pass, this->bricks_.state(this->bricks_.spins(), this->bricks_.softLinks()),
-    this->arguments(), omega, still, elasticity.slack, static_cast<cl_int>(elasticity.limited));
+  const auto arguments =
+    std::make_tuple(pass, this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()), this->arguments(),
+      omega, still, elasticity.slack, static_cast<cl_int>(elasticity.limited));
 
   if (!this->chunkList_.empty())
   {

@@ -3,8 +3,8 @@
 #include "Bricks.h"
 #include "Elasticity.h"
 #include "Elements.h"
+#include "RotatingClusters.h"
 #include "SoftClusters.h"
-#include "TurningClusters.h"
 
 #include <unordered_map>
 #include <vector>
@@ -50,14 +50,14 @@ public:
 
   /// Starts a relaxation with all clusters inactive. A cluster that contains an anchor or one of `heldVoxels`
   /// (Grid::at) cannot become active, with one exception: where elements rotate, a cluster without an anchor may rotate
-  /// about its held elements (TurningClusters). A cluster with elements of `turned` may not, because their rotation is
-  /// prescribed.
-  void begin(const std::vector<std::size_t>& heldVoxels, const std::vector<std::size_t>& turned = {});
+  /// about its held elements (RotatingClusters). A cluster with elements of `rotated` may not, because their rotation
+  /// is prescribed.
+  void begin(const std::vector<std::size_t>& heldVoxels, const std::vector<std::size_t>& rotated = {});
 
   /// Where elements rotate: projects every displaced cluster to a rigid motion, after its elements were moved one by
-  /// one. This is the pose nearest to the current places or, without `turn`, the nearest one with the current rotation.
-  /// Elements held by probes keep their places; clusters with an anchor are at rest.
-  void projectToRigid(bool turn = true);
+  /// one. This is the pose nearest to the current places or, without `rotates`, the nearest one with the current
+  /// rotation. Elements held by probes keep their places; clusters with an anchor are at rest.
+  void projectToRigid(bool rotates = true);
 
   /// Activates the clusters of these bricks and makes all bricks of these clusters updatable.
   void activate(const std::vector<int>& bricks);
@@ -102,8 +102,8 @@ private:
   };
 
   /// Whether clusters rotate. Where constraints differ by axis, a cluster of one axis has no rotation.
-  bool turns() const { return this->bricks_.spins() && this->bricks_.model().axes() == 1; }
-  TurningClusters::Body bodyOf(const Cluster& cluster) const;
+  bool clustersRotate() const { return this->bricks_.rotations() && this->bricks_.model().axes() == 1; }
+  RotatingClusters::Body bodyOf(const Cluster& cluster) const;
   void addMembers(const Cluster& cluster, Elements& elements) const;
   void alignAxis(const Cluster& cluster);
   std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
@@ -118,8 +118,8 @@ private:
   std::vector<int> listed_; ///< the clusters in these lists, also when none is active
 
   SoftClusters soft_;
-  TurningClusters turning_; ///< where elements rotate
-  std::vector<TurningClusters::Body> bodyList_;
+  RotatingClusters rotating_; ///< where elements rotate
+  std::vector<RotatingClusters::Body> bodyList_;
   std::vector<cl_uchar> directionList_;
 
   std::vector<cl_int4> chunkList_;

@@ -9,9 +9,9 @@ namespace chainmail
 namespace
 {
 
-/// Floats for each cluster, as in cluster.clh and turnclusters.cl.
+/// Floats for each cluster, as in cluster.clh and rotatingclusters.cl.
 constexpr std::size_t floatsOfPlace = 4;
-constexpr std::size_t floatsOfTurning = 24;
+constexpr std::size_t floatsOfRotating = 24;
 
 using Links = std::vector<const SoftLink*>;
 
@@ -35,9 +35,9 @@ void sumUp(const Links& links, float* out)
   }
 }
 
-/// The sums that turnclusters.cl describes.
+/// The sums that rotatingclusters.cl describes.
 void sumUp(
-  const Links& links, const Grid& grid, const TurningClusters::Body& body, const cl_float4& proportions, float* out)
+  const Links& links, const Grid& grid, const RotatingClusters::Body& body, const cl_float4& proportions, float* out)
 {
   const auto restOf = [&](const SoftLink& link)
   {
@@ -99,21 +99,22 @@ void sumUp(
 
 }
 
-void SoftClusters::upload(const std::vector<int>& clusters, const std::vector<TurningClusters::Body>& bodies)
+void SoftClusters::upload(const std::vector<int>& clusters, const std::vector<RotatingClusters::Body>& bodies)
 {
   if (!this->bricks_.softLinks())
   {
     return;
   }
-  const bool turn = !bodies.empty();
-  const std::size_t row = turn ? floatsOfTurning : floatsOfPlace;
+  const bool rotate = !bodies.empty();
+  const std::size_t row = rotate ? floatsOfRotating : floatsOfPlace;
   std::vector<cl_float> sums(row * clusters.size(), 0.0f);
   for (std::size_t n = 0; n < clusters.size(); ++n)
   {
     const auto links = this->links_.find(clusters[n]);
-    if (links != this->links_.end() && turn)
+    if (links != this->links_.end() && rotate)
     {
-      sumUp(links->second, this->bricks_.model().grid(), bodies[n], this->bricks_.spins()->proportions, &sums[row * n]);
+      sumUp(
+        links->second, this->bricks_.model().grid(), bodies[n], this->bricks_.rotations()->proportions, &sums[row * n]);
     }
     else if (links != this->links_.end())
     {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "Bricks.h"
-#include "TurningClusters.h"
+#include "RotatingClusters.h"
 
 #include <unordered_map>
 #include <vector>
@@ -10,7 +10,7 @@ namespace chainmail
 {
 
 /// The sums of the soft links of each rigid cluster's members. All members move together, so a few numbers per cluster
-/// give the energy of any number of links (cluster.clh, turnclusters.cl).
+/// give the energy of any number of links (cluster.clh, rotatingclusters.cl).
 class SoftClusters
 {
 public:
@@ -37,7 +37,7 @@ public:
   }
 
   /// Uploads the sums of the active clusters. `bodies`: the body of each of them where clusters rotate, else empty.
-  void upload(const std::vector<int>& clusters, const std::vector<TurningClusters::Body>& bodies);
+  void upload(const std::vector<int>& clusters, const std::vector<RotatingClusters::Body>& bodies);
 
   bool any() const { return !this->links_.empty(); }
   /// The sums, as a kernel argument; null without soft links.

@@ -14,14 +14,14 @@ namespace
 /// active-set steps at fixed intervals of this many sweeps, except after the first interval.
 constexpr int sweepsPerTimedStep = 30;
 
-/// Whether elements rotate in a sweep (turn.cl): in every third sweep at first, later in every sixth, when
-/// displacements hardly change between sweeps. After coarser grids (Reach::Near) the remaining error is mostly in the
+/// Whether elements rotate in a sweep (relaxrotations.cl): in every third sweep at first, later in every sixth, when
+/// displacements hardly change between sweeps. After coarser grids (Range::Near) the remaining error is mostly in the
 /// rotations (CoarseToFine), so the first period lasts longer. There the first sweep has no rotations: displacements
 /// are still rough, and rotations that followed them would be incompatible with each other.
-bool turnsIn(Reach reach, int sweep)
+bool rotatesIn(Range range, int sweep)
 {
-  const int first = reach == Reach::Far ? 0 : 1;
-  const int opening = reach == Reach::Far ? 12 : 24;
+  const int first = range == Range::Far ? 0 : 1;
+  const int opening = range == Range::Far ? 12 : 24;
   return sweep % (sweep <= opening ? 3 : SweepPlan::mostSweepsPerRotation) == first;
 }
 
@@ -44,7 +44,7 @@ double further(double omega, double times)
   return times == 1.0 ? omega : 2.0 / (1.0 + (2.0 / omega - 1.0) / times);
 }
 
-/// The over-relaxation factor of a Reach::Far sweep, the Chebyshev semi-iterative sequence (G. Golub and R. Varga,
+/// The over-relaxation factor of a Range::Far sweep, the Chebyshev semi-iterative sequence (G. Golub and R. Varga,
 /// Numerische Mathematik 3, 1961):
 ///
 ///   omega(0) = 1,   omega(1) = 1 / (1 - rho2 / 2),   omega(s) = 1 / (1 - rho2 omega(s - 1) / 4) for s > 1.
@@ -63,7 +63,7 @@ double farOmega(int sweep, double times)
   return omega;
 }
 
-/// The over-relaxation factor of a Reach::Near sweep. With a factor near 2, rough displacements stay rough for tens of
+/// The over-relaxation factor of a Range::Near sweep. With a factor near 2, rough displacements stay rough for tens of
 /// sweeps. For an error of length L [elements] the best factor is 2 / (1 + sin(pi / L)). Every sweep lengthens the
 /// remaining error by about 2 pi, so L = 2 pi (sweep + 1) and omega = 2 / (1 + 0.5 / (sweep + 1)). In thin tissue,
 /// which coarser grids do not resolve, errors are long. So the factor ends a little above finalOmega.
@@ -72,7 +72,7 @@ double nearOmega(int sweep, double times)
   return further(std::min(finalNearOmega, 2.0 / (1.0 + 0.5 / (sweep + 1))), times);
 }
 
-/// The number of opening sweeps after coarser grids, in which nearOmega() or turningOmega() applies.
+/// The number of opening sweeps after coarser grids, in which nearOmega() or rotatingOmega() applies.
 constexpr int openingSweeps = 20;
 
 /// The over-relaxation factor of a sweep after the opening, when the remaining errors are long. `longest`: the longest
@@ -104,7 +104,7 @@ double lateOmega(int late, int left, int longest)
 /// rotations behind and, with them, long errors. The first sweeps (`smoothing`) remove roughness; the rest of the
 /// opening follows the sequence of farOmega(). In the last sweeps the bound 2 / (1 + fall / left) removes roughness
 /// again. `left`: the number of sweeps still to come, including this one.
-double turningOmega(int sweep, int left, double times)
+double rotatingOmega(int sweep, int left, double times)
 {
   constexpr int smoothing = 4;
   constexpr double fall = 0.08;
@@ -118,19 +118,19 @@ double turningOmega(int sweep, int left, double times)
 
 }
 
-SweepPlan::SweepPlan(Reach reach, bool rotates, double poissonRatio, int longestAxis, int firstSweep, int iterations)
-  : reach_(reach)
+SweepPlan::SweepPlan(Range range, bool rotates, double poissonRatio, int longestAxis, int firstSweep, int iterations)
+  : range_(range)
   , rotates_(rotates)
   , further_(furtherFor(poissonRatio))
   , first_(firstSweep)
   , iterations_(iterations)
-  , longest_(reach == Reach::Far || rotates ? 0 : longestAxis)
+  , longest_(range == Range::Far || rotates ? 0 : longestAxis)
 {
 }
 
 bool SweepPlan::rotates(int n) const
 {
-  return this->rotates_ && turnsIn(this->reach_, this->first_ + n);
+  return this->rotates_ && rotatesIn(this->range_, this->first_ + n);
 }
 
 bool SweepPlan::showsRest(int n) const
@@ -144,8 +144,8 @@ float SweepPlan::omega(int n) const
   const int left = this->iterations_ - n;
   const int late = sweep - openingSweeps;
   const double omega = this->longest_ > 0 && late >= 0 ? lateOmega(late, left, this->longest_)
-                       : this->reach_ == Reach::Far    ? farOmega(sweep, this->further_)
-                       : this->rotates_                ? turningOmega(sweep, left, this->further_)
+                       : this->range_ == Range::Far    ? farOmega(sweep, this->further_)
+                       : this->rotates_                ? rotatingOmega(sweep, left, this->further_)
                                                        : nearOmega(sweep, this->further_);
   return static_cast<float>(omega);
 }

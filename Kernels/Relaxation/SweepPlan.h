@@ -4,7 +4,7 @@ namespace chainmail
 {
 
 /// What the sweeps of a relaxation are for.
-enum class Reach
+enum class Range
 {
   Far, ///< to propagate the displacements of handles through the tissue
   Near ///< to smooth rough errors: coarser grids have reduced the others
@@ -15,13 +15,13 @@ enum class Reach
 class SweepPlan
 {
 public:
-  /// While elements rotate, they do so at least in every sixth sweep (turn.cl).
+  /// While elements rotate, they do so at least in every sixth sweep (relaxrotations.cl).
   static constexpr int mostSweepsPerRotation = 6;
 
   /// `rotates`: whether elements rotate. `longestAxis`: of the grid [elements]; 0 while waves are under way.
   /// `firstSweep`: the number of sweeps of this relaxation that were done before the run. `iterations`: the most sweeps
   /// of the run.
-  SweepPlan(Reach reach, bool rotates, double poissonRatio, int longestAxis, int firstSweep, int iterations);
+  SweepPlan(Range range, bool rotates, double poissonRatio, int longestAxis, int firstSweep, int iterations);
 
   /// Whether elements rotate in sweep `n`.
   bool rotates(int n) const;
@@ -39,7 +39,7 @@ public:
   bool isTimedStepAfter(int n) const;
 
 private:
-  Reach reach_;
+  Range range_;
   bool rotates_;
   double further_; ///< see further() in SweepPlan.cpp
   int first_;

@@ -61,7 +61,7 @@ void SweepSchedule::begin(Bodies bodies)
   this->largest_ = 0.0f;
   this->activity_.clear(0);
   this->fit();
-  const std::vector<int> touched = this->bricks_.touchedSlots();
+  const std::vector<int> touched = this->bricks_.dirtySlots();
   for (const int slot : touched)
   {
     this->activity_[slot][SWEEP_NOTED] = -1;
@@ -81,33 +81,33 @@ void SweepSchedule::beginBatch(int sweeps)
   this->log_.clear(1 + 3 * sweeps);
   this->log_.setReal(0, SWEEP_LARGEST, this->largest_);
   this->log_.toDevice(this->bricks_.context());
-  this->turns_.clear();
+  this->passes_.clear();
   this->begun_ = 0;
 }
 
 void SweepSchedule::beginSweep(float enough)
 {
   this->before_ = this->first_;
-  this->first_ = this->begun_ == 0 && this->waited_ ? 0 : static_cast<int>(this->turns_.size()) + 1;
+  this->first_ = this->begun_ == 0 && this->waited_ ? 0 : static_cast<int>(this->passes_.size()) + 1;
   this->enough_ = this->begun_ == 0 ? goesOn : enough;
   ++this->begun_;
 }
 
-bool SweepSchedule::takesTurn(int kind)
+bool SweepSchedule::takesPass(int kind)
 {
   if (this->begun_ == 1 && kind < this->resume_)
   {
     return false;
   }
-  this->turns_.push_back({ this->sweep_ + this->begun_ - 1, kind, this->enough_ });
+  this->passes_.push_back({ this->sweep_ + this->begun_ - 1, kind, this->enough_ });
   this->enough_ = goesOn;
   return true;
 }
 
-cl_int4 SweepSchedule::turn() const
+cl_int4 SweepSchedule::numbers() const
 {
-  const int launch = static_cast<int>(this->turns_.size());
-  return { { launch, this->before_, this->turns_.back().sweep, launch == 1 && this->waited_ ? 1 : 0 } };
+  const int launch = static_cast<int>(this->passes_.size());
+  return { { launch, this->before_, this->passes_.back().sweep, launch == 1 && this->waited_ ? 1 : 0 } };
 }
 
 void SweepSchedule::addTo(SharedTable& batch, float omega) const
@@ -115,10 +115,10 @@ void SweepSchedule::addTo(SharedTable& batch, float omega) const
   static_assert(ofBodies == SWEEP_OF_BODIES, "the device knows it by this number");
   const int row = batch.rows();
   batch.resize(row + 1);
-  const cl_int4 turn = this->turn();
-  std::copy(turn.s, turn.s + 4, batch[row]);
-  batch[row][BATCH_KIND] = this->turns_.back().kind;
-  batch.setReal(row, BATCH_ENOUGH, this->turns_.back().enough);
+  const cl_int4 numbers = this->numbers();
+  std::copy(numbers.s, numbers.s + 4, batch[row]);
+  batch[row][BATCH_KIND] = this->passes_.back().kind;
+  batch.setReal(row, BATCH_ENOUGH, this->passes_.back().enough);
   batch.setReal(row, BATCH_OMEGA, omega);
 }
 
@@ -127,9 +127,9 @@ std::vector<float> SweepSchedule::endBatch()
   this->log_.fromDevice(this->bricks_.context());
   std::vector<float> done;
   std::size_t n = 0;
-  for (; n < this->turns_.size(); ++n)
+  for (; n < this->passes_.size(); ++n)
   {
-    if (!done.empty() && done.back() <= this->turns_[n].enough)
+    if (!done.empty() && done.back() <= this->passes_[n].enough)
     {
       break;
     }
@@ -139,7 +139,7 @@ std::vector<float> SweepSchedule::endBatch()
     {
       break;
     }
-    if (n + 1 == this->turns_.size() || this->turns_[n + 1].sweep != this->turns_[n].sweep)
+    if (n + 1 == this->passes_.size() || this->passes_[n + 1].sweep != this->passes_[n].sweep)
     {
       done.push_back(this->largest_);
       this->largest_ = 0.0f;
@@ -148,20 +148,20 @@ std::vector<float> SweepSchedule::endBatch()
   this->sweep_ += static_cast<int>(done.size());
   this->resume_ = 0;
   this->waited_ = false;
-  if (n < this->turns_.size())
+  if (n < this->passes_.size())
   {
-    this->touch();
+    this->markDirty();
     std::vector<int> slots;
     for (int slot = 1; slot < this->activity_.rows(); ++slot)
     {
-      if (this->activity_[slot][this->turns_[n].kind] & SWEEP_WAITS)
+      if (this->activity_[slot][this->passes_[n].kind] & SWEEP_WAITS)
       {
         slots.push_back(slot);
       }
     }
     if (!slots.empty())
     {
-      this->resume_ = this->turns_[n].kind;
+      this->resume_ = this->passes_[n].kind;
       this->waited_ = true;
       this->makeReady(slots);
     }
@@ -209,7 +209,7 @@ void SweepSchedule::note(const std::vector<int>& bricks)
   this->fit();
   for (const int brick : bricks)
   {
-    this->bricks_.touch(this->bricks_.slot(brick));
+    this->bricks_.markDirty(this->bricks_.slot(brick));
     this->activity_[this->bricks_.slot(brick)][SWEEP_NOTED] = this->sweep_ - 1;
   }
   if (this->bricks_.ofVolumetricStrain().empty())
@@ -217,14 +217,14 @@ void SweepSchedule::note(const std::vector<int>& bricks)
     this->activity_.toDevice(this->bricks_.context());
     return;
   }
-  // For all dirty slots, because this also resets the carry of elements (`carried` in turn.cl). If only the moved
+  // For all dirty slots, because this also resets the carry of elements (`carried` in numbers.cl). If only the moved
   // bricks were reset, results would depend on the size of bricks.
-  const std::vector<int> touched = this->bricks_.touchedSlots();
+  const std::vector<int> touched = this->bricks_.dirtySlots();
   this->makeReady(this->bricks_.slotsAround(touched));
   updatePressureAround(this->bricks_, touched, &this->activity(), this->sweep_ - 1);
 }
 
-void SweepSchedule::touch()
+void SweepSchedule::markDirty()
 {
   this->activity_.fromDevice(this->bricks_.context());
   for (int slot = 1; slot < this->activity_.rows(); ++slot)
@@ -232,7 +232,7 @@ void SweepSchedule::touch()
     const cl_int* row = this->activity_[slot];
     if (((row[0] | row[1]) & SWEEP_EVER) != 0 || row[SWEEP_NOTED] >= 0)
     {
-      this->bricks_.touch(slot);
+      this->bricks_.markDirty(slot);
     }
   }
 }

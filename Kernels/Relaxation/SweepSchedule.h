@@ -33,7 +33,7 @@ public:
     std::function<void(const std::vector<int>&)> awaken; ///< activates the bodies of these bricks, allocates states
   };
 
-  /// Starts a relaxation: all dirty bricks (Bricks::touchedSlots) may move. With empty functions there are no bodies.
+  /// Starts a relaxation: all dirty bricks (Bricks::dirtySlots) may move. With empty functions there are no bodies.
   void begin(Bodies bodies);
 
   /// Starts a batch of at most `sweeps` sweeps.
@@ -44,7 +44,7 @@ public:
   static constexpr float goesOn = -1.0f; ///< below all moves: a sweep with this stop threshold is never called off
   /// Starts a pass of the sweep, of a kind of sweep.clh or `ofBodies`. Returns false if the last batch has already done
   /// this pass.
-  bool takesTurn(int kind);
+  bool takesPass(int kind);
   static constexpr int ofBodies = 2;
   /// Ends a batch. Returns the largest move of each completed sweep. The last sweep may be incomplete; the next batch
   /// then begins with the rest of it.
@@ -52,23 +52,23 @@ public:
 
   /// To be called between batches, after anything else has moved elements of these bricks.
   void note(const std::vector<int>& bricks);
-  /// To be called between batches: marks the slots with moved elements as dirty (Bricks::touch).
-  void touch();
+  /// To be called between batches: marks the slots with moved elements as dirty (Bricks::markDirty).
+  void markDirty();
 
   // --- For the launches of a pass: its arguments, and the number of work-groups
   PassArguments arguments() const
   {
-    return { this->activity(), this->log(), this->turn(), this->turns_.back().enough };
+    return { this->activity(), this->log(), this->numbers(), this->passes_.back().enough };
   }
   const cl::Buffer& activity() const { return this->activity_.buffer(); }
   const cl::Buffer& log() const { return this->log_.buffer(); }
-  cl_int4 turn() const;
+  cl_int4 numbers() const;
   /// Adds the current pass to a table of passes for one launch, see sweepaccount.clh.
   void addTo(SharedTable& batch, float omega) const;
   std::size_t groups() const { return static_cast<std::size_t>(this->activity_.rows()) - 1; }
 
 private:
-  struct Turn
+  struct PassEntry
   {
     int sweep;
     int kind;
@@ -89,10 +89,10 @@ private:
   bool waited_ = false;
   float largest_ = 0.0f; ///< largest move of the incomplete sweep so far
 
-  std::vector<Turn> turns_; ///< passes of the batch, numbered from 1
-  int begun_ = 0;           ///< sweeps begun in the batch
-  int first_ = 0;           ///< first pass of the sweep
-  int before_ = 0;          ///< first pass of the previous sweep
+  std::vector<PassEntry> passes_; ///< passes of the batch, numbered from 1
+  int begun_ = 0;                 ///< sweeps begun in the batch
+  int first_ = 0;                 ///< first pass of the sweep
+  int before_ = 0;                ///< first pass of the previous sweep
   float enough_ = -1.0f;
 };
 

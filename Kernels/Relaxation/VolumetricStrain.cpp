@@ -19,12 +19,12 @@ void updatePressureAround(Bricks& bricks, const std::vector<int>& slots, const c
   if (activity)
   {
     context.launch(context.kernel("volumetricstrain.cl", defines + " -DNOTED", "volumetricStrains"), ready.size(),
-      items, list, bricks.state(bricks.spins()), *activity, static_cast<cl_int>(sweep));
+      items, list, bricks.state(bricks.rotations()), *activity, static_cast<cl_int>(sweep));
   }
   else
   {
     context.launch(context.kernel("volumetricstrain.cl", defines, "volumetricStrains"), ready.size(), items, list,
-      bricks.state(bricks.spins()));
+      bricks.state(bricks.rotations()));
   }
   context.queue().finish();
 }

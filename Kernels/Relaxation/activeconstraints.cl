@@ -10,7 +10,7 @@
 #include "brick.clh"
 #include "state.clh"
 #include "element.clh"
-#include "turning.clh"
+#include "rotations.clh"
 
 kernel void activeConstraints(global const int* list, STATE_ARGUMENTS, global uchar* result)
 {
@@ -20,7 +20,7 @@ kernel void activeConstraints(global const int* list, STATE_ARGUMENTS, global uc
   {
     const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
     mask found = (mask)(0);
-#ifdef TURNING
+#ifdef ROTATIONS
     real restOffsets[6][3];
     loadRestOffsets(s.odd, &state, &s, restOffsets);
 #endif
@@ -42,7 +42,7 @@ kernel void activeConstraints(global const int* list, STATE_ARGUMENTS, global uc
         const real u = LOAD(displacementAlong(&state, axis) + s.self);
         const real other = neighbour(displacementAlong(&state, axis), &s, d, s.odd);
         const real rounding = 2e-6f * max((real)(1.0f), fabs(u));
-#ifdef TURNING
+#ifdef ROTATIONS
         const real strain = other - u - restOffsets[d][axis];
 #else
         const real strain = u - other;

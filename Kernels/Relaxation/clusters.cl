@@ -11,7 +11,7 @@
 #include "method.clh"
 #include "softlinks.clh"
 #include "sweep.clh"
-#include "turning.clh"
+#include "rotations.clh"
 
 #include "cluster.clh"
 

@@ -13,7 +13,7 @@
 #include "method.clh"
 #include "softlinks.clh"
 #include "sweep.clh"
-#include "turning.clh"
+#include "rotations.clh"
 #include "wavefronts.clh"
 
 #include "cluster.clh"

@@ -1,6 +1,6 @@
 // Recomputes the pressure of elements (volumetricstrain.clh) after anything except a relaxation has moved them. Resets
-// their auxiliary variables to the minimiser: carry(a) = 0 and q(a) = m(a) (turn.cl). A relaxation updates all of
-// these itself.
+// their auxiliary variables to the minimiser: carry(a) = 0 and q(a) = m(a) (relaxrotations.cl). A relaxation updates
+// all of these itself.
 //
 // With NOTED, a brick is marked in `activity` as moved in this sweep if the pressure of any element is or was not 0. So
 // its neighbours are visited, too (sweepaccount.clh).
@@ -11,7 +11,7 @@
 #include "state.clh"
 #include "element.clh"
 #include "sweepaccount.clh"
-#include "turning.clh"
+#include "rotations.clh"
 
 #include "volumetricstrain.clh"
 

@@ -60,7 +60,7 @@ cl_int4 int4(const Index3& v)
 }
 
 /// `listed` holds output bricks; the batch gets those from `begin` to `end` - 1.
-Resampling::Batch makeBatch(const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickReach>& reaches,
+Resampling::Batch makeBatch(const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
   const std::vector<std::size_t>& listed, std::size_t begin, std::size_t end)
 {
   const Index3 size = bricks.size();
@@ -77,7 +77,7 @@ Resampling::Batch makeBatch(const Bricks& bricks, const OutputFrame& frame, cons
   }
   std::vector<char> isSource(frame.bricks.voxels(), 0);
   const auto isHandled = [&](std::size_t brick) { return batch.places[brick] >= 0; };
-  for (const BrickReach& reach : reaches)
+  for (const BrickExtents& reach : reaches)
   {
     if (reach.voxels.meets(box) && reach.voxels.any(frame.bricks, isHandled))
     {
@@ -236,9 +236,9 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
   }
   this->noteChanges(frame);
 
-  const std::vector<BrickReach> reaches = findReaches(this->bricks_, frame, this->changes_, this->ranges_, cuts);
+  const std::vector<BrickExtents> reaches = findReaches(this->bricks_, frame, this->changes_, this->ranges_, cuts);
   std::vector<char> isReached(frame.bricks.voxels(), 0);
-  for (const BrickReach& reach : reaches)
+  for (const BrickExtents& reach : reaches)
   {
     reach.voxels.each(frame.bricks, [&](std::size_t brick) { isReached[brick] = 1; });
   }
@@ -290,7 +290,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
 }
 
 /// Computes the offsets of the voxels of these output bricks, batch by batch.
-void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickReach>& reaches,
+void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
   const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit)
 {
   const Index3 size = this->bricks_.size();

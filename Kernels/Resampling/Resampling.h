@@ -1,6 +1,6 @@
 #pragma once
 
-#include "BrickReach.h"
+#include "BrickExtents.h"
 #include "Types.h"
 
 #include <cstdint>
@@ -36,7 +36,7 @@ private:
   /// The number of output voxels of a brick.
   std::size_t voxelsPerBrick() const;
   void noteChanges(const OutputFrame& frame);
-  void locateAll(const OutputFrame& frame, const std::vector<BrickReach>& reaches,
+  void locateAll(const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
     const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
   /// Computes the offsets of all voxels of a batch, brick by brick, 3 floats each. Where cut surfaces are smooth it
   /// also computes their coverage.

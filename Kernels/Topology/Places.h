@@ -9,7 +9,7 @@
 namespace chainmail
 {
 
-/// The current positions of elements. Bricks that a deformation may have displaced (dirty, touchedSlots()) are read
+/// The current positions of elements. Bricks that a deformation may have displaced (dirty, dirtySlots()) are read
 /// from the device once.
 class Places
 {
@@ -21,7 +21,7 @@ public:
   };
 
   explicit Places(Bricks& bricks)
-    : Places(bricks, bricks.touchedSlots())
+    : Places(bricks, bricks.dirtySlots())
   {
   }
 

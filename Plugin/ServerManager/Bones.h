@@ -4,7 +4,7 @@
 #ifndef Bones_h
 #define Bones_h
 
-#include "Sight.h"
+#include "ViewRay.h"
 
 #include "vtkType.h"
 

@@ -63,7 +63,7 @@ void Put(vtkSMProxy* probe, const Place& position, const Place& pull)
 }
 
 /// The first spot of the view and others that are not next to each other.
-std::vector<Place> SpotsToTry(const Sight& sight)
+std::vector<Place> SpotsToTry(const ViewRay& sight)
 {
   std::vector<Place> spots;
   for (const Place& spot : sight.GetSpots())
@@ -135,7 +135,7 @@ bool ReachedBy(vtkSMProxy* deformation, vtkSMProxy* source, Place& reached)
   return true;
 }
 
-void FitPull(vtkSMSourceProxy* probe, vtkSMSourceProxy* deformation, const Sight& sight)
+void FitPull(vtkSMSourceProxy* probe, vtkSMSourceProxy* deformation, const ViewRay& sight)
 {
   const std::vector<Place> spots = SpotsToTry(sight);
   if (spots.empty() || vtkSMPropertyHelper(deformation, "Mode").GetAsInt() != 0)

@@ -4,7 +4,7 @@
 #ifndef Probes_h
 #define Probes_h
 
-#include "Sight.h"
+#include "ViewRay.h"
 
 class vtkSMPropertyHelper;
 
@@ -22,7 +22,7 @@ bool ReachedBy(vtkSMProxy* deformation, vtkSMProxy* source, Place& reached);
 
 /// Puts a new probe of a deformation where tissue follows its pull, at one of the spots of a view, and makes the pull
 /// no longer than the tissue follows. To find out, it updates the deformation, without relaxation.
-void FitPull(vtkSMSourceProxy* probe, vtkSMSourceProxy* deformation, const Sight& sight);
+void FitPull(vtkSMSourceProxy* probe, vtkSMSourceProxy* deformation, const ViewRay& sight);
 
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkSMChainMailPlacementDomain.h"
 
-#include "Sight.h"
+#include "ViewRay.h"
 
 #include "vtkMath.h"
 #include "vtkObjectFactory.h"
@@ -68,7 +68,7 @@ int vtkSMChainMailPlacementDomain::ReadXMLAttributes(vtkSMProperty* property, vt
 int vtkSMChainMailPlacementDomain::SetDefaultValues(vtkSMProperty* property, bool use_unchecked_values)
 {
   vtkSMProxy* parent = property->GetParent();
-  vtkChainMail::Sight sight(parent ? parent->GetSessionProxyManager() : nullptr);
+  vtkChainMail::ViewRay sight(parent ? parent->GetSessionProxyManager() : nullptr);
   for (const std::string& input : this->Avoided)
   {
     sight.Avoid(input);

@@ -4,7 +4,7 @@
  * @brief Fits a new probe, blade or drill to the tissue that is there when it is made.
  *
  * A source has no input to take its place and size from, so the default comes from what the active view shows, see
- * vtkChainMail::Sight: lengths are shares of the data's diagonal, and directions go along the view's axes (to the
+ * vtkChainMail::ViewRay: lengths are shares of the data's diagonal, and directions go along the view's axes (to the
  * right, up, towards the viewer) from a spot of tissue that is seen in it. One of these attributes says what the
  * default is:
  *

@@ -58,7 +58,7 @@ using namespace pqChainMailPipeline;
 namespace
 {
 /// Makes the pull of a new probe one that tissue follows, as a change that traces tell of.
-void FitPull(vtkSMSourceProxy* probe, vtkSMProxy* deformation, const vtkChainMail::Sight& sight)
+void FitPull(vtkSMSourceProxy* probe, vtkSMProxy* deformation, const vtkChainMail::ViewRay& sight)
 {
   SM_SCOPED_TRACE(PropertiesModified).arg("proxy", probe);
   vtkChainMail::FitPull(probe, vtkSMSourceProxy::SafeDownCast(deformation), sight);
@@ -107,7 +107,7 @@ QSet<pqProxy*> SelectedTools()
 /// Turns a view that is still as ParaView opens it, along z, to the patient's front: from above one sees the crown. The
 /// front is where y is least or, where the image cuts off more tissue there, the other side. A stack of few slices,
 /// which is thin from there, is left as it is.
-void LookFromTheFront(pqRenderView* view, const vtkChainMail::Sight& sight)
+void LookFromTheFront(pqRenderView* view, const vtkChainMail::ViewRay& sight)
 {
   const std::array<double, 6>& bounds = sight.GetBounds();
   const bool isThin = bounds[5] - bounds[4] < 0.3 * (bounds[3] - bounds[2]);
@@ -387,11 +387,11 @@ void pqChainMailActions::grab()
     view->resetCamera();
   }
   vtkSMSessionProxyManager* manager = scan->getServer()->proxyManager();
-  vtkChainMail::Sight sight(manager);
+  vtkChainMail::ViewRay sight(manager);
   if (!look && view->getNumberOfVisibleDataRepresentations() == 1)
   {
     LookFromTheFront(view, sight);
-    sight = vtkChainMail::Sight(manager);
+    sight = vtkChainMail::ViewRay(manager);
   }
   if (!sight.FindSpot())
   {
@@ -404,7 +404,7 @@ void pqChainMailActions::grab()
     const vtkChainMail::Place toward = sight.ToWorld({ { 0, 0, 1 } });
     const vtkChainMail::Place up = sight.ToWorld({ { 0, 1, 0 } });
     view->resetViewDirection(-toward[0], -toward[1], -toward[2], up[0], up[1], up[2]);
-    sight = vtkChainMail::Sight(manager); // as the probe will find the view, to the last digit
+    sight = vtkChainMail::ViewRay(manager); // as the probe will find the view, to the last digit
     sight.FindSpot();
   }
 
@@ -434,7 +434,7 @@ void pqChainMailActions::addTo(const char* input, const char* name, double opaci
   vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
   BEGIN_UNDO_SET(tr("Add to Tissue"));
   // Before the source is there, which is to be away from the others.
-  vtkChainMail::Sight sight(deformation->GetSessionProxyManager());
+  vtkChainMail::ViewRay sight(deformation->GetSessionProxyManager());
   const bool isProbe = std::strcmp(input, "Probes") == 0;
   if (isProbe)
   {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pqChainMailDrag.h"
 
-#include "Sight.h"
+#include "ViewRay.h"
 
 #include "pqCoreUtilities.h"
 #include "pqInteractivePropertyWidget.h"

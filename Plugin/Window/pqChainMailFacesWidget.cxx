@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pqChainMailFacesWidget.h"
 
-#include "Sight.h"
+#include "ViewRay.h"
 
 #include "vtkSMProperty.h"
 #include "vtkSMPropertyHelper.h"
@@ -21,8 +21,8 @@ namespace
 /// lay.
 QString SideOf(const std::array<double, 9>& direction, int face)
 {
-  const std::array<double, 9> unturned{ { 1, 0, 0, 0, 1, 0, 0, 0, 1 } };
-  if (direction == unturned || direction == std::array<double, 9>{})
+  const std::array<double, 9> unrotated{ { 1, 0, 0, 0, 1, 0, 0, 0, 1 } };
+  if (direction == unrotated || direction == std::array<double, 9>{})
   {
     return {};
   }

@@ -2,7 +2,7 @@
 #include "pqChainMailLook.h"
 
 #include "ChainMailPresets.h"
-#include "Sight.h"
+#include "ViewRay.h"
 #include "pqChainMailPipeline.h"
 
 #include "pqActiveObjects.h"

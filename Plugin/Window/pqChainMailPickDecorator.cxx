@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pqChainMailPickDecorator.h"
 
-#include "Sight.h"
+#include "ViewRay.h"
 #include "pqChainMailDrag.h"
 #include "pqChainMailPoseWidget.h"
 #include "pqChainMailProbeGlyph.h"
-#include "pqChainMailSnap.h"
+#include "pqChainMailSnapBehavior.h"
 
 #include "pqInteractivePropertyWidget.h"
 #include "pqKeySequences.h"
@@ -39,9 +39,9 @@ pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPrope
     auto* drag = new pqChainMailDrag(interactive);
     if (qobject_cast<pqLinePropertyWidget*>(parent))
     {
-      new pqChainMailSnap(interactive);
+      new pqChainMailSnapBehavior(interactive);
     }
-    if (qobject_cast<pqLinePropertyWidget*>(parent) && pqChainMailSnap::isPull(interactive->proxy()))
+    if (qobject_cast<pqLinePropertyWidget*>(parent) && pqChainMailSnapBehavior::isPull(interactive->proxy()))
     {
       auto* grip = new pqChainMailProbeGlyph(interactive);
       QObject::connect(drag, &pqChainMailDrag::previewed, grip, &pqChainMailProbeGlyph::setReached);
@@ -105,16 +105,17 @@ void pqChainMailPickDecorator::pick(const char* slot)
   const int* at = proxy->GetInteractor()->GetEventPosition();
   if (auto* pose = qobject_cast<pqChainMailPoseWidget*>(this->parentWidget()))
   {
-    const std::array<pqChainMailSnap::Place, 2> ray = pqChainMailSnap::ray(proxy->GetRenderer(), at[0], at[1]);
+    const std::array<pqChainMailSnapBehavior::Place, 2> ray =
+      pqChainMailSnapBehavior::ray(proxy->GetRenderer(), at[0], at[1]);
     if (pose->hold({ ray[0][0], ray[0][1], ray[0][2], ray[1][0], ray[1][1], ray[1][2] }))
     {
       this->countAtOnce();
     }
     return;
   }
-  const vtkChainMail::Sight sight(view->getServer()->proxyManager());
+  const vtkChainMail::ViewRay sight(view->getServer()->proxyManager());
   vtkChainMail::Place hit;
-  if (!pqChainMailSnap::pick(sight, proxy->GetRenderer(), at[0], at[1], hit))
+  if (!pqChainMailSnapBehavior::pick(sight, proxy->GetRenderer(), at[0], at[1], hit))
   {
     return;
   }
@@ -130,7 +131,7 @@ void pqChainMailPickDecorator::pick(const char* slot)
   };
   vtkSMProxy* source = this->parentWidget()->proxy();
   vtkChainMail::Place target = hit;
-  const bool takesTarget = std::strcmp(slot, "pickPoint1") == 0 && pqChainMailSnap::isPull(source);
+  const bool takesTarget = std::strcmp(slot, "pickPoint1") == 0 && pqChainMailSnapBehavior::isPull(source);
   for (unsigned int a = 0; takesTarget && a < 3; ++a)
   {
     target[a] += vtkSMUncheckedPropertyHelper(source, "Target").GetAsDouble(a) -

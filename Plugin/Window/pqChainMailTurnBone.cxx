@@ -159,7 +159,7 @@ vtkSMSourceProxy* DeformSelected(pqRenderView* view)
 /// Finds the bone in the middle of the view. Rotations stay on where only that lets the deformation update.
 bool FindBoneInView(vtkSMSourceProxy* deformation, vtkChainMail::Bone& bone)
 {
-  const vtkChainMail::Sight sight(deformation->GetSessionProxyManager(), deformation);
+  const vtkChainMail::ViewRay sight(deformation->GetSessionProxyManager(), deformation);
   deformation->UpdatePipeline();
   if (!sight.IsValid())
   {

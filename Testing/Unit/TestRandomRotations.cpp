@@ -77,7 +77,7 @@ public:
     this->angle_ += this->step_;
     for (Probe& probe : probes)
     {
-      if (probe.turns)
+      if (probe.rotates)
       {
         for (int a = 0; a < 3; ++a)
         {
@@ -163,7 +163,7 @@ void changeProbes(
     probes.push_back(probeAt(scene, randomElement(scene, random), {}, random.oneIn(2) ? 0.0 : random(0.5, 3.0)));
     Probe& probe = probes.back();
     probe.anchor = random.oneIn(6);
-    probe.turns = random.oneIn(3);
+    probe.rotates = random.oneIn(3);
     probe.tolerance = random.oneIn(5) ? random.logarithmic(1e-2, 10.0) : 0.0;
     for (int a = 0; a < 3; ++a)
     {
@@ -275,7 +275,7 @@ void live(std::uint64_t seed)
     expectInOrder(simulation, energy);
     for (std::size_t n = 0; n < probes.size(); ++n)
     {
-      simulation.heldBy(n);
+      simulation.limiter(n);
     }
     if (testing::Test::HasFailure())
     {

@@ -49,7 +49,7 @@ void expectSame(const UpdateResult& a, const UpdateResult& b)
     EXPECT_EQ(a.probes[n].reached, b.probes[n].reached);
     EXPECT_EQ(a.probes[n].force, b.probes[n].force);
     EXPECT_EQ(a.probes[n].elements, b.probes[n].elements);
-    EXPECT_EQ(a.probes[n].turned, b.probes[n].turned);
+    EXPECT_EQ(a.probes[n].rotated, b.probes[n].rotated);
     EXPECT_EQ(a.probes[n].torque, b.probes[n].torque);
   }
   EXPECT_EQ(a.statistics.energy, b.statistics.energy);

@@ -87,7 +87,7 @@ public:
     this->iteration_ = 0;
     this->waves_ = 0;
     std::fill(this->flags_.begin(), this->flags_.end(), 0);
-    this->touched_ = this->flags_;
+    this->dirty_ = this->flags_;
   }
 
   void hold(std::size_t element) { this->set(this->held_, element, cl_uchar(1)); }
@@ -132,7 +132,7 @@ public:
 
   int relax(int iterations, double tolerance)
   {
-    this->flags_ = this->touched_;
+    this->flags_ = this->dirty_;
     const cl_float still = static_cast<cl_float>(tolerance);
     int done = 0;
     for (; done < iterations && this->anyFlag(); ++done)
@@ -196,7 +196,7 @@ private:
     {
       if (this->flags_[b])
       {
-        this->touched_[b] = 1;
+        this->dirty_[b] = 1;
         const int x = static_cast<int>(b) % this->blocks_[0];
         const int y = static_cast<int>(b) / this->blocks_[0] % this->blocks_[1];
         const int z = static_cast<int>(b) / this->blocks_[0] / this->blocks_[1];
@@ -280,9 +280,9 @@ private:
   Copy copies_[2];
   cl::Buffer changed_;
   cl::Buffer list_;
-  std::vector<cl_uchar> flags_;   ///< blocks of the next iteration
-  std::vector<cl_uchar> touched_; ///< blocks that any wave has reached
-  int iteration_ = 0;             ///< copies_[iteration_ % 2] is the state
+  std::vector<cl_uchar> flags_; ///< blocks of the next iteration
+  std::vector<cl_uchar> dirty_; ///< blocks that any wave has reached
+  int iteration_ = 0;           ///< copies_[iteration_ % 2] is the state
   int waves_ = 0;
 };
 

@@ -244,8 +244,8 @@ TEST(Joints, FiveBonesInARowAreOneBodyAndWithLabelsFive)
   {
     Simulation one = hand.simulate();
     EXPECT_EQ(one.bodies().size(), 1u);
-    EXPECT_EQ(one.bodies()[0].heldBy.what, HeldBy::What::Face);
-    EXPECT_EQ(one.bodies()[0].heldBy.face, 0);
+    EXPECT_EQ(one.bodies()[0].limiter.what, Limiter::What::Face);
+    EXPECT_EQ(one.bodies()[0].limiter.face, 0);
     EXPECT_EQ(one.pull({ pull })[0].reached[2], 0.0);
   }
   hand.useLabels();
@@ -254,11 +254,11 @@ TEST(Joints, FiveBonesInARowAreOneBodyAndWithLabelsFive)
   ASSERT_EQ(bodies.size(), 5u);
   for (std::size_t n = 0; n < 5; ++n)
   {
-    EXPECT_EQ(bodies[n].heldBy.what, n == 0 ? HeldBy::What::Face : HeldBy::What::Nothing);
+    EXPECT_EQ(bodies[n].limiter.what, n == 0 ? Limiter::What::Face : Limiter::What::Nothing);
   }
   EXPECT_NEAR(five.pull({ pull })[0].reached[2], 1.0, 1e-6);
-  EXPECT_EQ(five.bodies()[4].heldBy.what, HeldBy::What::Probe);
-  EXPECT_EQ(five.bodies()[4].heldBy.probe, 0u);
+  EXPECT_EQ(five.bodies()[4].limiter.what, Limiter::What::Probe);
+  EXPECT_EQ(five.bodies()[4].limiter.probe, 0u);
   five.relax(200, 1e-5);
   EXPECT_LE(five.measure().maxLinkExcess, 1e-5);
   // Every bone moves as one, and less than the bone before it.
@@ -331,7 +331,7 @@ TEST(Joints, MarrowCountsAsBone)
     std::set<int> held;
     for (const RigidBody& body : simulation.bodies())
     {
-      held.insert(static_cast<int>(body.heldBy.what));
+      held.insert(static_cast<int>(body.limiter.what));
     }
     EXPECT_EQ(held.size(), 2u); // the tube by the face, the ball by nothing
   }
@@ -446,7 +446,7 @@ TEST(Joints, CutsAndCarvesDivideBodiesFurther)
   // The first bone is anchored as rigid tissue, too.
   hand.scene.anchors.rigid = true;
   hand.scene.anchors.faces[0] = false;
-  EXPECT_EQ(hand.simulate().bodies()[0].heldBy.what, HeldBy::What::Rigid);
+  EXPECT_EQ(hand.simulate().bodies()[0].limiter.what, Limiter::What::Rigid);
 }
 
 TEST(Joints, BodiesOfTissueThatDiffersByAxis)
@@ -515,12 +515,12 @@ double bendOf(const Labelled& tissue)
   Probe probe;
   probe.position = tissue.scene.place(26, 9, 9);
   probe.centre = tissue.scene.place(17, 9, 9);
-  probe.turns = true;
+  probe.rotates = true;
   probe.rotation = { 0.0, 0.0, 30.0 * 3.14159265358979323846 / 180.0 };
   const ProbeResult result = simulation.pull({ probe })[0];
   simulation.relax(20, 0.0);
   EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
-  return result.turned[2] * 180.0 / 3.14159265358979323846;
+  return result.rotated[2] * 180.0 / 3.14159265358979323846;
 }
 
 // A free joint bends much further than a soft one, whose layer is limited by its constraint.

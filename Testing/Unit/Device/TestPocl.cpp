@@ -57,11 +57,11 @@ TEST_F(Pocl, KernelsCallTheFunctionsOfTheWholeHeader)
 {
   const char* const files[] = { "measure.cl", "scatter.cl", "changetracker.cl", "coarsen.cl", "components.cl",
     "reduce.cl", "arrivals.cl", "contradictions.cl", "envelope.cl", "feasibility.cl", "share.cl", "timestamp.cl",
-    "activeconstraints.cl", "clusters.cl", "paper.cl", "relax.cl", "volumetricstrain.cl", "turn.cl", "turnclusters.cl",
-    "cover.cl" };
+    "activeconstraints.cl", "clusters.cl", "paper.cl", "relax.cl", "volumetricstrain.cl", "relaxrotations.cl",
+    "rotatingclusters.cl", "cover.cl" };
   const char* const kinds[] = { " -DWIDTH=8 -DAXES=1 -DPLASTIC -DWAVES",
-    " -DWIDTH=8 -DAXES=3 -DTURNING -DVOLUMETRIC_STRAIN",
-    " -DWIDTH=1 -DAXES=3 -DTURNING -DVOLUMETRIC_STRAIN -DFX=2 -DFY=2 -DFZ=2 -DOWNERS" };
+    " -DWIDTH=8 -DAXES=3 -DROTATIONS -DVOLUMETRIC_STRAIN",
+    " -DWIDTH=1 -DAXES=3 -DROTATIONS -DVOLUMETRIC_STRAIN -DFX=2 -DFY=2 -DFZ=2 -DOWNERS" };
   for (const std::string file : files)
   {
     int compiles = 0;

@@ -42,7 +42,7 @@ Probe pose(const Scene& scene, const Index3& at, const Vector3& rotation, const 
   Probe probe;
   probe.position = scene.place(at[0], at[1], at[2]);
   probe.centre = probe.position;
-  probe.turns = true;
+  probe.rotates = true;
   probe.rotation = rotation;
   probe.displacement = shift;
   return probe;
@@ -82,7 +82,7 @@ void expectAsked(const Probe& probe, const ProbeResult& result)
 {
   for (int a = 0; a < 3; ++a)
   {
-    EXPECT_DOUBLE_EQ(result.turned[a], probe.rotation[a]);
+    EXPECT_DOUBLE_EQ(result.rotated[a], probe.rotation[a]);
     EXPECT_DOUBLE_EQ(result.reached[a], probe.displacement[a]);
   }
 }
@@ -231,15 +231,15 @@ TEST(Poses, WhatHoldsAProbeIsTold)
   Simulation simulation = simulateRotations(scene);
   Probe probe = pose(scene, { 8, 4, 4 }, { 0.0, 60.0 * degree, 0.0 });
   const ProbeResult result = simulation.pull({ probe })[0];
-  EXPECT_GT(result.turned[1], 2.0 * degree);
-  EXPECT_LT(result.turned[1], 55.0 * degree);
-  EXPECT_EQ(result.turned[0], 0.0);
-  probe.rotation = result.turned;
+  EXPECT_GT(result.rotated[1], 2.0 * degree);
+  EXPECT_LT(result.rotated[1], 55.0 * degree);
+  EXPECT_EQ(result.rotated[0], 0.0);
+  probe.rotation = result.rotated;
   probe.displacement = result.reached;
   EXPECT_LT(offPose(scene, simulation, probe, [&](int i, int j, int k) { return isRigid(scene, i, j, k); }), 1e-5);
   EXPECT_LE(simulation.measure().maxLinkExcess, 2e-5);
-  const HeldBy holder = simulation.heldBy(0);
-  EXPECT_EQ(holder.what, HeldBy::What::Face);
+  const Limiter holder = simulation.limiter(0);
+  EXPECT_EQ(holder.what, Limiter::What::Face);
   EXPECT_EQ(holder.face, 4);
 }
 
@@ -324,7 +324,7 @@ TEST(Poses, StiffTissueInANotchGoesAlong)
     {
       corner.displacement[a] = goal[a] - corner.position[a];
     }
-    corner.turns = false;
+    corner.rotates = false;
     corners.push_back(corner);
   }
   const std::vector<ProbeResult> results = simulation.pull(corners);
@@ -412,7 +412,7 @@ std::vector<Probe> fourProbes(const Scene& scene, const Vector3& rotation, const
     {
       probe.displacement[a] = goal[a] - probe.position[a];
     }
-    probe.turns = false;
+    probe.rotates = false;
     probes.push_back(probe);
   }
   return probes;

@@ -389,9 +389,9 @@ TEST(Rotations, WhatHoldsAProbeIsFound)
   Simulation simulation = simulateRotations(scene);
   simulation.pull({ onBone(scene, 15, 5, 12, { 0.0, 0.0, 30.0 }, 1.1) });
   simulation.relax(20, 0.0);
-  const HeldBy heldBy = simulation.heldBy(0);
-  EXPECT_EQ(heldBy.what, HeldBy::What::Face);
-  EXPECT_EQ(heldBy.face, 4);
+  const Limiter limiter = simulation.limiter(0);
+  EXPECT_EQ(limiter.what, Limiter::What::Face);
+  EXPECT_EQ(limiter.face, 4);
 }
 
 // Random tissue with rigid specks and bones, drags of several probes, cuts and releases. Links keep within their

@@ -289,7 +289,7 @@ TEST(SoftProbes, MoveNothingWithoutARelaxation)
   EXPECT_EQ(propagated.iterations, 0);
   EXPECT_EQ(simulation.measure().displaced, 0u);
   EXPECT_NEAR(simulation.measure().energy, (0.09 + 0.25) / 0.1, 1e-6);
-  EXPECT_EQ(simulation.heldBy(0).what, HeldBy::What::Nothing);
+  EXPECT_EQ(simulation.limiter(0).what, Limiter::What::Nothing);
   simulation.relax(0, 0.0);
   EXPECT_EQ(simulation.measure().displaced, 0u);
   simulation.relax(1, 0.0);

@@ -16,7 +16,7 @@ constexpr int iterations = 2000;
 
 SweepPlan farPlan(double poissonRatio = 0.0)
 {
-  return SweepPlan(Reach::Far, false, poissonRatio, 300, 0, iterations);
+  return SweepPlan(Range::Far, false, poissonRatio, 300, 0, iterations);
 }
 
 // The semi-iterative method's factors by Chebyshev polynomials: 2 T(s, 1 / rho) / (rho T(s + 1, 1 / rho)).
@@ -50,7 +50,7 @@ TEST(SweepPlan, FactorsGrowWithPoissonsRatio)
 // After coarser grids: an opening of 20 sweeps from 4/3 on, then rounds of 50, 100, 200, ... that end at 1.93.
 TEST(SweepPlan, RoundsAfterCoarserGrids)
 {
-  const SweepPlan plan(Reach::Near, false, 0.0, 300, 0, iterations);
+  const SweepPlan plan(Range::Near, false, 0.0, 300, 0, iterations);
   EXPECT_NEAR(plan.omega(0), 4.0 / 3.0, 1e-6);
   for (int s = 1; s < 20; ++s)
   {
@@ -77,12 +77,12 @@ TEST(SweepPlan, RoundsAfterCoarserGrids)
 // A continued run has the factors of a single run.
 TEST(SweepPlan, GoesOn)
 {
-  for (const Reach reach : { Reach::Far, Reach::Near })
+  for (const Range range : { Range::Far, Range::Near })
   {
     for (const bool rotates : { false, true })
     {
-      const SweepPlan whole(reach, rotates, 0.3, 80, 0, 300);
-      const SweepPlan rest(reach, rotates, 0.3, 80, 100, 200);
+      const SweepPlan whole(range, rotates, 0.3, 80, 0, 300);
+      const SweepPlan rest(range, rotates, 0.3, 80, 100, 200);
       for (int s = 0; s < 200; ++s)
       {
         EXPECT_EQ(whole.omega(100 + s), rest.omega(s)) << s;
@@ -97,9 +97,9 @@ TEST(SweepPlan, GoesOn)
 // Elements rotate in every third sweep, later in every sixth; only those sweeps show whether they are at rest.
 TEST(SweepPlan, Rotations)
 {
-  for (const Reach reach : { Reach::Far, Reach::Near })
+  for (const Range range : { Range::Far, Range::Near })
   {
-    const SweepPlan plan(reach, true, 0.0, 300, 0, iterations);
+    const SweepPlan plan(range, true, 0.0, 300, 0, iterations);
     int last = -3;
     for (int s = 0; s < 200; ++s)
     {
@@ -112,7 +112,7 @@ TEST(SweepPlan, Rotations)
       }
       EXPECT_LT(s - last, SweepPlan::mostSweepsPerRotation) << s;
     }
-    EXPECT_EQ(plan.rotates(0), reach == Reach::Far); // after coarser grids displacements are rough at first
+    EXPECT_EQ(plan.rotates(0), range == Range::Far); // after coarser grids displacements are rough at first
   }
   EXPECT_FALSE(farPlan().rotates(0));
   EXPECT_TRUE(farPlan().showsRest(1));
@@ -121,14 +121,14 @@ TEST(SweepPlan, Rotations)
 // After coarser grids there is an active-set step every 30 sweeps, except the first time; elsewhere there is none.
 TEST(SweepPlan, StepsAtFixedIntervals)
 {
-  const SweepPlan plan(Reach::Near, false, 0.0, 300, 0, iterations);
+  const SweepPlan plan(Range::Near, false, 0.0, 300, 0, iterations);
   for (int s = 0; s < 200; ++s)
   {
     EXPECT_EQ(plan.isTimedStepAfter(s), s == 59 || s == 89 || s == 119 || s == 149 || s == 179) << s;
     EXPECT_EQ(plan.sweepsToTimedStep(s), 30 - s % 30) << s;
   }
-  for (const SweepPlan& none : { farPlan(), SweepPlan(Reach::Near, true, 0.0, 300, 0, iterations),
-         SweepPlan(Reach::Near, false, 0.0, 0, 0, iterations) })
+  for (const SweepPlan& none : { farPlan(), SweepPlan(Range::Near, true, 0.0, 300, 0, iterations),
+         SweepPlan(Range::Near, false, 0.0, 0, 0, iterations) })
   {
     for (int s = 0; s < 200; ++s)
     {

@@ -31,14 +31,14 @@ std::string Smoothed(const std::string& scalars);
 /// where it is that of no such array.
 std::string Unsmoothed(const std::string& name);
 
-class Sight
+class ViewRay
 {
 public:
   /// Looks at the tissue that the user works on, as the active view does: at that of the deformation that is selected
   /// or that the selected probe, blade or drill belongs to (in the Mode FromRest where it rests, else where it is now);
   /// else at the image that is selected; else at the last one there is. Not valid where there is none with data.
   /// With `selected` as if that were selected.
-  explicit Sight(vtkSMSessionProxyManager* manager, vtkSMProxy* selected = nullptr);
+  explicit ViewRay(vtkSMSessionProxyManager* manager, vtkSMProxy* selected = nullptr);
 
   bool IsValid() const { return this->Source != nullptr; }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Sight.h"
+#include "ViewRay.h"
 
 #include "vtkBoundingBox.h"
 #include "vtkChainMailScanStatistics.h"
@@ -126,7 +126,7 @@ std::array<double, 9> DirectionOf(vtkSMSourceProxy* source, int port)
   return asked->Direction;
 }
 
-Sight::Sight(vtkSMSessionProxyManager* manager, vtkSMProxy* selected)
+ViewRay::ViewRay(vtkSMSessionProxyManager* manager, vtkSMProxy* selected)
   : Threshold(vtkMath::Nan())
 {
   if (manager == nullptr)
@@ -149,7 +149,7 @@ Sight::Sight(vtkSMSessionProxyManager* manager, vtkSMProxy* selected)
   }
 }
 
-void Sight::FindImage(vtkSMSessionProxyManager* manager, vtkSMProxy* selected)
+void ViewRay::FindImage(vtkSMSessionProxyManager* manager, vtkSMProxy* selected)
 {
   vtkSMProxySelectionModel* sources = manager->GetSelectionModel("ActiveSources");
   vtkSMProxy* active = selected ? selected : sources ? sources->GetCurrentProxy() : nullptr;
@@ -211,7 +211,7 @@ void Sight::FindImage(vtkSMSessionProxyManager* manager, vtkSMProxy* selected)
   }
 }
 
-void Sight::FindLook()
+void ViewRay::FindLook()
 {
   const auto& b = this->Bounds;
   this->Middle = { { 0.5 * (b[0] + b[1]), 0.5 * (b[2] + b[3]), 0.5 * (b[4] + b[5]) } };
@@ -246,7 +246,7 @@ void Sight::FindLook()
 }
 
 /// What the view shows of this output, where it shows it as a volume or a slice.
-void Sight::FindOpacity(vtkSMProxy* source, int port)
+void ViewRay::FindOpacity(vtkSMProxy* source, int port)
 {
   if (this->View == nullptr)
   {
@@ -297,7 +297,7 @@ void Sight::FindOpacity(vtkSMProxy* source, int port)
 }
 
 /// What the server finds on rays, as vtkChainMailTissuePicker::Pick(): with `asSeen` tissue that is seen, else any.
-std::vector<double> Sight::Cast(const std::vector<double>& rays, bool asSeen) const
+std::vector<double> ViewRay::Cast(const std::vector<double>& rays, bool asSeen) const
 {
   vtkNew<vtkPVChainMailTissueInformation> asked;
   asked->Port = this->Port;
@@ -312,7 +312,7 @@ std::vector<double> Sight::Cast(const std::vector<double>& rays, bool asSeen) co
   return shares;
 }
 
-bool Sight::Pick(const Place& from, const Place& to, Place& hit) const
+bool ViewRay::Pick(const Place& from, const Place& to, Place& hit) const
 {
   std::vector<double> ray;
   if (this->SliceAxis >= 0 && this->Opacity.empty())
@@ -341,7 +341,7 @@ bool Sight::Pick(const Place& from, const Place& to, Place& hit) const
   return share >= 0.0;
 }
 
-bool Sight::FindSpot()
+bool ViewRay::FindSpot()
 {
   this->Turned = false;
   if (!this->IsValid())
@@ -380,17 +380,17 @@ bool Sight::FindSpot()
 }
 
 /// How far such rays are from each other.
-double Sight::GetStep() const
+double ViewRay::GetStep() const
 {
   return std::min(this->HalfHeight / 8.0, this->Diagonal / 20.0);
 }
 
-std::vector<double> Sight::GetRays() const
+std::vector<double> ViewRay::GetRays() const
 {
   return this->RaysAround(this->Middle, this->GetStep());
 }
 
-std::vector<double> Sight::RaysAround(const Place& middle, double step) const
+std::vector<double> ViewRay::RaysAround(const Place& middle, double step) const
 {
   constexpr int reach = 4;
   std::vector<std::pair<int, int>> offsets;
@@ -417,7 +417,7 @@ std::vector<double> Sight::RaysAround(const Place& middle, double step) const
 
 /// Tries such rays. With `anywhere` it goes on into tissue that the image cuts off, and takes what is farthest from
 /// there.
-bool Sight::FindSpot(const Place& middle, double step, bool anywhere)
+bool ViewRay::FindSpot(const Place& middle, double step, bool anywhere)
 {
   const double length = 2.0 * this->Diagonal;
   const std::vector<double> rays = this->RaysAround(middle, step);
@@ -447,7 +447,7 @@ bool Sight::FindSpot(const Place& middle, double step, bool anywhere)
 }
 
 /// Of the spots, keeps those that are well apart from what is there already; where none is, the one that is farthest.
-void Sight::KeepFree()
+void ViewRay::KeepFree()
 {
   const auto apart = [this](const Place& spot)
   {
@@ -473,7 +473,7 @@ void Sight::KeepFree()
   }
 }
 
-void Sight::Avoid(const std::string& input)
+void ViewRay::Avoid(const std::string& input)
 {
   vtkSMProperty* property = this->Deformation ? this->Deformation->GetProperty(input.c_str()) : nullptr;
   if (property == nullptr)
@@ -500,7 +500,7 @@ void Sight::Avoid(const std::string& input)
   }
 }
 
-std::array<double, 6> Sight::GetSharesCutOff() const
+std::array<double, 6> ViewRay::GetSharesCutOff() const
 {
   constexpr int across = 12;
   const auto& b = this->Bounds;
@@ -535,7 +535,7 @@ std::array<double, 6> Sight::GetSharesCutOff() const
 }
 
 /// How far a place is from the faces that hold tissue. Negative where it is outside.
-double Sight::DepthOf(const Place& place) const
+double ViewRay::DepthOf(const Place& place) const
 {
   double depth = this->Diagonal;
   for (std::size_t face = 0; face < 6; ++face)
@@ -546,7 +546,7 @@ double Sight::DepthOf(const Place& place) const
   return depth;
 }
 
-Place Sight::ToWorld(const Place& shares) const
+Place ViewRay::ToWorld(const Place& shares) const
 {
   Place world{};
   for (int a = 0; a < 3; ++a)
@@ -556,7 +556,7 @@ Place Sight::ToWorld(const Place& shares) const
   return world;
 }
 
-Place Sight::GetPlace(const Place& shares, bool onTissue) const
+Place ViewRay::GetPlace(const Place& shares, bool onTissue) const
 {
   const Place way = this->ToWorld(shares);
   for (double part = 1.0; onTissue && part > 0.2; part -= 0.25) // nearer where the tissue ends before

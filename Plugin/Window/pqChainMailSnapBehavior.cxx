@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pqChainMailSnap.h"
+#include "pqChainMailSnapBehavior.h"
 
-#include "Sight.h"
+#include "ViewRay.h"
 
 #include "pqInteractivePropertyWidget.h"
 #include "pqView.h"
@@ -22,7 +22,7 @@
 #include <algorithm>
 
 //------------------------------------------------------------------------------
-pqChainMailSnap::pqChainMailSnap(pqInteractivePropertyWidget* widget)
+pqChainMailSnapBehavior::pqChainMailSnapBehavior(pqInteractivePropertyWidget* widget)
   : QObject(widget)
   , Widget(widget)
 {
@@ -30,7 +30,7 @@ pqChainMailSnap::pqChainMailSnap(pqInteractivePropertyWidget* widget)
   this->Observer->SetCallback(
     [](vtkObject*, unsigned long event, void* client, void*)
     {
-      auto* self = static_cast<pqChainMailSnap*>(client);
+      auto* self = static_cast<pqChainMailSnapBehavior*>(client);
       event == vtkCommand::StartInteractionEvent ? self->start() : self->move();
     });
   // Before ParaView reads where the ends are.
@@ -40,11 +40,11 @@ pqChainMailSnap::pqChainMailSnap(pqInteractivePropertyWidget* widget)
     this->Mouse->AddObserver(vtkCommand::StartInteractionEvent, this->Observer, 1.0f);
     this->Mouse->AddObserver(vtkCommand::InteractionEvent, this->Observer, 1.0f);
   }
-  QObject::connect(widget, &pqInteractivePropertyWidget::endInteraction, this, [this] { this->Sight.reset(); });
+  QObject::connect(widget, &pqInteractivePropertyWidget::endInteraction, this, [this] { this->ViewRay.reset(); });
 }
 
 //------------------------------------------------------------------------------
-pqChainMailSnap::~pqChainMailSnap()
+pqChainMailSnapBehavior::~pqChainMailSnapBehavior()
 {
   if (this->Mouse)
   {
@@ -53,13 +53,13 @@ pqChainMailSnap::~pqChainMailSnap()
 }
 
 //------------------------------------------------------------------------------
-bool pqChainMailSnap::isPull(vtkSMProxy* source)
+bool pqChainMailSnapBehavior::isPull(vtkSMProxy* source)
 {
   return source->GetProperty("Position") && source->GetProperty("Target");
 }
 
 //------------------------------------------------------------------------------
-std::array<pqChainMailSnap::Place, 2> pqChainMailSnap::ray(vtkRenderer* renderer, double x, double y)
+std::array<pqChainMailSnapBehavior::Place, 2> pqChainMailSnapBehavior::ray(vtkRenderer* renderer, double x, double y)
 {
   std::array<Place, 2> ends;
   for (int n = 0; n < 2; ++n)
@@ -71,45 +71,46 @@ std::array<pqChainMailSnap::Place, 2> pqChainMailSnap::ray(vtkRenderer* renderer
   return ends;
 }
 
-bool pqChainMailSnap::pick(const vtkChainMail::Sight& sight, vtkRenderer* renderer, double x, double y, Place& hit)
+bool pqChainMailSnapBehavior::pick(
+  const vtkChainMail::ViewRay& sight, vtkRenderer* renderer, double x, double y, Place& hit)
 {
-  const std::array<Place, 2> ends = pqChainMailSnap::ray(renderer, x, y);
+  const std::array<Place, 2> ends = pqChainMailSnapBehavior::ray(renderer, x, y);
   return sight.IsValid() && sight.Pick(ends[0], ends[1], hit);
 }
 
 //------------------------------------------------------------------------------
-vtkLineRepresentation* pqChainMailSnap::line() const
+vtkLineRepresentation* pqChainMailSnapBehavior::line() const
 {
   vtkSMProxy* shown = this->Widget->widgetProxy()->GetRepresentationProxy();
   return vtkLineRepresentation::SafeDownCast(shown ? shown->GetClientSideObject() : nullptr);
 }
 
-vtkRenderer* pqChainMailSnap::renderer() const
+vtkRenderer* pqChainMailSnapBehavior::renderer() const
 {
   auto* view = vtkSMRenderViewProxy::SafeDownCast(this->Widget->view() ? this->Widget->view()->getProxy() : nullptr);
   return view ? view->GetRenderer() : nullptr;
 }
 
-const int* pqChainMailSnap::mouse() const
+const int* pqChainMailSnapBehavior::mouse() const
 {
   return this->renderer()->GetRenderWindow()->GetInteractor()->GetEventPosition();
 }
 
 //------------------------------------------------------------------------------
-pqChainMailSnap::Place pqChainMailSnap::end(int n) const
+pqChainMailSnapBehavior::Place pqChainMailSnapBehavior::end(int n) const
 {
   Place place;
   n == 0 ? this->line()->GetPoint1WorldPosition(place.data()) : this->line()->GetPoint2WorldPosition(place.data());
   return place;
 }
 
-void pqChainMailSnap::setEnd(int n, const Place& place)
+void pqChainMailSnapBehavior::setEnd(int n, const Place& place)
 {
   Place copy = place;
   n == 0 ? this->line()->SetPoint1WorldPosition(copy.data()) : this->line()->SetPoint2WorldPosition(copy.data());
 }
 
-std::array<double, 2> pqChainMailSnap::onScreen(const Place& place) const
+std::array<double, 2> pqChainMailSnapBehavior::onScreen(const Place& place) const
 {
   double display[3];
   vtkInteractorObserver::ComputeWorldToDisplay(this->renderer(), place[0], place[1], place[2], display);
@@ -117,9 +118,9 @@ std::array<double, 2> pqChainMailSnap::onScreen(const Place& place) const
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailSnap::start()
+void pqChainMailSnapBehavior::start()
 {
-  this->Sight.reset();
+  this->ViewRay.reset();
   vtkLineRepresentation* line = this->line();
   if (line == nullptr || this->renderer() == nullptr)
   {
@@ -127,7 +128,7 @@ void pqChainMailSnap::start()
   }
   const int state = line->GetInteractionState();
   const bool isWhole = state == vtkLineRepresentation::OnLine;
-  const bool isPull = pqChainMailSnap::isPull(this->Widget->proxy());
+  const bool isPull = pqChainMailSnapBehavior::isPull(this->Widget->proxy());
   this->IsDragged[0] = isWhole || state == vtkLineRepresentation::OnP1 || state == vtkLineRepresentation::TranslatingP1;
   this->IsDragged[1] =
     !isPull && (isWhole || state == vtkLineRepresentation::OnP2 || state == vtkLineRepresentation::TranslatingP2);
@@ -143,18 +144,18 @@ void pqChainMailSnap::start()
   this->Last = this->end(0);
   const Place second = this->end(1);
   vtkMath::Subtract(second.data(), this->Last.data(), this->Pull.data());
-  this->Sight = std::make_unique<vtkChainMail::Sight>(this->Widget->proxy()->GetSessionProxyManager());
-  if (!this->Sight->IsValid())
+  this->ViewRay = std::make_unique<vtkChainMail::ViewRay>(this->Widget->proxy()->GetSessionProxyManager());
+  if (!this->ViewRay->IsValid())
   {
-    this->Sight.reset(); // there is nothing to keep to
+    this->ViewRay.reset(); // there is nothing to keep to
   }
 }
 
 //------------------------------------------------------------------------------
-void pqChainMailSnap::move()
+void pqChainMailSnapBehavior::move()
 {
   vtkRenderer* renderer = this->renderer();
-  if (this->Sight == nullptr || renderer == nullptr || this->line()->GetPoint1Representation()->GetConstrained())
+  if (this->ViewRay == nullptr || renderer == nullptr || this->line()->GetPoint1Representation()->GetConstrained())
   {
     return;
   }
@@ -162,11 +163,11 @@ void pqChainMailSnap::move()
   bool isOnTissue[2];
   for (int n = 0; n < 2; ++n)
   {
-    isOnTissue[n] =
-      this->IsDragged[n] && pqChainMailSnap::pick(*this->Sight, renderer, this->mouse()[0] + this->FromMouse[n][0],
-                              this->mouse()[1] + this->FromMouse[n][1], on[n]);
+    isOnTissue[n] = this->IsDragged[n] &&
+                    pqChainMailSnapBehavior::pick(*this->ViewRay, renderer, this->mouse()[0] + this->FromMouse[n][0],
+                      this->mouse()[1] + this->FromMouse[n][1], on[n]);
   }
-  if (pqChainMailSnap::isPull(this->Widget->proxy()))
+  if (pqChainMailSnapBehavior::isPull(this->Widget->proxy()))
   {
     this->Last = isOnTissue[0] ? on[0] : this->Last;
     this->setEnd(0, this->Last);

@@ -1,4 +1,4 @@
-#include "Reach.h"
+#include "Continuation.h"
 
 #include <algorithm>
 #include <array>
@@ -25,7 +25,7 @@ struct Lacking
 /// bounding box that moves furthest along one axis.
 Vector3 longestWay(const Handle& handle, const Pose& from, const Pose& to)
 {
-  if (!handle.turns())
+  if (!handle.rotates())
   {
     return { to.shift[0] - from.shift[0], to.shift[1] - from.shift[1], to.shift[2] - from.shift[2] };
   }
@@ -70,7 +70,7 @@ Lacking lackingOf(Handles& handles)
     {
       continue;
     }
-    const Pose reached{ results[n].reached, results[n].turned };
+    const Pose reached{ results[n].reached, results[n].rotated };
     const double ofProbe = lengthOf(longestWay(*handle, reached, handle->asked()));
     if (ofProbe > rounding * lengthOf(longestWay(*handle, Pose(), handle->asked())))
     {
@@ -181,11 +181,11 @@ std::vector<std::pair<std::size_t, std::size_t>> jointsOn(const std::vector<std:
 
 }
 
-Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const Checkpoint& checkpoint)
+Continued continueWaves(Waves& waves, Handles& handles, const Settle& settle, const Checkpoint& checkpoint)
 {
   constexpr int mostWaves = 40;
   constexpr double leastGain = 0.02; // fraction of Lacking::lack
-  Further further;
+  Continued further;
   double before = std::numeric_limits<double>::infinity();
   int most = mostWaves;
   int mayStop = 2; // how often a wave of rotating probes may gain little, because tissue may follow after it
@@ -198,18 +198,18 @@ Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const
         [&is](const Handles::Pointer& handle) { return is(*handle); });
     };
     const bool isOnItsWay = any([](const Handle& handle) { return handle.isOnItsWay; });
-    const bool anyTurns = any([](const Handle& handle) { return handle.turns() || handle.turnsBody; });
+    const bool anyRotates = any([](const Handle& handle) { return handle.rotates() || handle.rotatesBody; });
     const bool gains = isOnItsWay || lacking.lack <= (1.0 - leastGain) * before;
-    if (lacking.handles.moved.empty() || (!gains && !(anyTurns && mayStop > 0)))
+    if (lacking.handles.moved.empty() || (!gains && !(anyRotates && mayStop > 0)))
     {
       break;
     }
     mayStop -= gains ? 0 : 1;
     most = wave == 0 ? most + lacking.furtherWaves : most;
     before = lacking.lack;
-    settle(anyTurns, !gains);
+    settle(anyRotates, !gains);
     // If the rotation of bones gains nothing, a wave for the full displacement would only be taken back.
-    if (wave == 0 && !anyTurns && tryShare(leastGain, waves, handles, lacking, checkpoint, further.iterations) < 0.1)
+    if (wave == 0 && !anyRotates && tryShare(leastGain, waves, handles, lacking, checkpoint, further.iterations) < 0.1)
     {
       break;
     }
@@ -220,54 +220,54 @@ Further reachFurther(Waves& waves, Handles& handles, const Settle& settle, const
   return further;
 }
 
-HeldBy findHolder(
+Limiter findLimiter(
   Bricks& bricks, const Model& model, const ModelReduction* reduction, Handles& handles, std::size_t probe)
 {
   const std::vector<Handles::Pointer>& all = handles.all();
-  HeldBy heldBy;
+  Limiter limiter;
   const Handle& handle = *all[probe];
   if (handle.probe.anchor || handle.isSoft() || handle.voxels.empty())
   {
-    return heldBy;
+    return limiter;
   }
   const ProbeResult result = handles.reached()[probe];
-  const Vector3 lack = longestWay(handle, { result.reached, result.turned }, handle.asked());
+  const Vector3 lack = longestWay(handle, { result.reached, result.rotated }, handle.asked());
   const auto most =
     std::max_element(lack.begin(), lack.end(), [](double a, double b) { return std::fabs(a) < std::fabs(b); });
   const int axis = static_cast<int>(most - lack.begin());
   if (std::fabs(*most) <= 1e-5 * (lengthOf(longestWay(handle, Pose(), handle.asked())) + model.grid().spacing[axis]))
   {
-    return heldBy; // no more than rounding
+    return limiter; // no more than rounding
   }
-  const std::optional<Grip> grip = findGrip(bricks, all, handle, axis, *most > 0.0 ? 1.0 : -1.0);
+  const std::optional<HoldingElement> grip = findHoldingElement(bricks, all, handle, axis, *most > 0.0 ? 1.0 : -1.0);
   if (!grip)
   {
-    return heldBy;
+    return limiter;
   }
-  heldBy.bone = grip->rigidly;
-  heldBy.joints = model.isDivided() ? jointsOn(grip->path, model) : heldBy.joints;
+  limiter.bone = grip->rigidly;
+  limiter.joints = model.isDivided() ? jointsOn(grip->path, model) : limiter.joints;
   for (std::size_t n = 0; n < all.size(); ++n)
   {
     if (!all[n]->isSoft() && std::binary_search(all[n]->voxels.begin(), all[n]->voxels.end(), grip->voxel))
     {
-      heldBy.what = HeldBy::What::Probe;
-      heldBy.probe = n;
-      return heldBy;
+      limiter.what = Limiter::What::Probe;
+      limiter.probe = n;
+      return limiter;
     }
   }
-  heldBy.what = HeldBy::What::Rigid;
+  limiter.what = Limiter::What::Rigid;
   for (const std::size_t voxel : reduction ? reduction->voxelsOf(grip->voxel) : std::vector<std::size_t>{ grip->voxel })
   {
     const Index3 at = model.grid().indexOf(voxel);
     const int face = model.anchoringFace(at[0], at[1], at[2]);
     if (face >= 0)
     {
-      heldBy.what = HeldBy::What::Face;
-      heldBy.face = face;
-      return heldBy;
+      limiter.what = Limiter::What::Face;
+      limiter.face = face;
+      return limiter;
     }
   }
-  return heldBy;
+  return limiter;
 }
 
 }

@@ -1,4 +1,4 @@
-#include "HeldBy.h"
+#include "HoldingElement.h"
 
 #include "ElementRule.h"
 
@@ -24,7 +24,7 @@ public:
   {
     std::vector<float> constraint; ///< signed, in the order of `local`
     std::vector<float> displacement;
-    std::vector<float> spins;      ///< rotations, 3 values an element; empty without rotations
+    std::vector<float> rotations;  ///< rotations, 3 values an element; empty without rotations
     std::vector<double> key;       ///< the lowest found so far, see search()
     std::vector<std::size_t> from; ///< the element before it on the path of that key; itself where the path begins
   };
@@ -47,7 +47,7 @@ public:
     const int axes = this->bricks_.model().axes();
     here.constraint.assign(count, -std::numeric_limits<float>::infinity());
     here.displacement.assign(count, 0.0f);
-    here.spins.assign(this->bricks_.spins() ? 3 * count : 0, 0.0f);
+    here.rotations.assign(this->bricks_.rotations() ? 3 * count : 0, 0.0f);
     here.key.assign(count, std::numeric_limits<double>::infinity());
     here.from.assign(count, 0);
     std::vector<float> row(static_cast<std::size_t>(this->bricks_.size()[0] * axes));
@@ -65,28 +65,28 @@ public:
       std::vector<float> u;
       this->bricks_.readSlot(this->bricks_.slot(brick), u);
       std::copy_n(u.begin() + this->axis_ * static_cast<std::ptrdiff_t>(count), count, here.displacement.begin());
-      if (this->bricks_.spins())
+      if (this->bricks_.rotations())
       {
-        this->bricks_.readSpins(this->bricks_.slot(brick), u);
+        this->bricks_.readRotations(this->bricks_.slot(brick), u);
         for (std::size_t n = 0; n < 3 * count; ++n)
         {
-          here.spins[n] = u[n % 3 * count + n / 3];
+          here.rotations[n] = u[n % 3 * count + n / 3];
         }
       }
     }
     return here;
   }
 
-  /// The rest offset that the rotations of two neighbours give their link (Spins::restOffset).
+  /// The rest offset that the rotations of two neighbours give their link (Rotations::restOffset).
   double restOffset(const Index3& at, const Index3& next, int direction)
   {
-    if (!this->bricks_.spins())
+    if (!this->bricks_.rotations())
     {
       return 0.0;
     }
-    const float* spinI = this->at(this->bricks_.brickAt(at[0], at[1], at[2])).spins.data();
-    const float* spinJ = this->at(this->bricks_.brickAt(next[0], next[1], next[2])).spins.data();
-    return this->bricks_.spins()->restOffset(spinI + 3 * this->bricks_.local(at[0], at[1], at[2]),
+    const float* spinI = this->at(this->bricks_.brickAt(at[0], at[1], at[2])).rotations.data();
+    const float* spinJ = this->at(this->bricks_.brickAt(next[0], next[1], next[2])).rotations.data();
+    return this->bricks_.rotations()->restOffset(spinI + 3 * this->bricks_.local(at[0], at[1], at[2]),
       spinJ + 3 * this->bricks_.local(next[0], next[1], next[2]), direction, this->axis_);
   }
 
@@ -96,9 +96,9 @@ private:
   std::unordered_map<int, Brick> known_;
 };
 
-/// findGrip() limited to paths that leave at most `room`. `others`: the voxels of other handles.
-std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>& others, const Handle& handle,
-  int axis, double sign, double room)
+/// findHoldingElement() limited to paths that leave at most `room`. `others`: the voxels of other handles.
+std::optional<HoldingElement> search(Bricks& bricks, const std::unordered_set<std::size_t>& others,
+  const Handle& handle, int axis, double sign, double room)
 {
   // Dijkstra's algorithm. The key of an element is the least room of any path to it from the handle. The room of a path
   // is the sum over its links of D + sign * (u(j) - u(i) - w), with w the rest offset. Terms are negative only by
@@ -158,7 +158,7 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
     }
     if (std::signbit(brick.constraint[local]) || others.count(entry.voxel) > 0)
     {
-      return Grip{ entry.voxel, !entry.soft, pathTo(entry.voxel) };
+      return HoldingElement{ entry.voxel, !entry.soft, pathTo(entry.voxel) };
     }
     const float own = brick.constraint[local];
     const double place = brick.displacement[local];
@@ -180,7 +180,7 @@ std::optional<Grip> search(Bricks& bricks, const std::unordered_set<std::size_t>
 
 }
 
-std::optional<Grip> findGrip(
+std::optional<HoldingElement> findHoldingElement(
   Bricks& bricks, const std::vector<Handles::Pointer>& handles, const Handle& handle, int axis, double sign)
 {
   std::unordered_set<std::size_t> others;
@@ -198,7 +198,7 @@ std::optional<Grip> findGrip(
     largest = std::max(largest, std::fabs(static_cast<double>(displacement)));
   }
   // The search starts with a room that covers rounding, along the path and in Waves, and allows more step by step.
-  std::optional<Grip> grip;
+  std::optional<HoldingElement> grip;
   for (double room = 1e-4; !grip && room <= 1.0; room *= 100.0)
   {
     grip = search(bricks, others, handle, axis, sign, room * largest);

@@ -9,8 +9,8 @@
 namespace chainmail
 {
 
-/// The held element that limits a probe, as found by findGrip().
-struct Grip
+/// The held element that limits a probe, as found by findHoldingElement().
+struct HoldingElement
 {
   std::size_t voxel;             ///< an anchored element, or one in another handle
   bool rigidly;                  ///< the path to it is rigid: it holds the bone in the probe's grip
@@ -27,7 +27,7 @@ struct Grip
 /// then, roughly, the held element that leaves least. None where no element holds the handle in this way.
 ///
 /// Searches only elements that the handle drags along without room and that are nearer than the result.
-std::optional<Grip> findGrip(
+std::optional<HoldingElement> findHoldingElement(
   Bricks& bricks, const std::vector<Handles::Pointer>& handles, const Handle& handle, int axis, double sign);
 
 }

@@ -1,8 +1,8 @@
 // The third colour pass of a sweep with rotations: rigid clusters, each with six unknowns, a displacement and a
-// rotation. A cluster takes an over-relaxed Gauss-Newton step towards the minimum of the energy E (turn.cl) of the
-// links that leave it. The step is shortened to what the limits of these links allow. Where that is little, as at links
-// near their limits, a move without a rotation may lower the energy more. Then this move is taken instead. A step that
-// would break a limit or raise the energy is rejected.
+// rotation. A cluster takes an over-relaxed Gauss-Newton step towards the minimum of the energy E (relaxrotations.cl)
+// of the links that leave it. The step is shortened to what the limits of these links allow. Where that is little, as
+// at links near their limits, a move without a rotation may lower the energy more. Then this move is taken instead. A
+// step that would break a limit or raise the energy is rejected.
 //
 // The links are listed in chunks (cluster.clh). With SOFT the soft links of members count as well.
 //
@@ -18,7 +18,7 @@
 #include "element.clh"
 #include "method.clh"
 #include "sweep.clh"
-#include "turning.clh"
+#include "rotations.clh"
 
 #define FREE 0  // moves and rotates
 #define BALL 1  // rotates about the reference element, which is held
@@ -60,7 +60,7 @@
 #endif
 
 // The clusters of a grid. A kernel makes this of its arguments: `const Clusters clusters = CLUSTERS;`. The host is
-// TurningClusters::relax().
+// RotatingClusters::relax().
 typedef struct
 {
   global const int4* chunks;      // as in cluster.clh, like the next four
@@ -106,7 +106,7 @@ typedef struct
   float4 axis;        // h e: from i to j at rest
   float4 otherOffset; // (R(j) - I) h e: the rest offset by the rotation of j
   float4 limit;
-  float weight; // W, see turn.cl
+  float weight; // W, see relaxrotations.cl
 } OutgoingLink;
 
 typedef struct
@@ -133,8 +133,8 @@ CHAINMAIL_INLINE float4 lengths(float4 proportions)
   return (float4)(proportions.x, proportions.y, proportions.z, 0.0f);
 }
 
-// (R - I) v, as turned() of spin.clh.
-CHAINMAIL_INLINE float4 turnedVector(float4 spin, float4 v)
+// (R - I) v, as rotationOffset() of spin.clh.
+CHAINMAIL_INLINE float4 rotationOffsetOf(float4 spin, float4 v)
 {
   const float part = 0.0625f * (spin.x * spin.x + spin.y * spin.y + spin.z * spin.z);
   const float scale = 1.0f / (1.0f + part);
@@ -160,7 +160,7 @@ CHAINMAIL_INLINE OutgoingLink outgoingLink(
   link.axis = step * unit;
   link.rest = (end - three(body, 1)) * unit;
   link.place = three(state->displacement + other, state->layout.pitch);
-  link.otherOffset = turnedVector(three(state->spin + other, state->layout.pitch), link.axis);
+  link.otherOffset = rotationOffsetOf(three(state->spin + other, state->layout.pitch), link.axis);
   // Constraints are the same for all axes here.
   const Link along = linkOf(0.0f, state->constraint[other], d, d / 2);
   const float length = alongAxis(state->proportions, d / 2);
@@ -181,9 +181,9 @@ CHAINMAIL_INLINE Pose loadPose(global const float* pose)
   const float4 spin = three(pose + 3, 1);
   Pose loaded;
   loaded.place = three(pose, 1);
-  loaded.x = turnedVector(spin, (float4)(1.0f, 0.0f, 0.0f, 0.0f));
-  loaded.y = turnedVector(spin, (float4)(0.0f, 1.0f, 0.0f, 0.0f));
-  loaded.z = turnedVector(spin, (float4)(0.0f, 0.0f, 1.0f, 0.0f));
+  loaded.x = rotationOffsetOf(spin, (float4)(1.0f, 0.0f, 0.0f, 0.0f));
+  loaded.y = rotationOffsetOf(spin, (float4)(0.0f, 1.0f, 0.0f, 0.0f));
+  loaded.z = rotationOffsetOf(spin, (float4)(0.0f, 0.0f, 1.0f, 0.0f));
   return loaded;
 }
 
@@ -353,7 +353,7 @@ inline void gatherSystem(const State* state, const Clusters* clusters, uint numb
   vstore3(torque.xyz, 0, out + 13);
 }
 
-kernel void turnGather(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
+kernel void rotatingGather(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
 {
   const Pass pass = PASS;
   const State state = STATE;
@@ -463,7 +463,7 @@ inline void solveCluster(const State* state, const Clusters* clusters, float ome
     const float own[3] = { pose[3], pose[4], pose[5] };
     const float rest[3] = { body[BODY_AXIS], body[BODY_AXIS + 1], body[BODY_AXIS + 2] };
     float axis[3];
-    turned(own, rest, axis);
+    rotationOffset(own, rest, axis);
     float inertia = 0.0f, moment = 0.0f;
     for (int a = 0; a < 3; ++a)
     {
@@ -531,7 +531,7 @@ inline void solveCluster(const State* state, const Clusters* clusters, float ome
 }
 
 // solveCluster() for each cluster, one work-group each.
-kernel void turnSolve(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
+kernel void rotatingSolve(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
 {
   const Pass pass = PASS;
   const State state = STATE;
@@ -604,7 +604,7 @@ inline void boundChunk(const State* state, const Clusters* clusters, uint number
   out[7] = rise.x + rise.y + rise.z;
 }
 
-kernel void turnBound(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
+kernel void rotatingBound(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
 {
   const Pass pass = PASS;
   const State state = STATE;
@@ -669,7 +669,7 @@ inline void chooseStep(
   storePose(end, clusters->ends + ROW * id);
 }
 
-kernel void turnChoose(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
+kernel void rotatingChoose(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
 {
   const Pass pass = PASS;
   const State state = STATE;
@@ -725,7 +725,7 @@ inline void checkChunk(const State* state, const Clusters* clusters, uint number
   clusters->checks[number] = (float2)(max(max(beyond.x, beyond.y), beyond.z), rise.x + rise.y + rise.z);
 }
 
-kernel void turnCheck(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
+kernel void rotatingCheck(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
 {
   const Pass pass = PASS;
   const State state = STATE;
@@ -788,7 +788,7 @@ inline void leaveOut(const Clusters* clusters, const Pass* pass, uint id)
   }
 }
 
-kernel void turnAccept(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
+kernel void rotatingAccept(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
 {
   const Pass pass = PASS;
   const State state = STATE;
@@ -838,7 +838,7 @@ inline void scatterMember(const State* state, const Clusters* clusters, const Pa
   const float rest[3] = { ((float)at.x - body[0]) * proportions.x, ((float)at.y - body[1]) * proportions.y,
     ((float)at.z - body[2]) * proportions.z };
   float more[3];
-  turned(own, rest, more);
+  rotationOffset(own, rest, more);
   const int held = signbit(state->constraint[member.x]);
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -850,7 +850,7 @@ inline void scatterMember(const State* state, const Clusters* clusters, const Pa
   }
 }
 
-kernel void turnScatter(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
+kernel void rotatingScatter(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
 {
   const Pass pass = PASS;
   const State state = STATE;
@@ -863,7 +863,7 @@ kernel void turnScatter(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, MET
 
 // All steps above for each cluster in one launch, one work-item each. It serves clusters with so few links that
 // separate launches would take longer than their work. The results are the same to the bit.
-kernel void turnClusters(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
+kernel void rotatingAtOnce(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS)
 {
   const Pass pass = PASS;
   const State state = STATE;

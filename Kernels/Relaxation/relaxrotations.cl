@@ -1,6 +1,6 @@
 // One colour pass of a relaxation sweep in which elements rotate. Each element i first rotates towards the rotation
 // that its links have about it. Then it moves to the over-relaxed weighted mean of the target places of its links. The
-// target of a link is the mean of the rest offsets of its two ends (turning.clh):
+// target of a link is the mean of the rest offsets of its two ends (rotations.clh):
 //
 //   u(j) - u(i) = rest offset = 1/2 ( (R(i) - I) h e + (R(j) - I) h e ).
 //
@@ -74,7 +74,7 @@
 #include "element.clh"
 #include "softlinks.clh"
 #include "sweep.clh"
-#include "turning.clh"
+#include "rotations.clh"
 
 #include "halo.clh"
 #include "volumetricstrain.clh"
@@ -99,13 +99,13 @@ typedef struct
   real diagonal[3];  // half the diagonal of the neighbours' volumetric energy
   real middle[3][3]; // for each axis, the sum of share * (u(j) - u(i)) of its two links
 #endif
-} TurningLinks;
+} RotatingLinks;
 
 #ifdef VOLUMETRIC_STRAIN
 // Adds the volumetric terms of the neighbour j in direction d. difference: u(j) - u(i). otherAxis: (R(j) - I) a, with a
 // the unit vector along the axis of the link.
 CHAINMAIL_INLINE void loadVolumetricStrain(const int odd, const State* state, const Stencil* s, real soft, int d,
-  const real* difference, const real* otherAxis, TurningLinks* links)
+  const real* difference, const real* otherAxis, RotatingLinks* links)
 {
   const float4 proportions = state->proportions;
   const int a = d / 2;
@@ -140,7 +140,7 @@ CHAINMAIL_INLINE void loadVolumetricStrain(const int odd, const State* state, co
 
 // The strain of an element's halves of its links along each axis a, along each of its rotated axes b: out[b][a], with
 // the trace d. axes[a]: (R(i) - I) times the unit vector along axis a.
-CHAINMAIL_INLINE void stretchOf(const TurningLinks* links, real axes[3][3], float4 proportions, real out[3][3])
+CHAINMAIL_INLINE void stretchOf(const RotatingLinks* links, real axes[3][3], float4 proportions, real out[3][3])
 {
   UNROLL
   for (int a = 0; a < 3; ++a)
@@ -161,7 +161,7 @@ CHAINMAIL_INLINE void stretchOf(const TurningLinks* links, real axes[3][3], floa
 }
 
 // The pressure of an element, bulk d.
-CHAINMAIL_INLINE real pressureOf(const TurningLinks* links, real axes[3][3], float4 proportions)
+CHAINMAIL_INLINE real pressureOf(const RotatingLinks* links, real axes[3][3], float4 proportions)
 {
   real stretch[3][3];
   stretchOf(links, axes, proportions, stretch);
@@ -170,7 +170,7 @@ CHAINMAIL_INLINE real pressureOf(const TurningLinks* links, real axes[3][3], flo
 
 // The asymmetry -dd/du(i) along each axis of the grid [1 / mean spacing]: how fast d falls where the element itself
 // moves. It is 0 where the links of both sides have the same share.
-CHAINMAIL_INLINE void asymmetryOf(const TurningLinks* links, real axes[3][3], float4 proportions, real* out)
+CHAINMAIL_INLINE void asymmetryOf(const RotatingLinks* links, real axes[3][3], float4 proportions, real* out)
 {
   UNROLL
   for (int b = 0; b < 3; ++b)
@@ -187,7 +187,7 @@ CHAINMAIL_INLINE void asymmetryOf(const TurningLinks* links, real axes[3][3], fl
 
 // Adds the term `pressure x` of the volumetric energy (rotationOf) to the torque and stiffness of the links. Returns
 // the rotation gradient in `gradient` and a bound for the row sums of |Q| in `arms`.
-CHAINMAIL_INLINE void torqueOfPressure(const TurningLinks* links, real axes[3][3], float4 proportions, real* stiffness,
+CHAINMAIL_INLINE void torqueOfPressure(const RotatingLinks* links, real axes[3][3], float4 proportions, real* stiffness,
   real torque[3][3], real* gradient, real* arms)
 {
   real stretch[3][3];
@@ -215,8 +215,8 @@ CHAINMAIL_INLINE void torqueOfPressure(const TurningLinks* links, real axes[3][3
 }
 #endif
 
-CHAINMAIL_INLINE void loadTurningLinks(
-  const State* state, const Stencil* s, const Halo* halo, const real* c, const real* u, TurningLinks* links)
+CHAINMAIL_INLINE void loadRotatingLinks(
+  const State* state, const Stencil* s, const Halo* halo, const real* c, const real* u, RotatingLinks* links)
 {
   const float4 proportions = state->proportions;
 #ifdef VOLUMETRIC_STRAIN
@@ -240,7 +240,7 @@ CHAINMAIL_INLINE void loadTurningLinks(
     {
       other[axis] = spinIn(halo, axis, d);
     }
-    turnedAxis(other, a, otherAxis);
+    rotationOffsetOfAxis(other, a, otherAxis);
 #ifdef VOLUMETRIC_STRAIN
     real differences[3];
 #endif
@@ -272,10 +272,10 @@ CHAINMAIL_INLINE void loadTurningLinks(
 // pressure x + bulk x^2 / 2. The first term has the same form as that of the links. The second is at most
 // bulk ((gradient s)^2 + (s Q s)^2 / 4). There the row sums of |Q| are at most `reachOfAxes`, and s is no longer than
 // the step found without this term.
-CHAINMAIL_INLINE void rotationOf(const TurningLinks* links, real axes[3][3], float4 proportions, real* rotation)
+CHAINMAIL_INLINE void rotationOf(const RotatingLinks* links, real axes[3][3], float4 proportions, real* rotation)
 {
   real stiffness[3], arms[3][3];
-  real torque[3][3]; // [b][a]: of the links along a, along the turned axis b
+  real torque[3][3]; // [b][a]: of the links along a, along the rotated axis b
   UNROLL
   for (int m = 0; m < 9; ++m)
   {
@@ -334,7 +334,7 @@ CHAINMAIL_INLINE void rotationOf(const TurningLinks* links, real axes[3][3], flo
 
 // The strain u(j) - u(i) - rest offset of a link on an axis, for the rotation of the element that `axes` describes. It
 // is also the move of the element that makes the strain 0.
-CHAINMAIL_INLINE real strainOf(const TurningLinks* links, real axes[3][3], int d, int axis, float4 proportions)
+CHAINMAIL_INLINE real strainOf(const RotatingLinks* links, real axes[3][3], int d, int axis, float4 proportions)
 {
   const float ratio = 0.5f * (alongAxis(proportions, d / 2) / alongAxis(proportions, axis));
   return links->gap[d][axis] - (d & 1 ? ratio : -ratio) * axes[d / 2][axis];
@@ -348,11 +348,11 @@ typedef struct
 #endif
   real pull[3]; // sum of W * strain
   real room;    // least limit - |strain|: no smaller move breaks a limit; negative where a link is beyond its limit
-} TurningNeighbours;
+} RotatingNeighbours;
 
-CHAINMAIL_INLINE TurningNeighbours sumOverLinks(const TurningLinks* links, real axes[3][3], float4 proportions)
+CHAINMAIL_INLINE RotatingNeighbours sumOverLinks(const RotatingLinks* links, real axes[3][3], float4 proportions)
 {
-  TurningNeighbours all;
+  RotatingNeighbours all;
   all.room = (real)(INFINITY);
   UNROLL
   for (int d = 0; d < 6; ++d)
@@ -392,7 +392,7 @@ CHAINMAIL_INLINE TurningNeighbours sumOverLinks(const TurningLinks* links, real 
 #ifndef UNLIMITED
 // The largest fraction of the step from one rotation to the next at which no link exceeds its limit. The strain is
 // interpolated linearly. The factor 0.95 allows for the error of the interpolation.
-CHAINMAIL_INLINE real shareWithin(const TurningLinks* links, real axes[3][3], real next[3][3], float4 proportions)
+CHAINMAIL_INLINE real shareWithin(const RotatingLinks* links, real axes[3][3], real next[3][3], float4 proportions)
 {
   real share = (real)(1.0f);
   UNROLL
@@ -411,8 +411,8 @@ CHAINMAIL_INLINE real shareWithin(const TurningLinks* links, real axes[3][3], re
 // Shortens rotation steps that would take a link beyond its limit, or further beyond it than before. Where the
 // shortened step still does, the element keeps its rotation. Other elements are unchanged. `beyond`: elements whose
 // whole step leaves a negative room.
-CHAINMAIL_INLINE void shortenRotation(const TurningLinks* links, const real* own, real axes[3][3], float4 proportions,
-  mask beyond, real* next, real nextAxes[3][3], TurningNeighbours* all)
+CHAINMAIL_INLINE void shortenRotation(const RotatingLinks* links, const real* own, real axes[3][3], float4 proportions,
+  mask beyond, real* next, real nextAxes[3][3], RotatingNeighbours* all)
 {
   const real least = min(sumOverLinks(links, axes, proportions).room, (real)(0.0f));
   beyond &= all->room < least;
@@ -429,7 +429,7 @@ CHAINMAIL_INLINE void shortenRotation(const TurningLinks* links, const real* own
     {
       next[axis] = select(next[axis], own[axis] + share * (next[axis] - own[axis]), beyond);
     }
-    turnedAxes(next, nextAxes);
+    rotationOffsetsOfAxes(next, nextAxes);
     *all = sumOverLinks(links, nextAxes, proportions);
     beyond &= all->room < least;
     share = (real)(0.0f);
@@ -438,7 +438,7 @@ CHAINMAIL_INLINE void shortenRotation(const TurningLinks* links, const real* own
 
 // Clamps the move of an element to the intersection of the boxes of its links. Where rounding leaves that empty, the
 // element stays.
-CHAINMAIL_INLINE void moveWithin(const TurningLinks* links, real axes[3][3], float4 proportions, real* move)
+CHAINMAIL_INLINE void moveWithin(const RotatingLinks* links, real axes[3][3], float4 proportions, real* move)
 {
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
@@ -461,7 +461,7 @@ CHAINMAIL_INLINE void moveWithin(const TurningLinks* links, real axes[3][3], flo
 #ifdef VOLUMETRIC_STRAIN
 // m(a) without its constant term: the sum of share * (u(j) - u(i)) of the links along axis a, along the rotated axis
 // and divided by h.
-CHAINMAIL_INLINE real middleOf(const TurningLinks* links, real axes[3][3], int a, float4 proportions)
+CHAINMAIL_INLINE real middleOf(const RotatingLinks* links, real axes[3][3], int a, float4 proportions)
 {
   real sum = (real)(0.0f);
   UNROLL
@@ -475,7 +475,7 @@ CHAINMAIL_INLINE real middleOf(const TurningLinks* links, real axes[3][3], int a
 
 // lag(a) = q_old(a) - m(a) of each axis.
 CHAINMAIL_INLINE void lagOf(
-  const State* state, const Stencil* s, const TurningLinks* links, real axes[3][3], real* out)
+  const State* state, const Stencil* s, const RotatingLinks* links, real axes[3][3], real* out)
 {
   UNROLL
   for (int a = 0; a < 3; ++a)
@@ -486,7 +486,7 @@ CHAINMAIL_INLINE void lagOf(
 
 // Stores the pressure, carry(a) and q(a) of elements after a move. Where the pressure changes or carry(a) is or was
 // not 0, neighbours have to be visited: returns the faces of the brick that such elements touch.
-CHAINMAIL_INLINE int storePressure(const State* state, const Stencil* s, const Settling* settling, TurningLinks* links,
+CHAINMAIL_INLINE int storePressure(const State* state, const Stencil* s, const Settling* settling, RotatingLinks* links,
   real axes[3][3], const real* move, const real* lag)
 {
   const float4 proportions = state->proportions;
@@ -522,7 +522,7 @@ CHAINMAIL_INLINE int storePressure(const State* state, const Stencil* s, const S
 #ifdef SOFT
 // Adds the soft links of a lane group (softlinks.clh).
 CHAINMAIL_INLINE void addSoftLinksTo(
-  TurningNeighbours* all, const State* state, const Stencil* s, const real* u)
+  RotatingNeighbours* all, const State* state, const Stencil* s, const real* u)
 {
   real weight, places[3];
   if (loadSoftLinks(state, s, &weight, places))
@@ -551,7 +551,7 @@ CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Hal
   real c[AXES], u[3], own[3], axes[3][3];
   mask relaxes[AXES];
   mask does = (mask)(0), mayRotate = (mask)(-1);
-  TurningLinks links;
+  RotatingLinks links;
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
@@ -570,8 +570,8 @@ CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Hal
     u[axis] = LOAD_WHOLE(displacementAlong(state, axis) + s->self);
     own[axis] = LOAD_WHOLE(spinAlong(state, axis) + s->self);
   }
-  loadTurningLinks(state, s, halo, c, u, &links);
-  turnedAxes(own, axes);
+  loadRotatingLinks(state, s, halo, c, u, &links);
+  rotationOffsetsOfAxes(own, axes);
 #ifdef VOLUMETRIC_STRAIN
   real lag[3];
   lagOf(state, s, &links, axes, lag);
@@ -600,10 +600,10 @@ CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Hal
     {
       next[axis] = select(own[axis], next[axis], rotating);
     }
-    turnedAxes(next, nextAxes);
+    rotationOffsetsOfAxes(next, nextAxes);
   }
 
-  TurningNeighbours all = sumOverLinks(&links, nextAxes, proportions);
+  RotatingNeighbours all = sumOverLinks(&links, nextAxes, proportions);
 #ifndef UNLIMITED
   const mask beyond = rotating & (all.room < 0.0f);
   if (SOME(beyond))
@@ -690,7 +690,7 @@ NOINLINE float relaxShare(const State* given, Settling settling, bool rotations,
 }
 
 // rotating: in a sweep with rotations, the most sweeps since the previous one with rotations; else 0.
-kernel void relaxTurning(PASS_ARGUMENTS, STATE_ARGUMENTS, int colour, int rotating, float omega, float still)
+kernel void relaxRotating(PASS_ARGUMENTS, STATE_ARGUMENTS, int colour, int rotating, float omega, float still)
 {
   const Pass pass = PASS;
   const State state = STATE;

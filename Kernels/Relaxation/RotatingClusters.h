@@ -10,11 +10,11 @@
 namespace chainmail
 {
 
-/// The places and rotations of rigid clusters in a relaxation in which elements rotate (turnclusters.cl).
-class TurningClusters
+/// The places and rotations of rigid clusters in a relaxation in which elements rotate (rotatingclusters.cl).
+class RotatingClusters
 {
 public:
-  explicit TurningClusters(Bricks& bricks)
+  explicit RotatingClusters(Bricks& bricks)
     : bricks_(bricks)
   {
   }
@@ -43,11 +43,11 @@ public:
   static Body bodyOf(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
     const std::vector<std::size_t>& held, bool anchored);
 
-  /// Projects the elements of a cluster to the nearest rigid motion (least squares). Without `turns`, or with a freedom
-  /// other than All or Ball, it keeps the current rotation of Body::member. Held elements keep their places, and an
-  /// anchored cluster is at rest. `places` and `spins`: displacements and rotations, 3 values per member.
+  /// Projects the elements of a cluster to the nearest rigid motion (least squares). Without `rotates`, or with a
+  /// freedom other than All or Ball, it keeps the current rotation of Body::member. Held elements keep their places,
+  /// and an anchored cluster is at rest. `places` and `rotations`: displacements and rotations, 3 values per member.
   static void projectToRigid(const Bricks& bricks, const std::uint32_t* members, std::size_t count, const Body& body,
-    bool anchored, const std::vector<std::size_t>& held, bool turns, float* places, float* spins);
+    bool anchored, const std::vector<std::size_t>& held, bool rotates, float* places, float* rotations);
 
   /// Uploads these clusters, in the order of the lists of RigidClusters. `chunks`: the number of chunks.
   void upload(const std::vector<Body>& bodies, std::size_t chunks);

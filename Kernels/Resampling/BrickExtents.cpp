@@ -1,4 +1,4 @@
-#include "BrickReach.h"
+#include "BrickExtents.h"
 
 #include <cmath>
 
@@ -167,11 +167,11 @@ BrickBox Ranges::cells(int brick, const OutputFrame& frame) const
   return frame.between(first, last, { 0, 0, 0 }, { grid[0] - 1, grid[1] - 1, grid[2] - 1 });
 }
 
-std::vector<BrickReach> findReaches(
+std::vector<BrickExtents> findReaches(
   const Bricks& bricks, const OutputFrame& frame, const ChangeTracker& survey, const Ranges& ranges, CutSurfaces cuts)
 {
   const Index3& size = bricks.model().grid().size;
-  std::vector<BrickReach> reaches;
+  std::vector<BrickExtents> reaches;
   for (const int brick : survey.displaced())
   {
     reaches.push_back({ ranges.cells(brick, frame), ranges.shown(brick, frame, false) });

@@ -1,4 +1,4 @@
-// What limits a probe: Simulation::heldBy().
+// What limits a probe: Simulation::limiter().
 
 #include "Scene.h"
 
@@ -10,9 +10,9 @@ namespace
 {
 
 using namespace chainmail;
-using What = HeldBy::What;
+using What = Limiter::What;
 
-TEST(HeldBy, TheFaceOnTheSideThatHolds)
+TEST(Limiter, TheFaceOnTheSideThatHolds)
 {
   Scene bar({ 12, 3, 3 }, 0.25f);
   bar.grid.spacing = { 2.0, 1.0, 1.0 };
@@ -23,22 +23,22 @@ TEST(HeldBy, TheFaceOnTheSideThatHolds)
     // Nearer to x-: in both directions this face limits it, to three links.
     auto results = simulation.pull({ probeAt(bar, { 3, 1, 1 }, { 44.0 * sign, 0.0, 0.1 }) });
     EXPECT_NEAR(results[0].reached[0], sign * 1.5, 1e-4);
-    EXPECT_EQ(simulation.heldBy(0).what, What::Face);
-    EXPECT_EQ(simulation.heldBy(0).face, 0);
-    EXPECT_FALSE(simulation.heldBy(0).bone);
+    EXPECT_EQ(simulation.limiter(0).what, What::Face);
+    EXPECT_EQ(simulation.limiter(0).face, 0);
+    EXPECT_FALSE(simulation.limiter(0).bone);
     simulation.relax(10, 0.0);
-    EXPECT_EQ(simulation.heldBy(0).face, 0) << "relaxed tissue is as tight there";
+    EXPECT_EQ(simulation.limiter(0).face, 0) << "relaxed tissue is as tight there";
     simulation.pull({ probeAt(bar, { 9, 1, 1 }, { 44.0 * sign, 0.0, 0.1 }) });
-    EXPECT_EQ(simulation.heldBy(0).what, What::Face);
-    EXPECT_EQ(simulation.heldBy(0).face, 1);
+    EXPECT_EQ(simulation.limiter(0).what, What::Face);
+    EXPECT_EQ(simulation.limiter(0).face, 1);
     simulation.reset();
   }
   // Less than the tissue allows: nothing limits it.
   simulation.pull({ probeAt(bar, { 3, 1, 1 }, { 1.4, 0.0, 0.1 }) });
-  EXPECT_EQ(simulation.heldBy(0).what, What::Nothing);
+  EXPECT_EQ(simulation.limiter(0).what, What::Nothing);
 }
 
-TEST(HeldBy, AnchoredBoneAndTheFaceThatABoneTouches)
+TEST(Limiter, AnchoredBoneAndTheFaceThatABoneTouches)
 {
   Scene bar({ 12, 3, 3 }, 0.25f);
   for (int i = 0; i < 3; ++i)
@@ -49,24 +49,24 @@ TEST(HeldBy, AnchoredBoneAndTheFaceThatABoneTouches)
   {
     Simulation simulation = simulate(bar);
     simulation.pull({ probeAt(bar, { 6, 1, 1 }, { 0.0, 30.0, 0.0 }) });
-    EXPECT_EQ(simulation.heldBy(0).what, What::Rigid);
-    EXPECT_FALSE(simulation.heldBy(0).bone);
+    EXPECT_EQ(simulation.limiter(0).what, What::Rigid);
+    EXPECT_FALSE(simulation.limiter(0).bone);
   }
   bar.anchors.rigid = false;
   bar.anchors.faces[0] = true;
   Simulation simulation = simulate(bar);
   const Probe tissue = probeAt(bar, { 6, 1, 1 }, { 0.0, 30.0, 0.0 });
   simulation.pull({ tissue });
-  EXPECT_EQ(simulation.heldBy(0).what, What::Face);
-  EXPECT_FALSE(simulation.heldBy(0).bone);
+  EXPECT_EQ(simulation.limiter(0).what, What::Face);
+  EXPECT_FALSE(simulation.limiter(0).bone);
   simulation.pull({ tissue, probeAt(bar, { 2, 1, 1 }, { 5.0, 0.0, 0.0 }) });
   EXPECT_EQ(simulation.probes()[1].reached, Vector3{});
-  EXPECT_EQ(simulation.heldBy(1).what, What::Face);
-  EXPECT_EQ(simulation.heldBy(1).face, 0);
-  EXPECT_TRUE(simulation.heldBy(1).bone) << "the bone that it grips is anchored";
+  EXPECT_EQ(simulation.limiter(1).what, What::Face);
+  EXPECT_EQ(simulation.limiter(1).face, 0);
+  EXPECT_TRUE(simulation.limiter(1).bone) << "the bone that it grips is anchored";
 }
 
-TEST(HeldBy, AnotherProbe)
+TEST(Limiter, AnotherProbe)
 {
   Scene bar({ 12, 3, 3 }, 0.25f);
   for (int i = 8; i < 12; ++i)
@@ -78,17 +78,17 @@ TEST(HeldBy, AnotherProbe)
   Simulation simulation = simulate(bar);
   simulation.pull({ probeAt(bar, { 4, 1, 1 }, { 3.0, 0.0, 0.0 }), probeAt(bar, { 11, 1, 1 }, { 0.0, 0.0, 3.0 }), anchor,
     probeAt(bar, { 8, 1, 1 }, { 0.0, 9.0, 0.0 }), probeAt(bar, { 4, 1, 1 }, { 7.0, 0.0, 0.0 }) });
-  EXPECT_EQ(simulation.heldBy(0).what, What::Probe);
-  EXPECT_EQ(simulation.heldBy(0).probe, 2u) << "the anchor came later, but it moves for nobody";
-  EXPECT_EQ(simulation.heldBy(2).what, What::Nothing) << "an anchor is where it is to be";
-  EXPECT_EQ(simulation.heldBy(3).what, What::Probe);
-  EXPECT_EQ(simulation.heldBy(3).probe, 1u);
-  EXPECT_TRUE(simulation.heldBy(3).bone) << "both grip one bone";
-  EXPECT_EQ(simulation.heldBy(4).what, What::Nothing) << "it holds no tissue of its own";
-  EXPECT_THROW(simulation.heldBy(5), InputError);
+  EXPECT_EQ(simulation.limiter(0).what, What::Probe);
+  EXPECT_EQ(simulation.limiter(0).probe, 2u) << "the anchor came later, but it moves for nobody";
+  EXPECT_EQ(simulation.limiter(2).what, What::Nothing) << "an anchor is where it is to be";
+  EXPECT_EQ(simulation.limiter(3).what, What::Probe);
+  EXPECT_EQ(simulation.limiter(3).probe, 1u);
+  EXPECT_TRUE(simulation.limiter(3).bone) << "both grip one bone";
+  EXPECT_EQ(simulation.limiter(4).what, What::Nothing) << "it holds no tissue of its own";
+  EXPECT_THROW(simulation.limiter(5), InputError);
 }
 
-TEST(HeldBy, UnderLatestTheProbeThatDragsItAlong)
+TEST(Limiter, UnderLatestTheProbeThatDragsItAlong)
 {
   const Scene bar({ 20, 1, 1 }, 0.25f);
   Simulation simulation = simulate(bar);
@@ -97,25 +97,25 @@ TEST(HeldBy, UnderLatestTheProbeThatDragsItAlong)
     probeAt(bar, { 9, 0, 0 }, { -3.0, 0.0, 0.0 }) };
   simulation.pull(probes);
   EXPECT_NEAR(simulation.probes()[0].reached[0], -2.0, 1e-4);
-  EXPECT_EQ(simulation.heldBy(0).what, What::Probe);
-  EXPECT_EQ(simulation.heldBy(0).probe, 1u);
-  EXPECT_EQ(simulation.heldBy(1).what, What::Nothing);
+  EXPECT_EQ(simulation.limiter(0).what, What::Probe);
+  EXPECT_EQ(simulation.limiter(0).probe, 1u);
+  EXPECT_EQ(simulation.limiter(1).what, What::Nothing);
 }
 
-TEST(HeldBy, NothingWhileAWaveIsUnderWay)
+TEST(Limiter, NothingWhileAWaveIsUnderWay)
 {
   Scene bar({ 200, 2, 2 }, 0.25f);
   bar.anchors.faces[0] = true;
   Simulation simulation = simulate(bar, { 4, 2, 2 });
   simulation.hold({ probeAt(bar, { 199, 0, 0 }, { 60.0, 0.0, 0.0 }) });
-  EXPECT_EQ(simulation.heldBy(0).what, What::Nothing);
+  EXPECT_EQ(simulation.limiter(0).what, What::Nothing);
   ASSERT_FALSE(simulation.propagate(2).finished);
-  EXPECT_EQ(simulation.heldBy(0).what, What::Nothing);
+  EXPECT_EQ(simulation.limiter(0).what, What::Nothing);
   simulation.propagate();
-  EXPECT_EQ(simulation.heldBy(0).what, What::Face);
+  EXPECT_EQ(simulation.limiter(0).what, What::Face);
 }
 
-TEST(HeldBy, WhereACutEndsWhatHeld)
+TEST(Limiter, WhereACutEndsWhatHeld)
 {
   Scene bar({ 12, 3, 3 }, 0.25f);
   bar.anchors.faces[0] = bar.anchors.faces[1] = true;
@@ -126,11 +126,11 @@ TEST(HeldBy, WhereACutEndsWhatHeld)
   blade.triangles = { { 0, 1, 2 } };
   EXPECT_EQ(simulation.cut(blade), 9u);
   simulation.pull({ probe });
-  EXPECT_EQ(simulation.heldBy(0).what, What::Face);
-  EXPECT_EQ(simulation.heldBy(0).face, 1);
+  EXPECT_EQ(simulation.limiter(0).what, What::Face);
+  EXPECT_EQ(simulation.limiter(0).face, 1);
 }
 
-TEST(HeldBy, OfAReducedModelTheFaceOfTheWholeOne)
+TEST(Limiter, OfAReducedModelTheFaceOfTheWholeOne)
 {
   Scene block({ 24, 13, 13 }, 0.25f);
   block.anchors.faces[3] = true;
@@ -139,8 +139,8 @@ TEST(HeldBy, OfAReducedModelTheFaceOfTheWholeOne)
   settings.modelReduction = 2;
   Simulation simulation(block.model(), settings);
   simulation.pull({ probeAt(block, { 12, 6, 6 }, { 0.0, -50.0, 0.0 }, 1.5) });
-  EXPECT_EQ(simulation.heldBy(0).what, What::Face);
-  EXPECT_EQ(simulation.heldBy(0).face, 3);
+  EXPECT_EQ(simulation.limiter(0).what, What::Face);
+  EXPECT_EQ(simulation.limiter(0).face, 3);
 }
 
 /// The room that the named holder leaves a probe on an axis, by Dijkstra's algorithm: the minimum over the holder's
@@ -163,7 +163,7 @@ double roomTo(const oracle::Block& block, const std::vector<oracle::Vector3>& u,
 }
 
 // In random tissue: a named holder leaves no room, and where none is named there is room.
-TEST(HeldBy, InRandomTissueItBinds)
+TEST(Limiter, InRandomTissueItBinds)
 {
   int named[4] = {};
   for (std::uint64_t seed = 0; seed < 10; ++seed)
@@ -197,11 +197,11 @@ TEST(HeldBy, InRandomTissueItBinds)
     for (std::size_t n = 0; n < probes.size(); ++n)
     {
       SCOPED_TRACE("probe " + std::to_string(n));
-      const HeldBy heldBy = simulation.heldBy(n);
-      ++named[static_cast<int>(heldBy.what)];
+      const Limiter limiter = simulation.limiter(n);
+      ++named[static_cast<int>(limiter.what)];
       if (probes[n].anchor || handleOf(n).empty())
       {
-        EXPECT_EQ(heldBy.what, What::Nothing);
+        EXPECT_EQ(limiter.what, What::Nothing);
         continue;
       }
       int axis = 0;
@@ -220,25 +220,25 @@ TEST(HeldBy, InRandomTissueItBinds)
         bool onFace = false;
         for (int face = 0; face < 6; ++face)
         {
-          onFace = onFace || (scene.anchors.faces[face] && (heldBy.what != What::Face || heldBy.face == face) &&
+          onFace = onFace || (scene.anchors.faces[face] && (limiter.what != What::Face || limiter.face == face) &&
                                p[face / 2] == (face % 2 == 0 ? 0 : block.size[face / 2] - 1));
         }
-        if (block.anchored[v] && (heldBy.what == What::Nothing || (heldBy.what == What::Face && onFace) ||
-                                   (heldBy.what == What::Rigid && !onFace)))
+        if (block.anchored[v] && (limiter.what == What::Nothing || (limiter.what == What::Face && onFace) ||
+                                   (limiter.what == What::Rigid && !onFace)))
         {
           holder.push_back(v);
         }
       }
       for (std::size_t m = 0; m < probes.size(); ++m)
       {
-        if (m != n && (heldBy.what == What::Nothing || (heldBy.what == What::Probe && heldBy.probe == m)))
+        if (m != n && (limiter.what == What::Nothing || (limiter.what == What::Probe && limiter.probe == m)))
         {
           const auto elements = handleOf(m);
           holder.insert(holder.end(), elements.begin(), elements.end());
         }
       }
       const double room = roomTo(block, u, handleOf(n), holder, axis, sign);
-      if (heldBy.what == What::Nothing)
+      if (limiter.what == What::Nothing)
       {
         EXPECT_LE(std::abs(lack), 1e-4) << "it got less than it asked for";
       }

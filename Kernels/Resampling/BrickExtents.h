@@ -121,7 +121,7 @@ private:
 };
 
 /// What the tissue of one brick affects.
-struct BrickReach
+struct BrickExtents
 {
   BrickBox cells;  ///< bricks with cells that it moves
   BrickBox voxels; ///< output bricks that these cells may reach or leave
@@ -131,7 +131,7 @@ struct BrickReach
 constexpr int reachOfCarves = 3;
 
 /// What all displaced tissue and all carved elements affect, an entry for each displaced and each carved brick.
-std::vector<BrickReach> findReaches(
+std::vector<BrickExtents> findReaches(
   const Bricks& bricks, const OutputFrame& frame, const ChangeTracker& survey, const Ranges& ranges, CutSurfaces cuts);
 
 }

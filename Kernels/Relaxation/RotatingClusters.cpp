@@ -1,4 +1,4 @@
-#include "TurningClusters.h"
+#include "RotatingClusters.h"
 
 #include "ElementRule.h"
 #include "Elements.h"
@@ -17,12 +17,12 @@ namespace
 
 constexpr const char* purpose = "the rigid clusters";
 
-/// Floats for each cluster or chunk, as in turnclusters.cl.
+/// Floats for each cluster or chunk, as in rotatingclusters.cl.
 constexpr std::size_t floatsOfPose = 8;
 constexpr std::size_t floatsOfSystem = 16;
 constexpr std::size_t floatsOfBounds = 8;
 
-/// Up to this number of links of all clusters, a CPU does a pass in one launch, see turnClusters().
+/// Up to this number of links of all clusters, a CPU does a pass in one launch, see rotatingAtOnce().
 constexpr std::size_t fewLinks = 2048;
 
 /// The vector from one voxel to another at rest [mm].
@@ -74,12 +74,12 @@ std::size_t middleOf(const Grid& grid, const std::uint32_t* members, std::size_t
 }
 
 /// Sets the degrees of freedom that held elements leave to a cluster, and its reference element.
-void holdBy(const Grid& grid, const std::vector<std::size_t>& held, TurningClusters::Body& body)
+void holdBy(const Grid& grid, const std::vector<std::size_t>& held, RotatingClusters::Body& body)
 {
   const Index3 first = grid.indexOf(held.front());
   body.member = held.front();
   body.middle = { static_cast<double>(first[0]), static_cast<double>(first[1]), static_cast<double>(first[2]) };
-  body.freedom = TurningClusters::Freedom::Ball;
+  body.freedom = RotatingClusters::Freedom::Ball;
   Vector3 farthest{};
   for (const std::size_t voxel : held)
   {
@@ -90,7 +90,7 @@ void holdBy(const Grid& grid, const std::vector<std::size_t>& held, TurningClust
   {
     return;
   }
-  body.freedom = TurningClusters::Freedom::Hinge;
+  body.freedom = RotatingClusters::Freedom::Hinge;
   for (int a = 0; a < 3; ++a)
   {
     body.axis[a] = farthest[a] / length(farthest);
@@ -100,14 +100,14 @@ void holdBy(const Grid& grid, const std::vector<std::size_t>& held, TurningClust
   {
     if (length(cross(body.axis, way(grid, first, grid.indexOf(voxel)))) > 1e-6 * shortest)
     {
-      body.freedom = TurningClusters::Freedom::None;
+      body.freedom = RotatingClusters::Freedom::None;
     }
   }
 }
 
 }
 
-TurningClusters::Body TurningClusters::bodyOf(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
+RotatingClusters::Body RotatingClusters::bodyOf(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
   const std::vector<std::size_t>& held, bool anchored)
 {
   const Grid& grid = bricks.model().grid();
@@ -128,7 +128,7 @@ TurningClusters::Body TurningClusters::bodyOf(const Bricks& bricks, const std::u
     const Index3 at = grid.indexOf(body.member);
     body.middle = { static_cast<double>(at[0]), static_cast<double>(at[1]), static_cast<double>(at[2]) };
   }
-  const cl_float4& proportions = bricks.spins()->proportions;
+  const cl_float4& proportions = bricks.rotations()->proportions;
   for (std::size_t n = 0; n < count; ++n)
   {
     const Index3 at = grid.indexOf(members[n]);
@@ -144,17 +144,17 @@ TurningClusters::Body TurningClusters::bodyOf(const Bricks& bricks, const std::u
   return body;
 }
 
-void TurningClusters::projectToRigid(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
-  const Body& body, bool anchored, const std::vector<std::size_t>& held, bool turns, float* places, float* spins)
+void RotatingClusters::projectToRigid(const Bricks& bricks, const std::uint32_t* members, std::size_t count,
+  const Body& body, bool anchored, const std::vector<std::size_t>& held, bool rotates, float* places, float* rotations)
 {
   if (anchored)
   {
     std::fill_n(places, 3 * count, 0.0f);
-    std::fill_n(spins, 3 * count, 0.0f);
+    std::fill_n(rotations, 3 * count, 0.0f);
     return;
   }
   const Grid& grid = bricks.model().grid();
-  const cl_float4& proportions = bricks.spins()->proportions;
+  const cl_float4& proportions = bricks.rotations()->proportions;
   const std::size_t own = static_cast<std::size_t>(
     std::lower_bound(members, members + count, static_cast<std::uint32_t>(body.member)) - members);
   // Free clusters rotate about the mean of their members, others about the held reference element.
@@ -181,25 +181,25 @@ void TurningClusters::projectToRigid(const Bricks& bricks, const std::uint32_t* 
     rest[n] -= centre[n % 3];
     now[n] = rest[n] + (places[n] - place[n % 3]) * proportions.s[n % 3];
   }
-  Vector3 spin{ spins[3 * own], spins[3 * own + 1], spins[3 * own + 2] };
-  if (turns && (body.freedom == Freedom::All || body.freedom == Freedom::Ball))
+  Vector3 spin{ rotations[3 * own], rotations[3 * own + 1], rotations[3 * own + 2] };
+  if (rotates && (body.freedom == Freedom::All || body.freedom == Freedom::Ball))
   {
     spin = spinOf(nearestRotation(rest, now, rotationOfSpin(spin)));
   }
   for (std::size_t n = 0; n < count; ++n)
   {
     double more[3];
-    rule::wide::turned(spin.data(), &rest[3 * n], more);
+    rule::wide::rotationOffset(spin.data(), &rest[3 * n], more);
     const bool stays = std::binary_search(held.begin(), held.end(), static_cast<std::size_t>(members[n]));
     for (int a = 0; a < 3; ++a)
     {
-      spins[3 * n + a] = static_cast<float>(spin[a]);
+      rotations[3 * n + a] = static_cast<float>(spin[a]);
       places[3 * n + a] = stays ? places[3 * n + a] : static_cast<float>(place[a] + more[a] / proportions.s[a]);
     }
   }
 }
 
-void TurningClusters::upload(const std::vector<Body>& bodies, std::size_t chunks)
+void RotatingClusters::upload(const std::vector<Body>& bodies, std::size_t chunks)
 {
   Context& context = this->bricks_.context();
   this->list_ = bodies;
@@ -229,7 +229,7 @@ void TurningClusters::upload(const std::vector<Body>& bodies, std::size_t chunks
   this->refresh();
 }
 
-void TurningClusters::refresh()
+void RotatingClusters::refresh()
 {
   Elements members(this->bricks_);
   for (const Body& body : this->list_)
@@ -237,36 +237,37 @@ void TurningClusters::refresh()
     members.add(body.member);
   }
   const std::vector<float> places = members.displacements();
-  const std::vector<float> spins = members.rotations();
+  const std::vector<float> rotations = members.rotations();
   std::vector<cl_float> poses(floatsOfPose * this->list_.size(), 0.0f);
   for (std::size_t n = 0; n < this->list_.size(); ++n)
   {
     for (int a = 0; a < 3; ++a)
     {
       poses[floatsOfPose * n + a] = places[3 * n + a];
-      poses[floatsOfPose * n + 3 + a] = spins[3 * n + a];
+      poses[floatsOfPose * n + 3 + a] = rotations[3 * n + a];
     }
   }
   this->poses_ = this->bricks_.context().upload(poses, purpose);
 }
 
-void TurningClusters::relax(const Lists& lists, float omega, float still, bool limited, const PassArguments& pass)
+void RotatingClusters::relax(const Lists& lists, float omega, float still, bool limited, const PassArguments& pass)
 {
   Context& context = this->bricks_.context();
   const std::string defines = this->bricks_.defines(false) + this->bricks_.ofSoftLinks();
-  const auto kernel = [&](const char* name) { return context.kernel("turnclusters.cl", defines, name); };
+  const auto kernel = [&](const char* name) { return context.kernel("rotatingclusters.cl", defines, name); };
   const std::size_t clusters = this->list_.size();
   const std::size_t items = context.info().takesManyItems() ? 64 : 1;
-  const auto arguments = std::make_tuple(pass, this->bricks_.state(this->bricks_.spins(), this->bricks_.softLinks()),
-    std::tie(lists.chunks, lists.links, lists.directions, lists.heads, lists.members),
-    static_cast<cl_uint>(lists.memberCount),
-    std::tie(
-      this->bodies_, this->poses_, this->ends_, this->steps_, this->moves_, this->sums_, this->bounds_, this->checks_),
-    lists.soft, omega, still, 0.0f, static_cast<cl_int>(limited));
+  const auto arguments =
+    std::make_tuple(pass, this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()),
+      std::tie(lists.chunks, lists.links, lists.directions, lists.heads, lists.members),
+      static_cast<cl_uint>(lists.memberCount),
+      std::tie(this->bodies_, this->poses_, this->ends_, this->steps_, this->moves_, this->sums_, this->bounds_,
+        this->checks_),
+      lists.soft, omega, still, 0.0f, static_cast<cl_int>(limited));
 
   if (!context.info().takesManyItems() && lists.linkCount <= fewLinks)
   {
-    launchPass(this->bricks_, kernel("turnClusters"), clusters, items, arguments);
+    launchPass(this->bricks_, kernel("rotatingAtOnce"), clusters, items, arguments);
     return;
   }
   const auto overChunks = [&](const char* name)
@@ -276,13 +277,13 @@ void TurningClusters::relax(const Lists& lists, float omega, float still, bool l
       context.launchOver(kernel(name), lists.chunkCount, arguments);
     }
   };
-  overChunks("turnGather");
-  context.launch(kernel("turnSolve"), clusters, items, arguments);
-  overChunks("turnBound");
-  context.launch(kernel("turnChoose"), clusters, items, arguments);
-  overChunks("turnCheck");
-  context.launch(kernel("turnAccept"), clusters, items, arguments);
-  launchPassOver(this->bricks_, kernel("turnScatter"), lists.memberCount, arguments);
+  overChunks("rotatingGather");
+  context.launch(kernel("rotatingSolve"), clusters, items, arguments);
+  overChunks("rotatingBound");
+  context.launch(kernel("rotatingChoose"), clusters, items, arguments);
+  overChunks("rotatingCheck");
+  context.launch(kernel("rotatingAccept"), clusters, items, arguments);
+  launchPassOver(this->bricks_, kernel("rotatingScatter"), lists.memberCount, arguments);
 }
 
 }
