@@ -17,7 +17,7 @@ namespace
 {
 
 /// One axis of the tissue, read brick by brick as the search reaches it.
-class Tissue
+class NearTissue
 {
 public:
   struct Brick
@@ -29,7 +29,7 @@ public:
     std::vector<std::size_t> from; ///< the element before it on the path of that key; itself where the path begins
   };
 
-  Tissue(Bricks& bricks, int axis)
+  NearTissue(Bricks& bricks, int axis)
     : bricks_(bricks)
     , axis_(axis)
   {
@@ -114,11 +114,11 @@ std::optional<HoldingElement> search(Bricks& bricks, const std::unordered_set<st
     }
   };
   const Grid& grid = bricks.model().grid();
-  Tissue tissue(bricks, axis);
+  NearTissue tissue(bricks, axis);
   std::priority_queue<Entry> queue;
   const auto offer = [&](const Index3& at, std::size_t from, double key, bool soft)
   {
-    Tissue::Brick& brick = tissue.at(bricks.brickAt(at[0], at[1], at[2]));
+    NearTissue::Brick& brick = tissue.at(bricks.brickAt(at[0], at[1], at[2]));
     const std::uint32_t local = bricks.local(at[0], at[1], at[2]);
     if (key < brick.key[local] && key <= room)
     {
@@ -150,7 +150,7 @@ std::optional<HoldingElement> search(Bricks& bricks, const std::unordered_set<st
     const Entry entry = queue.top();
     queue.pop();
     const Index3 at = grid.indexOf(entry.voxel);
-    const Tissue::Brick& brick = tissue.at(bricks.brickAt(at[0], at[1], at[2]));
+    const NearTissue::Brick& brick = tissue.at(bricks.brickAt(at[0], at[1], at[2]));
     const std::uint32_t local = bricks.local(at[0], at[1], at[2]);
     if (entry.key > brick.key[local])
     {
@@ -165,7 +165,7 @@ std::optional<HoldingElement> search(Bricks& bricks, const std::unordered_set<st
     bricks.forNeighbours(at,
       [&](int direction, const Index3& next)
       {
-        const Tissue::Brick& beside = tissue.at(bricks.brickAt(next[0], next[1], next[2]));
+        const NearTissue::Brick& beside = tissue.at(bricks.brickAt(next[0], next[1], next[2]));
         const std::uint32_t there = bricks.local(next[0], next[1], next[2]);
         if (!std::isinf(beside.constraint[there]))
         {

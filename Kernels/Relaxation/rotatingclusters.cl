@@ -133,7 +133,7 @@ CHAINMAIL_INLINE float4 lengths(float4 proportions)
   return (float4)(proportions.x, proportions.y, proportions.z, 0.0f);
 }
 
-// (R - I) v, as rotationOffset() of spin.clh.
+// (R - I) v, as rotationOffset() of spin.clh, for vectors of OpenCL.
 CHAINMAIL_INLINE float4 rotationOffsetOf(float4 spin, float4 v)
 {
   const float part = 0.0625f * (spin.x * spin.x + spin.y * spin.y + spin.z * spin.z);
@@ -248,19 +248,19 @@ inline void addSoftLinksOf(const State* state, const Clusters* clusters, uint id
   const float4 more = addedTo(&pose, rest);
   const float4 arm = rest + more;
   const float4 pull = weight * (three(soft + SOFT_PLACE, 1) - pose.place * lengths(proportions) - more);
-  float4 second[3], added[3], rotated[3], apart[3], rotatedSecond[3];
+  float4 second[3], added[3], rotated[3], moment[3], rotatedSecond[3];
   symmetric(soft + SOFT_SECOND, second);
   rowsOf(pose.x, pose.y, pose.z, added);
-  timesSymmetric(added, second, apart);
+  timesSymmetric(added, second, moment);
   for (int a = 0; a < 3; ++a)
   {
     rotated[a] = added[a] + (float4)(a == 0 ? 1.0f : 0.0f, a == 1 ? 1.0f : 0.0f, a == 2 ? 1.0f : 0.0f, 0.0f);
-    apart[a] = three(soft + SOFT_MIXED + 3 * a, 1) - apart[a]; // sum 2 w e r^T, e: see riseOfSoftLinks()
+    moment[a] = three(soft + SOFT_MIXED + 3 * a, 1) - moment[a]; // sum 2 w e r^T, e: see riseOfSoftLinks()
   }
   timesSymmetric(rotated, second, rotatedSecond);
-  const float4 torque = across(arm, pull) + (float4)(inner(apart[2], rotated[1]) - inner(apart[1], rotated[2]),
-                                              inner(apart[0], rotated[2]) - inner(apart[2], rotated[0]),
-                                              inner(apart[1], rotated[0]) - inner(apart[0], rotated[1]), 0.0f);
+  const float4 torque = across(arm, pull) + (float4)(inner(moment[2], rotated[1]) - inner(moment[1], rotated[2]),
+                                              inner(moment[0], rotated[2]) - inner(moment[2], rotated[0]),
+                                              inner(moment[1], rotated[0]) - inner(moment[0], rotated[1]), 0.0f);
   const float moments[15] = { weight * arm.x, weight * arm.y, weight * arm.z,
     weight * arm.x * arm.x + inner(rotatedSecond[0], rotated[0]),
     weight * arm.x * arm.y + inner(rotatedSecond[0], rotated[1]),

@@ -20,8 +20,8 @@ protected:
     {
       this->scene.constraint[n] = 0.001f * static_cast<float>(n % 997 + 1);
     }
-    this->bricks =
-      std::make_unique<Bricks>(Context::of(testDevice()), this->scene.model(), Index3{ 4, 2, 2 }, Turning{ true, 0.3 });
+    this->bricks = std::make_unique<Bricks>(
+      Context::of(testDevice()), this->scene.model(), Index3{ 4, 2, 2 }, RotationSettings{ true, 0.3 });
   }
 
   int brickOf(const Index3& at) const { return this->bricks->brickAt(at[0], at[1], at[2]); }
@@ -105,13 +105,13 @@ TEST_F(ElementsOfBricks, RotationsCountOnceOneIsNotZero)
   this->bricks->makeUpdatable({ this->brickOf({ 5, 5, 5 }) });
   const Elements elements(*this->bricks, { this->voxel({ 5, 5, 5 }) });
   elements.setRotations({ 0.0f, 0.0f, 0.0f });
-  EXPECT_EQ(this->bricks->turned(), nullptr);
+  EXPECT_EQ(this->bricks->activeRotations(), nullptr);
   const std::vector<float> rotation{ 0.0f, 0.125f, -0.5f };
   elements.setRotations(rotation);
-  EXPECT_NE(this->bricks->turned(), nullptr);
+  EXPECT_NE(this->bricks->activeRotations(), nullptr);
   EXPECT_EQ(elements.rotations(), rotation);
   elements.setRotations({ 0.0f, 0.0f, 0.0f });
-  EXPECT_NE(this->bricks->turned(), nullptr) << "other elements may have rotated";
+  EXPECT_NE(this->bricks->activeRotations(), nullptr) << "other elements may have rotated";
   EXPECT_EQ(elements.pressures(), std::vector<float>{ 0.0f });
 }
 
