@@ -147,28 +147,29 @@ pqChainMailActions::pqChainMailActions(QObject* parent)
   vtkChainMailDeformation::SetGlobalProbeWarnings(false); // the panel says as much, and the view shows it
   new pqChainMailAbortBehavior(this);
   this->Grab = this->addAction("GrabTissue", tr("Grab Tissue"),
-    tr("Grab the tissue of the selected scan with a probe, and pull it a little. Drag the ends of the probe's line."));
+    tr("Grab the tissue of the selected scan with a probe and pull it a little. Then drag the ends of the probe's "
+       "line."));
   QObject::connect(this->Grab, &QAction::triggered, this, &pqChainMailActions::grab);
 
-  QAction* probe = this->addAction("AddProbe", tr("Add Probe"), tr("Grab the tissue at one more place."));
+  QAction* probe = this->addAction("AddProbe", tr("Add Probe"), tr("Grab the tissue at another place."));
   QObject::connect(probe, &QAction::triggered, this, [this] { this->addTo("Probes", "ChainMailProbe", 0.0); });
-  QAction* blade =
-    this->addAction("AddBlade", tr("Add Blade"), tr("Cut the tissue: drag the ends of the incision over the skin."));
+  QAction* blade = this->addAction(
+    "AddBlade", tr("Add Blade"), tr("Cut the tissue with a blade. Then drag the ends of the incision over the skin."));
   QObject::connect(blade, &QAction::triggered, this, [this] { this->addTo("Cuts", "ChainMailBlade", 0.4); });
-  QAction* drill = this->addAction("AddDrill", tr("Add Drill"), tr("Carve a ball out of the tissue."));
+  QAction* drill =
+    this->addAction("AddDrill", tr("Add Drill"), tr("Carve a ball out of the tissue. Then drag the ball."));
   QObject::connect(drill, &QAction::triggered, this, [this] { this->addTo("Carves", "ChainMailDrill", 0.3); });
   this->TurnBone = this->addAction("TurnBone", tr("Turn Bone"),
-    tr("Hold the bone that is in the middle of the view, to turn and to move it: drag the faces of its box, and the "
-       "ball "
-       "in the middle. Labels of bones that fit the scan are used."));
+    tr("Hold the bone in the middle of the view. Then drag a face of its box to turn it, or the ball in the middle to "
+       "move it. Bones are told apart by a label image that fits the scan, if there is one."));
   QObject::connect(this->TurnBone, &QAction::triggered, this, [] { pqChainMailTurnBone(); });
   this->Additions = { probe, blade, drill };
   this->Remove = this->addAction("RemoveFromTissue", tr("Remove"),
-    tr("Take the selected probe, blade or drill out of the tissue, and delete it. Also the key Delete, in the Pipeline "
-       "Browser."));
+    tr("Disconnect the selected probe, blade or drill, and delete it. The key Delete in the Pipeline Browser does the "
+       "same."));
   QObject::connect(this->Remove, &QAction::triggered, this, &pqChainMailActions::remove);
-  QAction* follow = this->addAction("Follow", tr("Follow"),
-    tr("Let the tissue follow while a probe, blade or drill is dragged; else it waits for Apply."));
+  QAction* follow = this->addAction(
+    "Follow", tr("Follow"), tr("Deform the tissue while a probe, blade or drill is dragged. Off: deform it at Apply."));
   follow->setCheckable(true);
   follow->setChecked(pqChainMailDrag::IsOn);
   QObject::connect(follow, &QAction::toggled, this, [](bool on) { pqChainMailDrag::IsOn = on; });
@@ -222,7 +223,7 @@ void pqChainMailActions::addMenu()
   menu->addMenu(looks);
   QAction* example = menu->addAction(tr("Open Example"), this, &pqChainMailActions::openExample);
   example->setObjectName("actionOpenExample");
-  example->setStatusTip(tr("Make a forearm, as a CT scanner would see it, and grab its tissue."));
+  example->setStatusTip(tr("Make a forearm phantom with CT numbers, and grab its tissue."));
   const QList<QAction*> menus = window->menuBar()->actions();
   window->menuBar()->insertMenu(menus.isEmpty() ? nullptr : menus.last(), menu); // before Help
 }
@@ -365,17 +366,16 @@ void pqChainMailActions::grab()
   applied(scan->getProxy());
   if (!isImage(port))
   {
-    qCritical("Grab Tissue needs an image with scalars: select a scan in the Pipeline Browser.");
+    qCritical("Grab Tissue needs an image with scalars. Select a scan in the Pipeline Browser.");
     END_UNDO_SET();
     return;
   }
   if (port->getDataInformation()->GetPointDataInformation()->GetNumberOfArrays() == 0)
   {
     // The window shows its messages for critical ones alone.
-    qCritical(
-      "This image has no point data, of which tissue is made. If it has cell data, select Filters > Alphabetical > "
-      "Cell Data to Point Data, then Grab Tissue; or open the file with a reader that gives points: for TIFF the "
-      "TIFF Series Reader.");
+    qCritical("This image has no point data, but tissue is made from point data. If it has cell data, choose Filters > "
+              "Alphabetical > Cell Data to Point Data, then Grab Tissue. Or open the file with a reader that gives "
+              "points: for TIFF, the TIFF Series Reader.");
     END_UNDO_SET();
     return;
   }
@@ -395,7 +395,8 @@ void pqChainMailActions::grab()
   }
   if (!sight.FindSpot())
   {
-    qCritical("There is no tissue in this scan: all of it is as dark as air.");
+    qCritical(
+      "There is no tissue in this scan: all its voxels are air. Check that the active scalars are those of the scan.");
     END_UNDO_SET();
     return;
   }

@@ -199,7 +199,7 @@ QMenu* pqChainMailLook::MakeMenu()
   {
     QAction* action = menu->addAction(QString::fromStdString(preset), [preset] { Choose(preset); });
     action->setStatusTip(
-      QObject::tr("Show what is selected as a volume, in the colours and opacities of this preset."));
+      QObject::tr("Show the selected image as a volume, in the colours and opacities of this preset."));
   }
   QObject::connect(menu, &QMenu::aboutToShow, menu,
     [menu]

@@ -62,11 +62,10 @@ pqChainMailPickDecorator::pqChainMailPickDecorator(vtkPVXMLElement* xml, pqPrope
   auto* help = parent->findChild<QLabel*>("pickLabel");
   if (help && !qobject_cast<pqChainMailPoseWidget*>(parent))
   {
-    help->setText(
-      qobject_cast<pqLinePropertyWidget*>(parent)
-        ? tr("Over the tissue in the view, the keys 1 and 2 put the ends there, and P one after the other. While "
-             "dragging, X, Y, Z and L keep to an axis or the line.")
-        : tr("Over the tissue in the view, the key P puts the middle there."));
+    help->setText(qobject_cast<pqLinePropertyWidget*>(parent)
+                    ? tr("With the mouse over the tissue, the keys 1 and 2 put the first and second end there, and P "
+                         "the two in turn. While dragging, the keys X, Y and Z keep to that axis, L to the line.")
+                    : tr("With the mouse over the tissue, the key P puts the middle there."));
   }
   parent->installEventFilter(this);
 }

@@ -82,7 +82,7 @@ pqChainMailPoseWidget::pqChainMailPoseWidget(vtkSMProxy* proxy, vtkSMPropertyGro
   }
   auto* help =
     new QLabel(tr("In the view, drag a face of the box to turn the bone, and the ball in its middle to move it. "
-                  "Over another bone, the key P holds that one."),
+                  "With the mouse over another bone, the key P holds that bone."),
       this);
   help->setObjectName("pickLabel");
   help->setWordWrap(true);

@@ -112,7 +112,7 @@ void pqChainMailReportWidget::read()
   this->proxy()->UpdatePropertyInformation(this->Report);
   const char* text = vtkSMPropertyHelper(this->Report).GetAsString();
   this->Label->setText(
-    text && *text ? this->named(QString::fromUtf8(text)) : tr("Nothing has been computed yet: press Apply."));
+    text && *text ? this->named(QString::fromUtf8(text)) : tr("Nothing has been computed yet. Press Apply."));
 }
 
 //------------------------------------------------------------------------------

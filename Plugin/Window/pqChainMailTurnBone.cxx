@@ -113,7 +113,7 @@ vtkSMSourceProxy* DeformSelected(pqRenderView* view)
   pqOutputPort* selected = pqActiveObjects::instance().activePort();
   if (!isImage(Updated(selected)))
   {
-    qCritical("Turn Bone needs an image with scalars: select a scan in the Pipeline Browser.");
+    qCritical("Turn Bone needs an image with scalars. Select a scan in the Pipeline Browser.");
     return nullptr;
   }
   vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;
@@ -197,9 +197,8 @@ void TurnBone(pqRenderView* view, pqPipelineSource* selected)
   vtkChainMail::Bone bone;
   if (!FindBoneInView(deformation, bone))
   {
-    qCritical("There is no bone in the middle of the view: turn the view towards one. Bone is what the material makes "
-              "rigid (constraint 0), of the labels of Body Array where there are some. If the filter reports an error, "
-              "mend that first.");
+    qCritical("There is no bone in the middle of the view. Turn the view towards a bone: rigid tissue (constraint 0) "
+              "that has a label, if BodyArray is set. If the filter reports an error, correct that first.");
     return;
   }
   vtkNew<vtkSMParaViewPipelineControllerWithRendering> controller;

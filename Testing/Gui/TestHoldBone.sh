@@ -12,7 +12,7 @@ seen() { uniq "$1/watched.txt"; }
 
 fill "$output/soft" "s|$output/scan.vti|$output/soft.vti|; s|@WAIT@|$(pauses 16)|; /Undo and Redo/,/@LONG@/d" <"$here/HoldBone.xml.in"
 CHAINMAIL_WATCHED=$output/soft/watched.txt play "$output/soft" --script="$here/watchPose.py"
-[ "$(grep -c '^critical: There is no bone in the middle of the view: turn the view' "$output/soft/log.txt")" -eq 1 ] ||
+[ "$(grep -c '^critical: There is no bone in the middle of the view. Turn the view' "$output/soft/log.txt")" -eq 1 ] ||
   fail "without bones ParaView says: $(tail -n 30 "$output/soft/log.txt")"
 others=$(errors "$output/soft" | grep -v '^critical:') # the message itself is critical
 [ -z "$others" ] || fail "without bones ParaView reports: $others"
