@@ -25,7 +25,7 @@ class Volume:
         values = values if values.ndim == 1 else values[:, 0]
         finite = values[np.isfinite(values)]
         if not finite.size:
-            raise SceneError("The array '%s' holds no finite value." % name)
+            raise SceneError("The array '%s' has no finite value." % name)
         self.range = float(finite.min()), float(finite.max())
         self.values = values.reshape(self.size[::-1]).transpose(2, 1, 0)
         matrix = image.GetDirectionMatrix()
@@ -171,8 +171,8 @@ def find_patch(volume, threshold, bone, unit):
                 best_score = score[at]
                 best = axis, sign, depth, at, height[at], room[at]
     if best_score == -math.inf:
-        raise SceneError("No piece of surface is large enough and has air before it, so the probes and the cut find no\n"
-                         "place by themselves. Name them: --probe and --cut, see --help; or another --threshold (it was %g)."
+        raise SceneError("No part of the surface is large enough with air in front of it for the probes and the cut.\n"
+                         "Set their places with --probe and --cut (see --help), or try another --threshold (it was %g)."
                          % threshold)
 
     axis, sign, depth, at, height, room = best

@@ -53,7 +53,7 @@ def read_arguments(arguments):
         prog="main_job.py", formatter_class=argparse.RawDescriptionHelpFormatter, description=__doc__)
     parser.add_argument("scan", nargs="?", help="a volume in a file that ParaView reads; default: a forearm phantom")
     parser.add_argument("--output", default="output", metavar="DIR", help="folder for the results (default: output)")
-    parser.add_argument("--array", help="point array to deform by (default: the scan's scalars)")
+    parser.add_argument("--array", help="point array of the scalars (default: the active scalars)")
     parser.add_argument("--threshold", type=float, help="smaller values are air (default: fitted to the scan)")
     parser.add_argument("--softness", type=float, default=1.7, metavar="F",
                         help="factor on the fitted material's constraints (default: 1.7)")
@@ -61,14 +61,14 @@ def read_arguments(arguments):
                         help="tissue is rigid from this scalar on (default: as fitted, for CT 600)")
     parser.add_argument("--probe", type=float, nargs=7, action="append", metavar=("X", "Y", "Z", "DX", "DY", "DZ", "RADIUS"))
     parser.add_argument("--cut", type=float, nargs=9, metavar=("OX", "OY", "OZ", "AX", "AY", "AZ", "BX", "BY", "BZ"))
-    parser.add_argument("--iterations", type=int, default=40, help="of relaxation, at most (default: 40; 0: none)")
+    parser.add_argument("--iterations", type=int, default=40, help="most iterations of relaxation (default: 40; 0: none)")
     parser.add_argument("--device", default="", help="part of an OpenCL device's name (default: the best one)")
     parser.add_argument("--size", type=int, nargs=3, metavar=("NX", "NY", "NZ"), help="voxels of the phantom")
     parser.add_argument("--image", type=int, nargs=2, default=(1200, 800), metavar=("W", "H"), help="pixels (default: 1200 800)")
     # pvbatch takes "-300" for a long option of the old style and hands it on as "--300".
     options = parser.parse_args([re.sub(r"^--(?=[\d.])", "-", argument) for argument in arguments])
     if not 0.0 < options.softness <= 2.8:
-        raise JobError("--softness must be above 0 and at most 2.8, where the softest tissue gives by nearly a voxel.")
+        raise JobError("--softness must be above 0 and at most 2.8. At 2.8 soft tissue stretches by nearly a voxel.")
     if options.iterations < 0:
         raise JobError("--iterations must not be negative.")
     if options.size and options.scan:
@@ -91,9 +91,9 @@ def require_display():
     here = Capabilities()
     here.CopyFromObject(None)
     if not here.Supports(Capabilities.OPENGL):
-        raise JobError("Pictures need an X display and DISPLAY names none that works (it is '%s'). Run\n"
+        raise JobError("Pictures need an X display, but DISPLAY ('%s') does not work. Run\n"
                        "    bash Data/main-job.sh\n"
-                       "which starts a virtual one by itself, or put xvfb-run before the command:\n"
+                       "which starts a virtual display, or put xvfb-run before the command:\n"
                        "    xvfb-run -a pvbatch Data/main_job.py" % os.environ.get("DISPLAY", ""))
 
 
@@ -267,7 +267,7 @@ def report(proxy, probes, seconds, step, softness):
         say("    probe %d: asked for %s mm, reached %s mm%s", number + 1,
             " ".join("%.1f" % v for v in asked), " ".join("%.1f" % v for v in got), note)
         if far:
-            say("        (held by another probe, by bone or by a face of the image; --softness %.1f would give more)",
+            say("        (held by another probe, by bone or by a face of the image; --softness %.1f lets it move further)",
                 min(2.8, 1.5 * softness))
     say("    elements moved %d, energy %.5g mm, largest link excess %.2g, relaxation iterations %d",
         numbers("DisplacedElements")[0], numbers("Energy")[0], numbers("MaxLinkExcess")[0],
@@ -299,13 +299,13 @@ def main(arguments):
     except RuntimeError:
         scan = None
     if scan is None:
-        raise JobError("ParaView has no reader for '%s'." % options.scan)
+        raise JobError("ParaView has no reader for '%s'. Convert the scan to another format, such as .mhd or .vti." % options.scan)
     errors.watch(scan)
     scan.UpdatePipeline()
     errors.check("Reading '%s'" % options.scan)
     image = servermanager.Fetch(scan)
     if not image or not image.IsA("vtkImageData") or min(image.GetDimensions()) < 2:
-        raise JobError("'%s' holds no volume (it is %s). The job needs an image with three dimensions."
+        raise JobError("'%s' has no volume (it is %s). Give an image of three dimensions."
                        % (options.scan, image.GetClassName() if image else "empty"))
     points = image.GetPointData()
     scalars = points.GetScalars() or points.GetArray(0)

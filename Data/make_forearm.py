@@ -344,7 +344,7 @@ def main(arguments):
     parser = argparse.ArgumentParser(description="Writes a forearm phantom with CT numbers.")
     parser.add_argument("file", help="output: .vti or .mhd")
     parser.add_argument("--size", type=int, nargs=3, default=DEFAULT_SIZE, metavar=("NX", "NY", "NZ"), help="voxels")
-    parser.add_argument("--seed", type=int, default=7, help="of textures and noise")
+    parser.add_argument("--seed", type=int, default=7, help="seed of textures and noise (default: 7)")
     options = parser.parse_args(arguments)
     start = time.time()
     image = make_forearm(options.size, options.seed)

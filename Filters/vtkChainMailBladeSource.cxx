@@ -25,7 +25,8 @@ int vtkChainMailBladeSource::RequestData(vtkInformation* vtkNotUsed(request),
   double into[3] = { this->Direction[0], this->Direction[1], this->Direction[2] };
   if (vtkMath::Normalize(into) == 0.0)
   {
-    vtkErrorMacro("The direction of the blade is 0: give it the way into the tissue.");
+    vtkErrorMacro(
+      "Direction is (0, 0, 0). Set it to a vector that points into the tissue; its length does not matter.");
     return 0;
   }
   vtkPolyData* output = vtkPolyData::GetData(outputVector, 0);

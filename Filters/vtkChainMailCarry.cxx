@@ -177,8 +177,8 @@ private:
     if (!points)
     {
       throw InputError("A " + std::string(input->GetClassName()) +
-                       " cannot be carried: give points, a mesh or an image. Table To Points makes points of a table, "
-                       "Resample To Image an image of other grids.");
+                       " cannot be carried: give points, a mesh or an image. Table To Points converts a table to "
+                       "points, Resample To Image other grids to an image.");
     }
     this->Map->Carry(points, options, vtkPointSet::SafeDownCast(output));
   }
@@ -201,8 +201,8 @@ private:
         list += (list.empty() ? "" : ", ") + name;
       }
       vtkWarningWithObjectMacro(
-        this->Self, "Cell arrays of images are not carried and not passed on: "
-                      << list << ". To have them carried, put Cell Data to Point Data before this filter.");
+        this->Self, "The output has no cell arrays, because only point arrays of images are carried. Left out: "
+                      << list << ". To carry them, put Cell Data to Point Data before this filter.");
     }
     this->LostArrays = names;
   }
@@ -366,7 +366,7 @@ int vtkChainMailCarry::RequestData(
   }
   catch (const std::bad_alloc&)
   {
-    problem = "There is not enough main memory to carry this along.";
+    problem = "There is not enough main memory to carry this input. Crop it, or reduce its voxels or points.";
   }
   catch (const std::exception& error)
   {

@@ -43,9 +43,10 @@ public:
     this->Values = name.empty() ? arrays->GetScalars() : arrays->GetArray(name.c_str());
     if (image->GetNumberOfPoints() == 0 || !this->Values || this->Values->GetNumberOfComponents() != 1)
     {
-      throw InputError("The mask has no point array of one component" +
-                       (name.empty() ? std::string(" that is active. ") : " called " + name + ". ") +
-                       vtkChainMail::ListArrays(arrays));
+      throw InputError(
+        (name.empty() ? std::string("MaskArray is empty, but the mask has no active point array of one component. ")
+                      : "MaskArray is \"" + name + "\", but the mask has no such point array of one component. ") +
+        vtkChainMail::ListArrays(arrays));
     }
     image->GetExtent(this->Extent);
   }
@@ -170,8 +171,11 @@ int vtkChainMailFieldProbes::RequestData(
     field = !field && this->Field.empty() ? arrays->GetVectors() : field;
     if (input->GetNumberOfPoints() > 0 && (!field || field->GetNumberOfComponents() != 3))
     {
-      throw InputError("There is no point array " + (this->Field.empty() ? "Displacement" : this->Field) +
-                       " of 3 components. " + vtkChainMail::ListArrays(arrays));
+      throw InputError((this->Field.empty() ? std::string("Field is empty, but the input has neither a point array "
+                                                          "Displacement nor active vectors of 3 components. ")
+                                            : "Field is \"" + this->Field +
+                                                "\", but the input has no such point array of 3 components. ") +
+                       vtkChainMail::ListArrays(arrays));
     }
     const Mask mask(vtkImageData::GetData(inputVector[1], 0), this->MaskArray, this->MaskMinimum);
     auto* image = vtkImageData::SafeDownCast(input);
@@ -229,9 +233,9 @@ int vtkChainMailFieldProbes::RequestData(
     }
     output->GetPointData()->SetActiveVectors("Displacement");
     vtkChainMail::SetGrip(output, this->Radius, this->Tolerance);
-    this->Report = std::to_string(chosen.size()) + " probes, which go up to " + chainmail::toString(most, 4) +
+    this->Report = std::to_string(chosen.size()) + " probes with displacements up to " + chainmail::toString(most, 4) +
                    " mm. Left out: " + std::to_string(outside) + " places outside the mask, " +
-                   std::to_string(nowhere) + " without a field.\n";
+                   std::to_string(nowhere) + " without a finite displacement.\n";
   }
   catch (const std::exception& error)
   {

@@ -67,14 +67,16 @@ int vtkChainMailLandmarkReader::RequestData(vtkInformation*, vtkInformationVecto
         labels->InsertNextValue(label);
       }
       this->Report += std::to_string(list.Places.size()) + (list.Targets.empty() ? " landmarks" : " pairs") + "; ";
-      this->Report +=
-        list.AreIndices ? "counted in voxels, which ChainMail Landmarks places in the image." : axes.ToString(world);
+      this->Report += list.AreIndices ? "voxel indices, which ChainMail Landmarks converts with its input Image."
+                                      : axes.ToString(world);
       this->Report += "\n";
       if (list.LeftOut > 0)
       {
-        const std::string text = std::to_string(list.LeftOut) + " landmarks have no place yet and were left out.";
+        const std::string text = std::to_string(list.LeftOut) + " landmarks have no position yet and were left out.";
         this->Report += text + "\n";
-        vtkWarningMacro(<< "\"" << this->FileName << "\": " << text << " Match the others by their labels.");
+        vtkWarningMacro(
+          << "\"" << this->FileName << "\": " << text
+          << " Switch MatchLabels of ChainMail Landmarks on, because the order no longer pairs the others.");
       }
     }
     SetProbePoints(output, points);

@@ -77,15 +77,15 @@ Landmarks FromPoints(vtkPointSet* points, const std::string& name, const std::st
     {
       if (targets->GetNumberOfComponents() != 3)
       {
-        throw InputError("The array " + std::string(targets->GetName()) + " has " +
-                         std::to_string(targets->GetNumberOfComponents()) + " components instead of 3.");
+        throw InputError("TargetArray is \"" + std::string(targets->GetName()) + "\", which has " +
+                         std::to_string(targets->GetNumberOfComponents()) + " components; it needs 3.");
       }
       landmarks.Targets = PlacesOf(targets);
     }
     else if (!targetArray.empty())
     {
-      throw InputError(
-        "There is no point array " + targetArray + ". " + vtkChainMail::ListArrays(points->GetPointData()));
+      throw InputError("TargetArray is \"" + targetArray + "\", but " + name + " has no such point array. " +
+                       vtkChainMail::ListArrays(points->GetPointData()));
     }
   }
   return landmarks;
@@ -114,9 +114,10 @@ Landmarks FromTable(vtkTable* table, const std::string& name)
   }
   if (table->GetNumberOfRows() > 0 && numbers.size() != 3 && numbers.size() != 6)
   {
-    throw InputError("The table " + name + " has " + std::to_string(numbers.size()) +
-                     " numbers a row beside the label. It takes 3, a place, or 6, a place and where it goes. " +
-                     vtkChainMail::ListArrays(table->GetRowData()));
+    throw InputError(
+      "The table " + name + " has " + std::to_string(numbers.size()) +
+      " numbers in each row beside the label, but needs 3 (a position) or 6 (a position and its target). " +
+      vtkChainMail::ListArrays(table->GetRowData()));
   }
   for (vtkIdType row = 0; row < table->GetNumberOfRows(); ++row)
   {
@@ -147,7 +148,7 @@ Landmarks LandmarksOf(vtkDataObject* data, const std::string& name, const std::s
     if (!image)
     {
       throw InputError(
-        "The landmarks of " + name + " are counted in voxels. Give the image that they count in as Image.");
+        "The landmarks of " + name + " are voxel indices. Connect the image that these count in as Image.");
     }
     int extent[6];
     image->GetExtent(extent);
@@ -163,9 +164,9 @@ Landmarks LandmarksOf(vtkDataObject* data, const std::string& name, const std::s
     {
       if (!vtkChainMail::IsFinite((*places)[n].data()))
       {
-        throw InputError("The " + landmarks.ToString(n) + " is not finite: it is " +
-                         (places == &landmarks.Places ? "at " : "to go to ") +
-                         vtkChainMail::ToString((*places)[n].data()) + ".");
+        throw InputError("The " + std::string(places == &landmarks.Places ? "position" : "target") + " of " +
+                         landmarks.ToString(n) + " is " + vtkChainMail::ToString((*places)[n].data()) +
+                         "; it must be finite. Correct or remove the landmark.");
       }
     }
   }
@@ -181,7 +182,7 @@ std::map<std::string, std::size_t> NumbersOf(const Landmarks& landmarks)
     if (!numbers.emplace(landmarks.Labels[n], n).second)
     {
       throw InputError("Two landmarks of " + landmarks.Name + " have the label \"" + landmarks.Labels[n] +
-                       "\": they cannot be matched by labels. Change one, or switch MatchLabels off.");
+                       "\", but MatchLabels needs labels that differ. Change one, or switch MatchLabels off.");
     }
   }
   return numbers;
@@ -206,8 +207,8 @@ std::string Match(Landmarks& from, const Landmarks& to)
   {
     if (one->Labels.empty())
     {
-      throw InputError(
-        one->Name + " has no array Label, by which it could be matched. Switch MatchLabels off to go by order.");
+      throw InputError(one->Name + " has no array Label, which MatchLabels needs. Add the array, or switch MatchLabels "
+                                   "off to pair landmarks by their order.");
     }
   }
   const auto mine = NumbersOf(from);
@@ -236,11 +237,11 @@ std::string Match(Landmarks& from, const Landmarks& to)
   }
   if (both.Places.empty())
   {
-    throw InputError(
-      "From and To have no label in common. From has " + ListOf(from.Labels) + "; To has " + ListOf(to.Labels) + ".");
+    throw InputError("From and To have no label in common. From has " + ListOf(from.Labels) + "; To has " +
+                     ListOf(to.Labels) + ". Correct the labels, or switch MatchLabels off.");
   }
   from = both;
-  return alone.empty() ? "" : "Left out, as only one of From and To has them: " + ListOf(alone) + ".";
+  return alone.empty() ? "" : "Left out because only one of From and To has them: " + ListOf(alone) + ".";
 }
 
 /// Whether both have the same labels, each once, in another order.
@@ -318,7 +319,7 @@ int vtkChainMailLandmarks::RequestData(
       LandmarksOf(vtkDataObject::GetData(inputVector[0], 0), "From", toData ? "" : this->TargetArray, image);
     if (pairs.Places.empty())
     {
-      throw InputError("From has no landmarks.");
+      throw InputError("From has no landmarks. Connect points or a table with at least one landmark.");
     }
     std::string warning;
     if (toData)
@@ -332,31 +333,29 @@ int vtkChainMailLandmarks::RequestData(
       {
         throw InputError("From has " + std::to_string(pairs.Places.size()) + " landmarks and To has " +
                          std::to_string(to.Places.size()) +
-                         ": they go in pairs, the first with the first. Add what is missing, or match them by their "
-                         "labels (MatchLabels).");
+                         ", but their order pairs the first with the first. Add what is missing, or switch MatchLabels "
+                         "on to pair them by their labels.");
       }
       else
       {
         pairs.Targets = to.Places;
         if (AreShuffled(pairs, to))
         {
-          warning = "From and To have the same labels in another order. Pairs go by order; switch MatchLabels on to go "
-                    "by labels.";
+          warning = "From and To have the same labels in another order. The landmarks were paired by order; switch "
+                    "MatchLabels on to pair them by labels.";
         }
       }
     }
     else if (pairs.Targets.empty())
     {
-      throw InputError(
-        "There is no place where the landmarks go: give a second list as To, or an array of 3 components "
-        "with the places as TargetArray.");
+      throw InputError("The landmarks have no targets. Connect a second list as To, or set TargetArray to an array of "
+                       "From whose 3 components are the target.");
     }
     if (AreMirrored(pairs))
     {
-      warning +=
-        std::string(warning.empty() ? "" : " ") +
-        "The pairs would fit much better if x and y of one list had other signs: does one count to the left and "
-        "back (LPS), the other to the right and front (RAS)?";
+      warning += std::string(warning.empty() ? "" : " ") +
+                 "The pairs would fit much better with other signs of x and y in one list. One list may have LPS axes "
+                 "(left, back, head), the other RAS axes (right, front, head): check FileWorld of their readers.";
     }
     if (!warning.empty())
     {
@@ -397,10 +396,10 @@ int vtkChainMailLandmarks::RequestData(
     {
       output->GetPointData()->AddArray(labels);
     }
-    this->Report = std::to_string(pairs.Places.size()) + " pairs. They go " +
-                   chainmail::toString(sum / static_cast<double>(pairs.Places.size()), 3) + " mm on average, the " +
-                   pairs.ToString(farthest) + " the farthest: " + chainmail::toString(most, 3) + " mm.\n" + warning +
-                   (warning.empty() ? "" : "\n");
+    this->Report = std::to_string(pairs.Places.size()) +
+                   " pairs. Displacements: " + chainmail::toString(sum / static_cast<double>(pairs.Places.size()), 3) +
+                   " mm on average, at most " + chainmail::toString(most, 3) + " mm (" + pairs.ToString(farthest) +
+                   ").\n" + warning + (warning.empty() ? "" : "\n");
   }
   catch (const std::exception& error)
   {

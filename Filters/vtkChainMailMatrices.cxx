@@ -30,7 +30,7 @@ long long ToBody(double label, const std::string& where)
   if (!(label >= 0.0 && label < 9e15 && label == std::floor(label)))
   {
     throw InputError("The label of " + where + " is " + vtkChainMail::ToString(label) +
-                     ". It is to be a whole number, as in the array of labels.");
+                     "; it must be a whole number, the label of a bone in the image of labels.");
   }
   return static_cast<long long>(label);
 }
@@ -49,7 +49,7 @@ std::vector<BodyMotion> MotionsOfTable(vtkTable* table)
   if (table->GetNumberOfRows() > 0 && numbers.size() != 17)
   {
     throw InputError("The table has " + std::to_string(numbers.size()) +
-                     " numbers a row. It takes 17, a label and a matrix of 4 x 4, row by row. " +
+                     " numbers in each row, but needs 17: a label and a 4 x 4 matrix, row by row. " +
                      vtkChainMail::ListArrays(table->GetRowData()));
   }
   std::vector<BodyMotion> motions;
@@ -80,7 +80,7 @@ std::vector<BodyMotion> MotionsOfPoints(vtkDataSet* points)
   }
   if (!body || body->GetNumberOfComponents() != 1 || !matrix || matrix->GetNumberOfComponents() != 16)
   {
-    throw InputError("The points need the arrays Body, a label, and Matrix, of 16 components, row by row. " +
+    throw InputError("The input has no point arrays Body (a label) and Matrix (16 components, row by row). " +
                      vtkChainMail::ListArrays(arrays));
   }
   for (vtkIdType n = 0; n < points->GetNumberOfPoints(); ++n)
@@ -165,9 +165,10 @@ int vtkChainMailMatrices::RequestData(
         if (motion.Body >= 0 && problem.empty())
         {
           motion.HasCentre = middles.Get(motion.Body, motion.Centre);
-          problem = motion.HasCentre ? ""
-                                     : "The image of labels has no voxel with the label " +
-                                         std::to_string(motion.Body) + " of " + motion.Name + ".";
+          problem = motion.HasCentre
+                      ? ""
+                      : "The image of labels has no voxel with the label " + std::to_string(motion.Body) + " of " +
+                          motion.Name + ". Correct the label, or choose another LabelArray.";
         }
       }
     }

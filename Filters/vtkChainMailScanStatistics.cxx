@@ -439,7 +439,7 @@ std::string vtkChainMailScanStatistics::GetDescription() const
   }
   else if (this->GetKind() == KIND_LABELS)
   {
-    text = "Taken for labels: 0 is air, all others are tissue, alike, and each voxel takes the nearest one";
+    text = "Taken for labels: 0 is air, all other labels are the same tissue, sampled by the nearest voxel";
   }
   else if (scan.Values == 0.0)
   {
@@ -447,20 +447,20 @@ std::string vtkChainMailScanStatistics::GetDescription() const
   }
   else if (scan.Low == scan.High)
   {
-    text = "All voxels are alike (" + Short(scan.Low) + "), and taken for tissue";
+    text = "All voxels have the same scalar (" + Short(scan.Low) + ") and are taken for tissue";
   }
   else
   {
     text = "Taken for MR or another scan without a unit: air below " + Short(vtkChainMail::RelativeThreshold(scan)) +
-           " (" + Percent(scan.AirShare) + " of the voxels), the brightest near " + Short(scan.High);
+           " (" + Percent(scan.AirShare) + " of the voxels), the brightest voxels near " + Short(scan.High);
   }
   if (scan.PaddingShare > 0.0)
   {
-    text += "; " + Percent(scan.PaddingShare) + " is padding (";
+    text += "; " + Percent(scan.PaddingShare) + " of the voxels are padding (";
     text += std::isfinite(scan.LowPadding) ? "up to " + Short(scan.LowPadding) : "";
     text += std::isfinite(scan.LowPadding) && std::isfinite(scan.HighPadding) ? ", " : "";
     text += std::isfinite(scan.HighPadding) ? "from " + Short(scan.HighPadding) : "";
-    text += ") and neither air nor tissue";
+    text += "), neither air nor tissue";
   }
   return text + ".";
 }
@@ -477,38 +477,35 @@ std::string vtkChainMailScanStatistics::GetDoubt(int preset) const
   const auto chosen = static_cast<MaterialPresets>(preset);
   if (chosen == MaterialPresets::CT)
   {
-    return kind == KIND_CT
-             ? std::string()
-             : std::string("The material is that of CT, but the scalars do not look like Hounsfield units: ") +
-                 (kind == KIND_LABELS   ? "they look like labels."
-                   : scan.Low < -1100.0 ? "many are below -1100, less than air has."
-                                        : "air is not near -1000 with soft tissue around 0.") +
-                 " Bring them to Hounsfield units, or choose another MaterialPreset.";
+    return kind == KIND_CT ? std::string()
+                           : std::string("MaterialPreset is CT, but the scalars do not look like Hounsfield units: ") +
+                               (kind == KIND_LABELS   ? "they look like labels."
+                                 : scan.Low < -1100.0 ? "many are below -1100, but air is at -1000."
+                                                      : "they lack air near -1000 or soft tissue near 0.") +
+                               " Convert them to Hounsfield units, or choose another MaterialPreset.";
   }
   if (chosen == MaterialPresets::MR)
   {
     return kind == KIND_UNKNOWN
              ? std::string()
-             : std::string("The material is that of MR, but the scalars look like ") +
+             : std::string("MaterialPreset is MR, but the scalars look like ") +
                  (kind == KIND_CT ? "Hounsfield units" : "labels") + ". Choose another MaterialPreset.";
   }
   if (kind == KIND_CT && !scan.HasAir)
   {
-    return "The scan was taken for CT, though there is no air in it. If it is none, choose the MaterialPreset MR, or "
-           "set "
+    return "The scan was taken for CT, although it has no air. If it is not CT, choose the MaterialPreset MR, or set "
            "TissueThreshold and MaterialFunction.";
   }
   if (kind == KIND_UNKNOWN && scan.IsInverted != 0.0)
   {
-    return "The most common voxels are the brightest, where a scan has dark air: it may be inverted, and its air taken "
-           "for tissue. Invert it, or set TissueThreshold and MaterialFunction.";
+    return "The brightest voxels are the most common, but air should be dark. The scan may be inverted and its air "
+           "taken for tissue: invert the scan, or set TissueThreshold and MaterialFunction.";
   }
   if (kind == KIND_UNKNOWN && scan.Low < -200.0)
   {
     return "The scalars go down to " + Short(scan.Low) +
-           " as those of CT do, but are not spread as Hounsfield units are. If it is CT, bring them to these units; "
-           "else "
-           "see whether TissueThreshold suits.";
+           " like those of CT, but are not distributed like Hounsfield units. If the scan is CT, convert it to "
+           "Hounsfield units; otherwise check TissueThreshold.";
   }
   return {};
 }

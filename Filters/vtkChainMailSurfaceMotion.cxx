@@ -33,8 +33,8 @@ void CheckFinite(vtkPolyData* surface, const char* name)
     surface->GetPoint(n, place);
     if (!vtkChainMail::IsFinite(place))
     {
-      throw InputError("Point " + std::to_string(n) + " of " + name + " is not finite: it is at " +
-                       vtkChainMail::ToString(place) + ".");
+      throw InputError("Point " + std::to_string(n) + " of " + name + " is at " + vtkChainMail::ToString(place) +
+                       ", which is not finite. Correct or remove the point.");
     }
   }
 }
@@ -71,7 +71,7 @@ vtkSmartPointer<vtkDoubleArray> Subtract(vtkPolyData* there, vtkPolyData* rest, 
   if (there->GetNumberOfPoints() != rest->GetNumberOfPoints())
   {
     throw InputError("Before has " + std::to_string(rest->GetNumberOfPoints()) + " points and " + name + " has " +
-                     std::to_string(there->GetNumberOfPoints()) + ": they are not one mesh. " + remedy);
+                     std::to_string(there->GetNumberOfPoints()) + ", so they are not the same mesh. " + remedy);
   }
   auto ways = vtkSmartPointer<vtkDoubleArray>::New();
   ways->SetNumberOfComponents(3);
@@ -117,9 +117,8 @@ vtkSmartPointer<vtkPolyData> Prepare(vtkPolyData* surface, const char* name, vtk
   }
   if (prepared->GetNumberOfPolys() == 0)
   {
-    throw InputError(std::string(name) +
-                     " has no polygons, so no point of it can be matched. Give a surface, or, where "
-                     "its points have counterparts, as many points After.");
+    throw InputError(std::string(name) + " has no polygons, which closest points need. Give a surface, or as many "
+                                         "points in After as in Before to match them by their order.");
   }
   return prepared;
 }
@@ -163,7 +162,7 @@ int vtkChainMailSurfaceMotion::RequestData(
     std::string how = std::string("matched by the order of their points") + (start ? ", without Start" : "");
     if (isOneMesh)
     {
-      const auto byOrder = Subtract(after, before, "After", "Set Match to closest points.");
+      const auto byOrder = Subtract(after, before, "After", "Set Match to Closest points.");
       ways.resize(static_cast<std::size_t>(before->GetNumberOfPoints()));
       for (std::size_t n = 0; n < ways.size(); ++n)
       {
@@ -176,7 +175,8 @@ int vtkChainMailSurfaceMotion::RequestData(
       if (start)
       {
         CheckFinite(start, "Start");
-        moved = Subtract(start, before, "Start", "Start is Before with its points moved, as ChainMail Carry makes it.");
+        moved =
+          Subtract(start, before, "Start", "As Start, connect the surface Before as ChainMail Carry has moved it.");
       }
       before = Prepare(before, "Before", moved);
       after = Prepare(after, "After");
@@ -188,8 +188,8 @@ int vtkChainMailSurfaceMotion::RequestData(
           return !this->GetAbortExecute();
         });
       ways = closest.GetDisplacements();
-      how = "matched by closest points, which they miss by " + chainmail::toString(closest.GetDistance(), 3) +
-            " mm on average. Sliding along the surface is not seen";
+      how = "matched by closest points, at a distance of " + chainmail::toString(closest.GetDistance(), 3) +
+            " mm on average. Sliding along the surface is not detected";
     }
 
     vtkNew<vtkPoints> points;
@@ -220,8 +220,9 @@ int vtkChainMailSurfaceMotion::RequestData(
     output->GetPointData()->SetActiveVectors("Displacement");
     vtkChainMail::SetGrip(output, this->Radius, this->Tolerance);
     const double count = static_cast<double>(std::max<std::size_t>(chosen.size(), 1));
-    this->Report = std::to_string(chosen.size()) + " probes, which go " + chainmail::toString(sum / count, 3) +
-                   " mm on average and up to " + chainmail::toString(most, 3) + " mm. Surfaces " + how + ".\n";
+    this->Report = std::to_string(chosen.size()) + " probes with displacements of " +
+                   chainmail::toString(sum / count, 3) + " mm on average, at most " + chainmail::toString(most, 3) +
+                   " mm. Surfaces " + how + ".\n";
   }
   catch (const std::exception& error)
   {

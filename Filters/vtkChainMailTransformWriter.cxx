@@ -82,18 +82,18 @@ void vtkChainMailTransformWriter::WriteData()
   if (!field || field->GetNumberOfComponents() != 3)
   {
     this->SetErrorCode(vtkErrorCode::UserError);
-    vtkErrorMacro(
-      "The image has no array "
-      << (this->Field.empty() ? "PullBack or Displacement" : this->Field.c_str())
-      << " of 3 components. Switch PullBack of the ChainMail Deformation on and write its first output, or write its "
-         "second one, the model at rest, with Displacement.");
+    vtkErrorMacro("The image has no array "
+                  << (this->Field.empty() ? "PullBack or Displacement" : this->Field.c_str())
+                  << " of 3 components. Switch PullBack of ChainMail Deformation on and write its first output, or "
+                     "write its second output, the model at rest, with Displacement.");
     return;
   }
   std::ofstream file(this->FileName, std::ios::binary);
   if (!file)
   {
     this->SetErrorCode(vtkErrorCode::CannotOpenFileError);
-    vtkErrorMacro("Cannot write to \"" << this->FileName << "\". Is there such a folder, and may you write there?");
+    vtkErrorMacro(
+      "Cannot write to \"" << this->FileName << "\". Check that the folder exists and that you may write to it.");
     return;
   }
 
@@ -127,7 +127,8 @@ void vtkChainMailTransformWriter::WriteData()
   if (!file)
   {
     this->SetErrorCode(vtkErrorCode::OutOfDiskSpaceError);
-    vtkErrorMacro("Writing \"" << this->FileName << "\" failed: is the disk full?");
+    vtkErrorMacro(
+      "Writing \"" << this->FileName << "\" failed, and the file is now empty. Check that the disk has free space.");
     std::ofstream(this->FileName, std::ios::trunc); // an empty file rather than half of the field
   }
 }

@@ -483,7 +483,7 @@ Limiter Simulation::Impl::limiter(std::size_t probe)
 {
   if (probe >= this->handles_.all().size())
   {
-    throw InputError("There is no probe " + std::to_string(probe) + " to ask about.");
+    throw InputError("There is no probe " + std::to_string(probe) + " in the last update.");
   }
   return this->waves_.underWay()
            ? Limiter()
@@ -642,7 +642,7 @@ Resampled Simulation::Impl::resample(
     const std::int64_t most = detail.finer * (std::int64_t(this->model_->grid().size[a]) + padding[a]);
     if (most > std::numeric_limits<int>::max())
     {
-      throw InputError("The output has too many voxels along an axis: choose less padding, or voxels less fine.");
+      throw InputError("The output has too many voxels along an axis. Lower OutputPadding or OutputMagnification.");
     }
   }
   this->voxels();

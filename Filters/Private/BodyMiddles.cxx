@@ -105,9 +105,12 @@ std::string BodyMiddles::Find(
     array = arrayName.empty() ? arrays->GetScalars() : arrays->GetArray(arrayName.c_str());
     if (!array || array->GetNumberOfComponents() != 1)
     {
-      problem = "The image of labels has no point array of one component" +
-                (arrayName.empty() ? std::string(" that is active. ") : " called " + arrayName + ". ") +
-                ListArrays(arrays);
+      problem =
+        (arrayName.empty()
+            ? std::string("LabelArray is empty, but the image of labels has no active point array of one component. ")
+            : "LabelArray is \"" + arrayName +
+                "\", but the image of labels has no such point array of one component. ") +
+        ListArrays(arrays);
       array = nullptr;
     }
   }

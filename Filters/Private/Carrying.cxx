@@ -76,7 +76,7 @@ vtkSmartPointer<ArrayType> Read(vtkImageData* model, const char* name, int compo
   }
   if (array->GetNumberOfComponents() != components || array->GetNumberOfTuples() != model->GetNumberOfPoints())
   {
-    throw InputError("The array " + std::string(name) + " of the deformation is to have " + std::to_string(components) +
+    throw InputError("The array " + std::string(name) + " of the deformation needs " + std::to_string(components) +
                      (components == 1 ? " component" : " components") +
                      " at each voxel. Connect the second output of ChainMail Deformation, the model at rest.");
   }
@@ -123,11 +123,12 @@ Carrying::Carrying(vtkImageData* model)
       "The deformation is empty. Connect the second output of ChainMail Deformation, the model at rest.");
   }
   const std::string about = "The deformation has no array ";
-  const char* const displaced = model->GetPointData()->HasArray("PullBack")
-                                  ? "Displacement: that is the deformed image. Connect the second output of ChainMail "
-                                    "Deformation, the model at rest."
-                                  : "Displacement. Connect the second output of ChainMail Deformation, the model at "
-                                    "rest, with Displacement among its ModelArrays.";
+  const char* const displaced =
+    model->GetPointData()->HasArray("PullBack")
+      ? "Displacement, because it is the deformed image. Connect the second output of ChainMail "
+        "Deformation, the model at rest."
+      : "Displacement. Connect the second output of ChainMail Deformation, the model at "
+        "rest, with Displacement among its ModelArrays.";
   this->Displacement = Read<vtkFloatArray>(model, "Displacement", 3, about + displaced);
   this->Element = Read<vtkUnsignedCharArray>(model, "Element", 1,
     about + "Element, which tells tissue from air. Choose it among the ModelArrays of ChainMail Deformation.");
@@ -148,7 +149,8 @@ Carrying::Carrying(vtkImageData* model)
     });
   if (!isFinite)
   {
-    throw InputError("The array Displacement of the deformation has values that are no finite numbers.");
+    throw InputError("The array Displacement of the deformation has values that are not finite. Compute the "
+                     "deformation again, or check its file.");
   }
 
   this->Model->CopyStructure(model);

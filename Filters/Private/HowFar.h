@@ -47,7 +47,7 @@ public:
     }
     if (this->AskedAngle > 0.0)
     {
-      text += (text.empty() ? "" : " and ") + ("turned by " + of(this->ReachedAngle, this->AskedAngle)) + " degrees";
+      text += (text.empty() ? "" : " and ") + ("rotated by " + of(this->ReachedAngle, this->AskedAngle)) + " degrees";
     }
     return text;
   }

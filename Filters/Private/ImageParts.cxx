@@ -39,8 +39,8 @@ void Check(vtkImageData* part, vtkImageData* image)
 {
   if (!HasSameGrid(part, image))
   {
-    throw chainmail::InputError("The parts of the image that the processes have differ in origin, spacing or "
-                                "direction, so they are no parts of one image. Give one image.");
+    throw chainmail::InputError("The processes have parts of the input that differ in origin, spacing or direction, so "
+                                "the parts do not form one image. Give one image.");
   }
   vtkPointData* arrays = image->GetPointData();
   for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
@@ -51,8 +51,8 @@ void Check(vtkImageData* part, vtkImageData* image)
         from->GetNumberOfComponents() != arrays->GetAbstractArray(a)->GetNumberOfComponents())
     {
       throw chainmail::InputError("The point array \"" + std::string(name ? name : "") +
-                                  "\" is not the same in all parts of the image that the processes have. Give all "
-                                  "parts the same arrays.");
+                                  "\" is missing from the part of the image of some process, or has another type or "
+                                  "number of components there. Give all parts the same arrays.");
     }
   }
 }
@@ -138,8 +138,8 @@ vtkSmartPointer<vtkImageData> PutTogether(const std::vector<vtkSmartPointer<vtkI
   }
   if (const auto missing = std::count(known.begin(), known.end(), Missing))
   {
-    throw chainmail::InputError("The parts of the image that the processes have leave out " + std::to_string(missing) +
-                                " of its " + std::to_string(voxels) + " voxels. Give the whole image.");
+    throw chainmail::InputError("The processes' parts of the image leave out " + std::to_string(missing) + " of its " +
+                                std::to_string(voxels) + " voxels. Give the whole image.");
   }
   // In the whole image no voxel duplicates one of another process.
   if (vtkUnsignedCharArray* ghosts = image->GetPointGhostArray())

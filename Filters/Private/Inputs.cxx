@@ -177,8 +177,8 @@ Inputs CollectInputs(vtkInformationVector** inputs)
     if (data && !all.Image)
     {
       all.Problem = "The input is a " + std::string(data->GetClassName()) +
-                    ", but one image is deformed at a time. Make a filter for each of its images, or one image of them "
-                    "with Resample To Image.";
+                    ", but the filter deforms a single image (vtkImageData). Use a filter for each image, or make one "
+                    "image of all with Resample To Image.";
     }
     if (all.Image && all.Image->GetNumberOfPoints() > 0)
     {

@@ -75,13 +75,14 @@ std::array<double, 16> MatrixOf(const ItkTransform& transform, std::array<double
   {
     if (p.size() != count)
     {
-      throw InputError("a transform of the type " + transform.Type + " has " + std::to_string(count) +
-                       " parameters, and this one has " + std::to_string(p.size()) + ".");
+      throw InputError("a transform of type " + transform.Type + " needs " + std::to_string(count) +
+                       " parameters, but the file has " + std::to_string(p.size()) + ".");
     }
   };
   if (!EndsWith(transform.Type, "_3_3"))
   {
-    throw InputError("the transform is of the type " + transform.Type + ", not of three dimensions.");
+    throw InputError("the transform is of type " + transform.Type +
+                     ", which is not three-dimensional. Save a transform of three dimensions.");
   }
   Matrix3 linear = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 } };
   std::array<double, 3> shift = { { 0.0, 0.0, 0.0 } };
@@ -134,8 +135,8 @@ std::array<double, 16> MatrixOf(const ItkTransform& transform, std::array<double
   }
   else if (type != "IdentityTransform")
   {
-    throw InputError("a transform of the type " + transform.Type +
-                     " is no matrix that is read here. Save it as an AffineTransform or a rigid one.");
+    throw InputError("transforms of type " + transform.Type +
+                     " cannot be read. Save the transform as an AffineTransform or a rigid transform.");
   }
   for (int a = 0; translation && a < 3; ++a)
   {
@@ -168,13 +169,13 @@ BodyMotion MotionOf(const std::vector<ItkTransform>& transforms)
   const std::size_t first = isComposite ? 1 : 0;
   if (transforms.size() <= first)
   {
-    throw InputError("there is no transform in it.");
+    throw InputError("the file has no transform.");
   }
   if (!isComposite && transforms.size() > 1)
   {
-    throw InputError(
-      "it has " + std::to_string(transforms.size()) +
-      " transforms that are not said to be one. Save a CompositeTransform of them, or one file for each body.");
+    throw InputError("the file has " + std::to_string(transforms.size()) +
+                     " transforms, but no CompositeTransform that combines them. Save a CompositeTransform, or one "
+                     "file for each body.");
   }
   BodyMotion motion;
   vtkMatrix4x4::Identity(motion.Matrix.data());

@@ -31,7 +31,7 @@ PatientAxes AxesNamed(const std::string& name)
     return RAS;
   }
   throw InputError("the coordinate system \"" + name +
-                   "\" is neither LPS nor RAS. Save the landmarks in one of these, as Slicer does by itself.");
+                   "\" is neither LPS nor RAS. Save the landmarks in LPS or RAS; 3D Slicer does so by default.");
 }
 
 //------------------------------------------------------------------------------
@@ -52,11 +52,11 @@ std::vector<LandmarkList> ReadMarkups(const std::string& content)
   }
   if (!isParsed)
   {
-    throw InputError("this is no JSON: " + Trimmed(errors));
+    throw InputError("the file is not valid JSON: " + Trimmed(errors));
   }
   if (!root.isObject() || !root["markups"].isArray())
   {
-    throw InputError("this JSON has no list \"markups\": it is no .mrk.json of Slicer.");
+    throw InputError("the file has no list \"markups\", so it is not a .mrk.json of 3D Slicer.");
   }
   std::vector<LandmarkList> lists;
   for (const Json::Value& markup : root["markups"])
@@ -71,21 +71,21 @@ std::vector<LandmarkList> ReadMarkups(const std::string& content)
     const Json::Value& axes = markup["coordinateSystem"];
     if (!axes.isNull() && !axes.isString())
     {
-      throw InputError(what + ": \"coordinateSystem\" is no text.");
+      throw InputError(what + ": \"coordinateSystem\" is not a text.");
     }
-    list.Who = axes.isNull() ? "the format (the file does not say)" : "the file";
+    list.Who = axes.isNull() ? "the format (the file names none)" : "the file";
     list.Axes = axes.isNull() ? LPS : AxesNamed(axes.asString());
     for (const Json::Value& unit :
       markup["coordinateUnits"].isArray() ? markup["coordinateUnits"] : Json::Value(Json::arrayValue))
     {
       if (unit != "mm")
       {
-        throw InputError(what + " counts in " + Trimmed(unit.toStyledString()) + ", not in mm.");
+        throw InputError(what + " is in " + Trimmed(unit.toStyledString()) + ". Save it in mm.");
       }
     }
     if (markup["coordinateUnits"].isString() && markup["coordinateUnits"].asString() != "mm")
     {
-      throw InputError(what + " counts in " + markup["coordinateUnits"].asString() + ", not in mm.");
+      throw InputError(what + " is in " + markup["coordinateUnits"].asString() + ". Save it in mm.");
     }
     for (const Json::Value& point : markup["controlPoints"])
     {
@@ -93,7 +93,7 @@ std::vector<LandmarkList> ReadMarkups(const std::string& content)
       const std::string where = "point " + std::to_string(number) + " of " + what;
       if (!point.isObject())
       {
-        throw InputError(where + " is no point.");
+        throw InputError(where + " is not a JSON object.");
       }
       const Json::Value& status = point["positionStatus"];
       if (status.isString() && status.asString() != "defined")
@@ -108,7 +108,7 @@ std::vector<LandmarkList> ReadMarkups(const std::string& content)
         if (!position.isArray() || position.size() != 3 || !position[a].isNumeric() ||
             !std::isfinite(position[a].asDouble()))
         {
-          throw InputError(where + ": its \"position\" is not three numbers.");
+          throw InputError(where + ": its \"position\" must be three numbers.");
         }
         place[a] = position[a].asDouble();
       }
@@ -131,7 +131,7 @@ Place PlaceIn(const std::vector<std::string>& fields, const std::array<int, 3>& 
     if (!ToNumber(field, place[a]))
     {
       throw InputError("line " + std::to_string(line.Number) + ", column " + std::to_string(column + 1) + ": \"" +
-                       field + "\" is no number.");
+                       field + "\" is not a number.");
     }
   }
   return place;
@@ -159,7 +159,7 @@ LandmarkList ReadFiducials(const std::vector<Line>& lines)
   LandmarkList list;
   list.SaysAxes = true;
   list.Axes = RAS; // old versions do not name their axes
-  list.Who = "the format (the file does not say)";
+  list.Who = "the format (the file names none)";
   std::vector<std::string> header = { "id", "x", "y", "z", "ow", "ox", "oy", "oz", "vis", "sel", "lock", "label" };
   for (const Line& line : lines)
   {
@@ -183,7 +183,7 @@ LandmarkList ReadFiducials(const std::vector<Line>& lines)
       ColumnOf(header, { "z" }) };
     if (*std::min_element(columns.begin(), columns.end()) < 0)
     {
-      throw InputError("the line \"# columns = ...\" names no x, y and z.");
+      throw InputError("the line \"# columns = ...\" does not name the columns x, y and z.");
     }
     const std::vector<std::string> fields = FieldsOf(line.Text, ',');
     list.Places.push_back(PlaceIn(fields, columns, line));
@@ -210,7 +210,7 @@ LandmarkList ReadPointFile(const std::vector<Line>& lines)
   long long count = 0;
   if (lines.size() < 2 || !ToInteger(lines[1].Text, count))
   {
-    throw InputError("the second line of a point file is the number of points.");
+    throw InputError("the second line of a point file must be the number of points.");
   }
   for (std::size_t n = 2; n < lines.size(); ++n)
   {
@@ -219,8 +219,8 @@ LandmarkList ReadPointFile(const std::vector<Line>& lines)
   }
   if (static_cast<long long>(list.Places.size()) != count)
   {
-    throw InputError(
-      "it says that it has " + std::to_string(count) + " points, and has " + std::to_string(list.Places.size()) + ".");
+    throw InputError("the second line gives " + std::to_string(count) + " points, but the file has " +
+                     std::to_string(list.Places.size()) + ".");
   }
   return list;
 }
@@ -239,7 +239,7 @@ LandmarkList ReadTable(std::vector<Line> lines)
     std::remove_if(lines.begin(), lines.end(), [](const Line& line) { return line.Text[0] == '#'; }), lines.end());
   if (lines.empty())
   {
-    throw InputError("it has comments alone.");
+    throw InputError("the file has only comments.");
   }
   const char separator = SeparatorOf(lines[0].Text);
   const std::vector<std::string> first = FieldsOf(lines[0].Text, separator);
@@ -276,7 +276,7 @@ LandmarkList ReadTable(std::vector<Line> lines)
     }
     if (!isThere(from))
     {
-      throw InputError("of its columns none are called x, y and z (or l, p, s or r, a, s). It has: " + lines[0].Text);
+      throw InputError("the table has no columns x, y and z (or l, p, s or r, a, s). It has: " + lines[0].Text);
     }
     to = triple("x2", "y2", "z2");
     lines.erase(lines.begin());
@@ -291,9 +291,9 @@ LandmarkList ReadTable(std::vector<Line> lines)
     const int column = isNamed ? 1 : 0;
     if (size - column != 3 && size - column != 6)
     {
-      throw InputError("a row has three numbers, or six with where the place goes, and a label before these if wanted. "
-                       "Line " +
-                       std::to_string(lines[0].Number) + " is: " + lines[0].Text);
+      throw InputError("line " + std::to_string(lines[0].Number) + " is \"" + lines[0].Text +
+                       "\". A row needs three numbers (a position) or six (a position and its target), with or without "
+                       "a label before them.");
     }
     from = { { column, column + 1, column + 2 } };
     to = size - column == 6 ? std::array<int, 3>{ { column + 3, column + 4, column + 5 } } : to;
@@ -357,7 +357,7 @@ std::vector<LandmarkList> ReadLandmarks(const std::string& fileName)
     std::all_of(lists.begin(), lists.end(), [](const LandmarkList& list) { return list.Places.empty(); });
   if (isEmpty)
   {
-    throw InputError("\"" + fileName + "\" has no landmarks in it.");
+    throw InputError("\"" + fileName + "\" has no landmarks.");
   }
   return lists;
 }

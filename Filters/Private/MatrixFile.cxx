@@ -27,7 +27,7 @@ std::vector<double> NumbersOf(const std::string& text, const Line& line)
     numbers.push_back(0.0);
     if (!ToNumber(field, numbers.back()))
     {
-      throw InputError("line " + std::to_string(line.Number) + ": \"" + field + "\" is no number.");
+      throw InputError("line " + std::to_string(line.Number) + ": \"" + field + "\" is not a number.");
     }
   }
   return numbers;
@@ -53,7 +53,7 @@ std::vector<ItkTransform> ReadText(const std::vector<Line>& lines)
     }
     else if (transforms.empty())
     {
-      throw InputError("line " + std::to_string(line.Number) + " comes before any \"Transform:\".");
+      throw InputError("line " + std::to_string(line.Number) + " comes before the first \"Transform:\".");
     }
     else if (name == "Parameters" || name == "FixedParameters")
     {
@@ -95,7 +95,7 @@ std::vector<ItkTransform> ReadMatlab(const std::string& content)
     const std::size_t width = header.Type == 0 ? 8 : 4;
     if (!isHeader || at + header.NameLength + width * header.Rows > content.size())
     {
-      throw InputError("it breaks off, or is no transform of ITK in Matlab's format of level 4.");
+      throw InputError("the file is cut off, or is not an ITK transform in MATLAB's format, level 4.");
     }
     const std::string name(&content[at]); // null-terminated
     at += static_cast<std::size_t>(header.NameLength);
@@ -150,22 +150,23 @@ std::vector<BodyMotion> ReadNumbers(std::vector<Line> lines)
     }
     if (fields.size() != 4 && fields.size() != 16 && fields.size() != 17)
     {
-      throw InputError(where + " has " + std::to_string(fields.size()) +
-                       " fields. A table has a label and 16 numbers a row, a matrix four rows of four.");
+      throw InputError(
+        where + " has " + std::to_string(fields.size()) +
+        " fields. A table needs a label and 16 numbers in each row, a matrix four rows of four numbers.");
     }
     BodyMotion motion;
     motion.Name = where;
     const std::size_t first = fields.size() == 17 ? 1 : 0;
     if (first == 1 && (!ToInteger(fields[0], motion.Body) || motion.Body < 0))
     {
-      throw InputError(where + ": \"" + fields[0] +
-                       "\" is no label of a body. It is to be a whole number, as in the array of labels.");
+      throw InputError(
+        where + ": \"" + fields[0] + "\" is not a label. A label must be a whole number, as in the image of labels.");
     }
     for (std::size_t k = first; k < fields.size(); ++k)
     {
       if (!ToNumber(fields[k], number))
       {
-        throw InputError(where + ", field " + std::to_string(k + 1) + ": \"" + fields[k] + "\" is no number.");
+        throw InputError(where + ", field " + std::to_string(k + 1) + ": \"" + fields[k] + "\" is not a number.");
       }
       if (fields.size() == 4)
       {
@@ -185,7 +186,8 @@ std::vector<BodyMotion> ReadNumbers(std::vector<Line> lines)
   {
     if (loose.size() != 16 || !motions.empty())
     {
-      throw InputError("a matrix has four rows of four numbers; this has " + std::to_string(loose.size() / 4) + ".");
+      throw InputError(
+        "a matrix needs four rows of four numbers; the number of rows is " + std::to_string(loose.size() / 4) + ".");
     }
     BodyMotion motion;
     std::copy(loose.begin(), loose.end(), motion.Matrix.begin());
@@ -194,12 +196,12 @@ std::vector<BodyMotion> ReadNumbers(std::vector<Line> lines)
   const auto hasLabel = [](const BodyMotion& motion) { return motion.Body >= 0; };
   if (motions.size() > 1 && !std::all_of(motions.begin(), motions.end(), hasLabel))
   {
-    throw InputError("it has " + std::to_string(motions.size()) +
-                     " matrices, and not all have a label, by which their bodies are known.");
+    throw InputError("the file has " + std::to_string(motions.size()) +
+                     " matrices, but not all have a label. Give each matrix the label of its body.");
   }
   if (motions.empty())
   {
-    throw InputError("there is no matrix in it.");
+    throw InputError("the file has no matrix.");
   }
   return motions;
 }
@@ -237,7 +239,7 @@ MatrixFile ReadMatrices(const std::string& fileName)
     }
     else if (IsHdf5(content))
     {
-      throw InputError("files of HDF5 (.h5) are not read. Save the transform as text (.tfm), as 3D Slicer and ITK do.");
+      throw InputError("HDF5 files (.h5) cannot be read. Save the transform as text (.tfm) with 3D Slicer or ITK.");
     }
     else if (IsMatlab(content))
     {

@@ -44,9 +44,9 @@ chainmail::Index3 ReadPadding(int padding, vtkImageData* image)
   {
     throw chainmail::InputError(
       "With an OutputPadding of " + std::to_string(padding) + " the deformed image would have " +
-      (isFar ? "voxels with indices beyond 2147483646, which integers cannot count"
+      (isFar ? "voxel indices beyond 2147483646, the limit"
              : size + " voxels; at most " + std::to_string(chainmail::Grid::maxVoxels) + " can be handled") +
-      ". Lower it to " + std::to_string(fitting) + " or less" +
+      ". Lower OutputPadding to " + std::to_string(fitting) + " or less" +
       (isFar ? ", or give the image an extent that begins near 0." : "."));
   }
   return sides;
@@ -94,10 +94,10 @@ void ReadBounds(const std::array<double, 6>& bounds, vtkImageData* image, const 
   {
     const double* all = image->GetBounds();
     std::ostringstream text;
-    text << "OutputBounds are " << bounds[0] << " to " << bounds[1] << ", " << bounds[2] << " to " << bounds[3] << ", "
-         << bounds[4] << " to " << bounds[5] << ", and the image lies within " << all[0] << " to " << all[1] << ", "
-         << all[2] << " to " << all[3] << ", " << all[4] << " to " << all[5]
-         << " mm. Give bounds that meet it, each pair the lower one first, or switch UseOutputBounds off.";
+    text << "OutputBounds do not overlap the image: they are " << bounds[0] << " to " << bounds[1] << ", " << bounds[2]
+         << " to " << bounds[3] << ", " << bounds[4] << " to " << bounds[5] << ", the image is " << all[0] << " to "
+         << all[1] << ", " << all[2] << " to " << all[3] << ", " << all[4] << " to " << all[5]
+         << " mm. Set bounds that overlap it, with the lower value of each pair first, or switch UseOutputBounds off.";
     throw chainmail::InputError(text.str());
   }
 }
@@ -132,10 +132,10 @@ OutputGrid::OutputGrid(const Properties& properties, vtkImageData* image)
   if (detail.finer > 1 && !(fits && grid.fits()))
   {
     throw chainmail::InputError("With an OutputMagnification of " + std::to_string(detail.finer) +
-                                " the deformed image would have " + size + " voxels, which is more than the " +
+                                " the deformed image would have " + size + " voxels; at most " +
                                 std::to_string(chainmail::Grid::maxVoxels) +
-                                " that can be handled, or beyond what integers count. Lower it, or show a part of the "
-                                "image (UseOutputBounds).");
+                                " can be handled, with indices up to 2147483646. Lower OutputMagnification, or show a "
+                                "part of the image (UseOutputBounds).");
   }
 }
 
@@ -194,7 +194,7 @@ void RequireMemory(const OutputGrid& grid, vtkImageData* image, std::size_t more
     text.precision(2);
     text << std::fixed << "With an OutputMagnification of " << grid.Detail.finer << " the deformed image has " << size
          << " voxels, which take " << voxels * perVoxel / gigabyte << " GB; " << free / gigabyte
-         << " GB of main memory are free. Lower it, or show a part of the image (UseOutputBounds).";
+         << " GB of main memory are free. Lower OutputMagnification, or show a part of the image (UseOutputBounds).";
     throw chainmail::InputError(text.str());
   }
 }

@@ -535,8 +535,8 @@ void Outputs::WarnAboutLostArrays(vtkImageData* image)
     {
       list += (list.empty() ? "" : ", ") + name;
     }
-    this->Reports.Warn("Cell arrays are not deformed and not passed on: " + list +
-                       ". To have them deformed, put Cell Data to Point Data before this filter.");
+    this->Reports.Warn("The output has no cell arrays, because only point arrays are deformed. Left out: " + list +
+                       ". To deform them, put Cell Data to Point Data before this filter.");
   }
   this->LostArrays = std::move(names);
 }

@@ -56,30 +56,30 @@ struct AxesOfFile
     if (chosen != AS_THE_FILE_SAYS)
     {
       this->Axes = chosen == FILE_IS_LPS ? LPS : RAS;
-      this->Reason = "read as " + NameOf(this->Axes) + ", as FileWorld says";
+      this->Reason = "axes " + std::string(NameOf(this->Axes)) + ", from FileWorld";
       if (said && inFile != this->Axes)
       {
-        this->Reason += ", although " + who + " says " + NameOf(inFile);
+        this->Reason += ", in place of " + std::string(NameOf(inFile)) + " from " + who;
       }
     }
     else if (said)
     {
       this->Axes = inFile;
-      this->Reason = who + " says " + NameOf(inFile);
+      this->Reason = "axes " + std::string(NameOf(inFile)) + ", from " + who;
     }
     else
     {
       this->Axes = world;
-      this->Reason = who + " does not say which way its axes go, taken for the scan's own, " + NameOf(world) +
-                     " (FileWorld says otherwise)";
+      this->Reason = "axes " + std::string(NameOf(world)) + ", the scan's own, because " + who +
+                     " names none (set FileWorld to change this)";
     }
   }
 
   /// The whole sentence, with the conversion that was done.
   std::string ToString(PatientAxes world) const
   {
-    return this->Reason + "; the scan's world is " + NameOf(world) + ": " +
-           (this->Axes == world ? "nothing converted" : "x and y changed their signs") + ".";
+    return this->Reason + "; the scan has " + NameOf(world) +
+           " (World): " + (this->Axes == world ? "nothing was converted" : "the signs of x and y were changed") + ".";
   }
 };
 

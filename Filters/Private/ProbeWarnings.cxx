@@ -32,7 +32,7 @@ std::string WhatHolds(
   using What = chainmail::Limiter::What;
   const auto number = std::find(held.begin(), held.end(), probe) - held.begin();
   const chainmail::Limiter holder = simulation.limiter(static_cast<std::size_t>(number));
-  const std::string what = holder.bone ? ", as the bone that it grips " : ", as it is held by tissue that ";
+  const std::string what = holder.bone ? ", because the bone in its grip " : ", because it is held by tissue that ";
   const char* const faces[] = { "x-", "x+", "y-", "y+", "z-", "z+" };
   switch (holder.what)
   {
@@ -88,10 +88,9 @@ std::string ProbeWarnings::OfSharing(
     return {};
   }
   return std::to_string(found.shared) + " of " + std::to_string(held.size()) +
-         " probes ask for more than the others leave them, and they are too many to go one after the other: each goes "
-         "to "
-         "the mean of what the others force on it and leave it, as with ConflictPolicy Share. ProbeReached tells what "
-         "each got.";
+         " probes are in conflict with others. More than 32 moving probes are always treated as with ConflictPolicy "
+         "Share: each stops at the mean of the two bounds that the others set. The array ProbeReached has their "
+         "displacements.";
 }
 
 std::string ProbeWarnings::OfEmptyHandles(
@@ -103,14 +102,14 @@ std::string ProbeWarnings::OfEmptyHandles(
   const std::vector<std::size_t> added = this->Empty.Renew(scene.Probes, empty);
   if (added.size() == 1)
   {
-    return scene.NameOf(added[0]) + ": the probe has no tissue of its own: other probes or anchors hold all that is "
-                                    "within its radius, or it was carved away.";
+    return scene.NameOf(added[0]) + ": the probe has no tissue of its own: other probes or anchors hold all tissue "
+                                    "within its radius, or the tissue was carved away.";
   }
   if (added.size() > 1)
   {
     return std::to_string(added.size()) + " of " + std::to_string(held.size()) +
-           " probes have no tissue of their own: other probes or anchors hold all that is within their radii, or it "
-           "was carved away. They are " +
+           " probes have no tissue of their own: other probes or anchors hold all tissue within their radii, or the "
+           "tissue was carved away. They are " +
            List(added, [&](std::size_t p) { return scene.NameOf(p); });
   }
   return {};

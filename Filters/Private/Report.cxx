@@ -48,7 +48,7 @@ std::string Summarize(const Scene& scene, const Session& session, vtkFieldData* 
   const int sweeps = scene.How.relaxationIterations;
   if (!found.Propagation.finished)
   {
-    text += "the pull is still on its way";
+    text += "propagation not finished";
   }
   else if (sweeps == 0)
   {
@@ -128,7 +128,7 @@ const std::string& Report::Get(const Session& session)
     this->Text += "Probe " + std::to_string(p + 1);
     if (!probe.Present)
     {
-      this->Text += " was let go by the reset.\n";
+      this->Text += " was released by Reset.\n";
     }
     else if (probe.Empty)
     {
@@ -136,7 +136,7 @@ const std::string& Report::Get(const Session& session)
     }
     else if (probe.Soft && !this->Settles)
     {
-      this->Text += " is soft, which moves nothing without RelaxationIterations.\n";
+      this->Text += " is soft and moves nothing, because RelaxationIterations is 0.\n";
     }
     else if (probe.Anchor)
     {
@@ -231,7 +231,7 @@ std::string Report::Holder(const chainmail::Limiter& holder) const
   case What::Face:
     return std::string(" by the face ") + faces[holder.face] + " of the scan";
   case What::Rigid:
-    return " by bone that is anchored";
+    return " by anchored bone";
   default:
     return {};
   }

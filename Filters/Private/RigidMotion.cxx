@@ -94,14 +94,14 @@ void CheckRigid(const BodyMotion& motion)
   {
     if (!std::isfinite(value))
     {
-      throw InputError(name + " has a number that is not finite.");
+      throw InputError(name + " has a number that is not finite. Correct the matrix.");
     }
   }
   if (m[12] != 0.0 || m[13] != 0.0 || m[14] != 0.0 || std::fabs(m[15] - 1.0) > 1e-9)
   {
     const bool isTransposed = m[3] == 0.0 && m[7] == 0.0 && m[11] == 0.0 && m[15] == 1.0;
-    throw InputError(name + " does not end with 0 0 0 1" +
-                     (isTransposed ? ": is it written column by column? It goes row by row." : "."));
+    throw InputError(name + " does not end with the row 0 0 0 1" +
+                     (isTransposed ? ", because it is written column by column. Write the matrix row by row." : "."));
   }
   double rotation[3][3];
   RotationPart(m, rotation);
@@ -123,14 +123,14 @@ void CheckRigid(const BodyMotion& motion)
   const double determinant = vtkMath::Determinant3x3(rotation);
   if (off > rigidTolerance || determinant < 0.0)
   {
-    throw InputError(name + " is no rotation and shift, as a bone moves: " +
-                     (determinant < 0.0 ? "it mirrors (its determinant is " + chainmail::toString(determinant, 5) + ")"
+    throw InputError(name + " is not a rigid motion (a rotation and a translation): " +
+                     (determinant < 0.0       ? "it mirrors (determinant " + chainmail::toString(determinant, 5) + ")"
                        : off > rigidTolerance ? "it scales or shears"
                                               : "") +
                      ". The axes become " + lengths +
-                     " times as long, and what should be the identity (its transpose "
-                     "times itself) is off by " +
-                     chainmail::toString(off, 3) + "; up to " + chainmail::toString(rigidTolerance) + " is put right.");
+                     " times as long, and the transpose times the matrix differs from the identity by " +
+                     chainmail::toString(off, 3) + "; at most " + chainmail::toString(rigidTolerance) +
+                     " is corrected.");
   }
 }
 
@@ -152,7 +152,7 @@ void MakeProbes(std::vector<BodyMotion> motions, vtkPolyData* probes)
     if (motion.Body >= 0 && !names.emplace(motion.Body, motion.Name).second)
     {
       throw InputError("Two matrices are for body " + std::to_string(motion.Body) + ": " + names[motion.Body] +
-                       " and " + motion.Name + ". Multiply them, or take one away.");
+                       " and " + motion.Name + ". Multiply them, or remove one.");
     }
   }
   vtkNew<vtkPoints> points;
@@ -206,7 +206,7 @@ std::string SummaryOf(vtkPolyData* probes)
     probes->GetPointData()->GetArray(name)->GetRange(range, -1);
     return chainmail::toString(range[1], 4);
   };
-  return "Turns of up to " + largest("Rotation") + " degrees, shifts of the centres of up to " +
+  return "Rotations up to " + largest("Rotation") + " degrees, displacements of the centres up to " +
          largest("Displacement") + " mm.";
 }
 

@@ -39,7 +39,7 @@ template <typename E> E Choice(const char* property, E value, const std::vector<
     list += (n == 0 ? "" : n + 1 == names.size() ? " or " : ", ") + std::to_string(n) + " (" + names[n] + ")";
   }
   throw chainmail::InputError(
-    std::string(property) + " is " + std::to_string(number) + ", which stands for nothing. Choose " + list + ".");
+    std::string(property) + " is " + std::to_string(number) + ", which is not one of its values. Choose " + list + ".");
 }
 
 chainmail::Method ReadMethod(const Properties& properties)
@@ -63,12 +63,12 @@ chainmail::Method ReadMethod(const Properties& properties)
         method.relaxation != chainmail::RelaxationMethod::Projected || method.elasticRecovery != 1.0))
   {
     throw chainmail::InputError("Rotations need the PropagationMethod Envelope, the RelaxationMethod Projected and an "
-                                "ElasticRecovery of 1. Choose these, or turn Rotations off.");
+                                "ElasticRecovery of 1. Choose these, or switch Rotations off.");
   }
   if (properties.PoissonRatio != 0.0 && !properties.Rotations)
   {
     throw chainmail::InputError(
-      "A PoissonRatio other than 0 needs Rotations. Turn these on, or set PoissonRatio to 0.");
+      "A PoissonRatio other than 0 needs Rotations. Switch Rotations on, or set PoissonRatio to 0.");
   }
   return method;
 }
@@ -104,9 +104,8 @@ vtkDataArray* ReadScalars(vtkImageData* image, const ChosenArray& chosen)
   vtkAbstractArray* scalars = chosen.Array || !unnamed ? chosen.Array : arrays->GetScalars();
   if (scalars && chosen.Association != vtkDataObject::FIELD_ASSOCIATION_POINTS)
   {
-    throw chainmail::InputError(
-      "The scalars are cell data, but tissue is made from point data. Choose a point array, or convert "
-      "with Cell Data to Point Data.");
+    throw chainmail::InputError("Scalars is a cell array, but tissue is made from point data. Choose a point array, or "
+                                "put Cell Data to Point Data before this filter.");
   }
   if (!scalars && chosen.Name)
   {
@@ -119,7 +118,7 @@ vtkDataArray* ReadScalars(vtkImageData* image, const ChosenArray& chosen)
       "The input image has no active point scalars to tell tissue from air. " + ListArrays(arrays) +
       (arrays->GetNumberOfArrays() > 0 ? " Choose one of these." : " Give an image with point scalars."));
   }
-  return NumbersOf("The array of scalars", scalars);
+  return NumbersOf("Scalars", scalars);
 }
 
 /// The point array that a property names; null where the name is empty.
@@ -319,7 +318,7 @@ void Scene::ReadMaterial()
     if (given->GetSize() == 0)
     {
       throw chainmail::InputError(
-        "MaterialFunction has no nodes: add some, or unset it for one fitted to the scalars.");
+        "MaterialFunction has no nodes. Add some, or unset it: the filter then fits a function to the scalars.");
     }
   }
   for (int n = 0; n < this->Function->GetSize(); ++n)
@@ -402,7 +401,7 @@ void Scene::ReadProbes()
       const std::string name = this->NameOf(this->Probes.size());
       if (!IsFinite(position))
       {
-        throw chainmail::InputError(name + ": the position has to be finite. Give the probe one on the tissue.");
+        throw chainmail::InputError(name + ": the position has to be finite. Set one on the tissue.");
       }
       chainmail::Probe probe;
       probe.position = this->Space.PointToEngine(position);
@@ -422,7 +421,7 @@ void Scene::ReadProbes()
       if (!probe.anchor && !displacements)
       {
         throw chainmail::InputError(
-          name + ": there is no point array \"Displacement\" to say how far to pull. " +
+          name + ": the input has no point array \"Displacement\", which sets how far to pull. " +
           ListArrays(points->GetPointData()) +
           " Add one with 3 components, or an array \"Anchor\" that is not 0 where tissue is to be held in place.");
       }
@@ -482,15 +481,14 @@ void Scene::ReadPoses(LabelVoxels& labels)
     const bool rotates = rotation[0] != 0.0 || rotation[1] != 0.0 || rotation[2] != 0.0;
     if (rotates && !this->Properties.Rotations)
     {
-      throw chainmail::InputError(this->NameOf(n) + ": the probe prescribes a rotation, for which elements have to be "
-                                                    "able to rotate. Turn Rotations on, or remove the point array "
-                                                    "\"Rotation\".");
+      throw chainmail::InputError(this->NameOf(n) + ": the probe prescribes a rotation, which needs Rotations. Switch "
+                                                    "Rotations on, or remove the point array \"Rotation\".");
     }
     if (rotates && this->How.propagationIterations != 0)
     {
-      throw chainmail::InputError(this->NameOf(n) +
-                                  ": the probe prescribes a rotation, which takes as many waves as it "
-                                  "needs. Set PropagationIterations to 0.");
+      throw chainmail::InputError(
+        this->NameOf(n) +
+        ": the probe prescribes a rotation, which needs a propagation without limit. Set PropagationIterations to 0.");
     }
     probe.rotates = this->Properties.Rotations;
     probe.rotation = this->Space.AxialToEngine(rotation);
@@ -503,9 +501,9 @@ void Scene::ReadPoses(LabelVoxels& labels)
     {
       if (!(body >= 1.0 && body <= 9e18) || std::nearbyint(body) != body)
       {
-        throw chainmail::InputError(this->NameOf(n) + ": \"Body\" is " + ToString(body) +
-                                    "; it has to be a label of BodyArray, a whole number from 1 on, or -1 for what is "
-                                    "at the point.");
+        throw chainmail::InputError(
+          this->NameOf(n) + ": \"Body\" is " + ToString(body) +
+          "; it has to be a label of BodyArray, a whole number from 1 on, or -1 for the tissue at the point.");
       }
       bodies.emplace_back(n, static_cast<vtkTypeInt64>(body));
     }
@@ -517,10 +515,10 @@ void Scene::ReadPoses(LabelVoxels& labels)
   vtkDataArray* array = ReadNamed(this->Image->GetPointData(), "BodyArray", this->Properties.BodyArray);
   if (!array)
   {
-    throw chainmail::InputError(this->NameOf(bodies.front().first) +
-                                ": the probe is to grip the body with a label (\"Body\"), but BodyArray names no "
-                                "array of labels. " +
-                                ListArrays(this->Image->GetPointData()) + " Choose one of these.");
+    throw chainmail::InputError(
+      this->NameOf(bodies.front().first) +
+      ": the probe has the label of a body (\"Body\"), but BodyArray is empty in the filter for this image. " +
+      ListArrays(this->Image->GetPointData()) + " Choose one of these.");
   }
   std::vector<vtkTypeInt64> wanted;
   std::transform(
@@ -531,8 +529,9 @@ void Scene::ReadPoses(LabelVoxels& labels)
     const LabelVoxels::Body& body = labels.Get(label);
     if (body.Voxels->empty())
     {
-      throw chainmail::InputError(this->NameOf(n) + ": no voxel of the array \"" + this->Properties.BodyArray +
-                                  "\" has the label " + std::to_string(label) + " that the probe is to grip.");
+      throw chainmail::InputError(this->NameOf(n) + ": no voxel of BodyArray \"" + this->Properties.BodyArray +
+                                  "\" has the label " + std::to_string(label) +
+                                  " (\"Body\"). Set a label that the array has, or -1 for the tissue at the point.");
     }
     this->Probes[n].voxels = body.Voxels;
     this->Probes[n].body = body.Number;

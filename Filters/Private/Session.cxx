@@ -111,21 +111,22 @@ std::string AboutParts(const chainmail::SurfaceParts& parts)
   if (parts.mixed > 0 && parts.hollows > 0)
   {
     text = std::to_string(parts.mixed) + " of its " + std::to_string(parts.count) +
-           " parts have triangles that face both ways, so nothing tells which parts are meant as hollows. Those within "
-           "others are taken as hollows, and what is in them stays: ";
+           " parts have triangles that face both ways, so their normals do not show which parts are hollows. Parts "
+           "inside others are taken as hollows, and the tissue in them stays. Hollows found: ";
   }
   else if (parts.hollows > 0 || parts.reversed > 0)
   {
     text = std::to_string(parts.hollows + parts.reversed) + " of its " + std::to_string(parts.count) +
-           " parts face the other way. Those within others are hollows, and what is in them stays: ";
+           " parts have normals opposite to those of the other parts. Parts inside others are hollows, and the tissue "
+           "in them stays. Hollows found: ";
   }
   if (text.empty())
   {
     return text;
   }
   return text + std::to_string(parts.hollows) +
-         ". All others are carved, also where they overlap. To have it another " +
-         "way, let normals point outwards, those of hollows inwards (Generate Surface Normals).";
+         ". All other parts are carved, also where they overlap. To change this, let the normals of hollows point "
+         "inwards, and all others outwards (Generate Surface Normals).";
 }
 
 }

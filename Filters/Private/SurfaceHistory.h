@@ -92,9 +92,8 @@ public:
     if (this->Remember(surface))
     {
       return this->Returned.insert(surface.Name).second
-               ? surface.Name +
-                   " is back where it was before; in Interactive mode what was cut stays cut: Reset brings the "
-                   "tissue back."
+               ? surface.Name + " is back where it was before, but in Interactive mode what was cut stays cut. Press "
+                                "Reset to bring the tissue back."
                : std::string();
     }
     if (removed > 0)

@@ -51,7 +51,8 @@ void Append(const InputSurface& part, InputSurface& to)
   to.Flaw = to.Flaw.empty() ? part.Flaw : to.Flaw;
   if (to.Triangles.points.size() + part.Triangles.points.size() > std::numeric_limits<int>::max())
   {
-    throw chainmail::InputError(to.Name + " has more points than can be handled: simplify it.");
+    throw chainmail::InputError(
+      to.Name + " has more than 2147483647 points. Simplify the surface, for example with Decimate.");
   }
   const int before = static_cast<int>(to.Triangles.points.size());
   to.Triangles.points.insert(to.Triangles.points.end(), part.Triangles.points.begin(), part.Triangles.points.end());
@@ -143,9 +144,8 @@ InputSurface ReadSurface(const InputDataset& leaf, const Frame& space)
         surface->GetPoint(cell->GetId(n), point);
         if (!IsFinite(point))
         {
-          throw chainmail::InputError(
-            where + ", point " + std::to_string(cell->GetId(n)) + " at " + ToString(point) +
-            ": the position has to be finite. Leave the point out, or put it where it belongs.");
+          throw chainmail::InputError(where + ", point " + std::to_string(cell->GetId(n)) + " at " + ToString(point) +
+                                      ": the position has to be finite. Correct or remove the point.");
         }
       }
       if (cell->GetNumberOfIds() >= 3)
@@ -174,7 +174,8 @@ InputSurface ReadSurface(const InputDataset& leaf, const Frame& space)
   vtkPolyData* triangles = triangulate->GetOutput();
   if (triangles->GetNumberOfPoints() > std::numeric_limits<int>::max())
   {
-    throw chainmail::InputError(where + " has more points than can be handled: simplify it.");
+    throw chainmail::InputError(
+      where + " has more than 2147483647 points. Simplify the surface, for example with Decimate.");
   }
 
   InputSurface read{ where, {}, flaw };

@@ -26,7 +26,7 @@ std::string Read(const std::string& name, std::size_t limit)
   vtksys::ifstream file(name.c_str(), std::ios::binary);
   if (!file || vtksys::SystemTools::FileIsDirectory(name))
   {
-    throw chainmail::InputError("Cannot read \"" + name + "\". Is there such a file, and may you read it?");
+    throw chainmail::InputError("Cannot read \"" + name + "\". Check that the file exists and that you may read it.");
   }
   std::string text;
   char portion[1 << 16];

@@ -25,8 +25,8 @@ std::string whatFits(const DeviceInfo& device)
   // enlarged.
   constexpr std::size_t all = 3 * largestField + sizeof(float);
   const std::size_t voxels = std::min(device.maxAllocation / largestField, device.globalMemory / all);
-  return "However much of it moves, an image of " + std::to_string(voxels / 1000000) +
-         " million voxels fits: crop it to a volume of interest of that size.";
+  return "The device can hold an image of " + std::to_string(voxels / 1000000) +
+         " million voxels, however much of it moves: crop the scan to that size.";
 }
 
 /// The new capacity in slots. Small capacities double, so copies are rare; large ones grow by a sixteenth, so little

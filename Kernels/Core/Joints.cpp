@@ -128,8 +128,7 @@ BodyOf readLabels(const ArrayView& labels, std::vector<Body>& bodies, Body& next
 {
   if (labels.components != 1)
   {
-    throw InputError(
-      "The array of bodies has " + std::to_string(labels.components) + " components; it needs 1, a label.");
+    throw InputError("BodyArray has " + std::to_string(labels.components) + " components; it needs 1, the label.");
   }
   return dispatch(labels,
     [&](const auto* label) -> BodyOf

@@ -221,7 +221,8 @@ void Grid::check() const
     }
     if (!(this->spacing[a] > 0.0) || !std::isfinite(this->spacing[a]))
     {
-      throw InputError("The spacing of the image is not positive on every axis.");
+      throw InputError(
+        "The spacing of the image is not positive on every axis. Set a positive spacing, for a single slice too.");
     }
   }
   if (!this->fits())
@@ -266,7 +267,7 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
   if (this->elements_ == 0)
   {
     throw InputError("The image is all air: no voxel has a finite scalar of at least the tissue threshold, " +
-                     toString(material.tissueThreshold) + ". Lower the threshold.");
+                     toString(material.tissueThreshold) + ". Lower TissueThreshold, or choose another MaterialPreset.");
   }
 }
 

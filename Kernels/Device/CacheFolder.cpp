@@ -62,10 +62,10 @@ bool isTrusted(const fs::path& folder)
   {
     return true;
   }
-  giveNotice("Compiled kernels are neither read from nor kept in the folder " + folder.string() + ", since " +
+  giveNotice("The folder " + folder.string() + " is not used for compiled kernels, because " +
              (isOwn ? "others may write to it" : "it belongs to another user") +
-             ", and what is in it would be run. Each start compiles anew. Let the environment variable "
-             "CHAINMAIL_CACHE_DIR name a folder that is yours alone" +
+             " and its files would be run. Each start compiles the kernels again. Set the environment variable "
+             "CHAINMAIL_CACHE_DIR to a folder of your own" +
              (isOwn ? ", or run: chmod go-w " + folder.string() : std::string(".")));
   return false;
 }

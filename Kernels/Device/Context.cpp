@@ -254,7 +254,7 @@ void Context::enqueue(const Kernel& kernel, std::size_t groups, std::size_t item
     }
     throw DeviceError("The device " + this->info_.name + " could not compile or run the kernel " + kernel.name_ + " (" +
                       errorName(status) + ", " + std::to_string(status) +
-                      "), perhaps as other programs were at work on the files that it compiles into. Try again.");
+                      "), perhaps because another program changed its compiled files at the same time. Try again.");
   }
   kernel.program_->noteLaunch(kernel.name_, items);
 }
@@ -333,9 +333,10 @@ cl::Buffer Context::allocate(std::size_t bytes, const char* purpose, std::size_t
 {
   const auto fail = [&](const std::string& room)
   {
-    throw MemoryError(
-      "The device \"" + this->info_.name + "\" has too little memory: " + purpose + " needs " + megabytes(bytes) +
-      ", " + room + " Crop the scan or resample it to fewer voxels, pull less tissue, or choose " + "another device.");
+    throw MemoryError("The device \"" + this->info_.name + "\" has too little memory for " + purpose + ": needed are " +
+                      megabytes(bytes) + ", " + room +
+                      " Crop the scan or resample it to fewer voxels, pull less tissue, or choose " +
+                      "another device.");
   };
   if (bytes > this->info_.maxAllocation)
   {

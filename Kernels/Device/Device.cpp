@@ -126,12 +126,11 @@ void noticePassedOver(const std::vector<FoundDevice>& devices)
   {
     if (device.info.gpu && !best.gpu)
     {
-      giveNotice(
-        "\"" + best.name + "\" computes and not the GPU \"" + device.info.name + "\", since its driver (" +
-        device.info.platform +
-        ") is none of the GPU's maker, and whether the kernels work there is unknown. To "
-        "use it, set Device to its name. ChainMailCompileAhead, which ParaView starts with the plugin, tries it; "
-        "if that succeeds, it will be taken by itself.");
+      giveNotice("\"" + best.name + "\" is used instead of the GPU \"" + device.info.name +
+                 "\", because the GPU's driver (" + device.info.platform +
+                 ") is not by its maker and has not been tested with the kernels. To use the GPU, set Device to its "
+                 "name. ChainMailCompileAhead, which ParaView starts with the plugin, tests the GPU; if the test "
+                 "passes, later starts use it.");
     }
   }
 }
@@ -200,7 +199,7 @@ FoundDevice findDevice(const std::string& name)
     }
   }
   throw DeviceError("No OpenCL device has a name that contains \"" + name + "\". This machine has: " + known +
-                    ". Leave the name empty for the best one.");
+                    ". Choose one of these, or leave Device empty for the best one.");
 }
 
 std::vector<DeviceInfo> listDevices()

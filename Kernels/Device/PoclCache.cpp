@@ -248,8 +248,8 @@ public:
     if (mayUse && linkFiles(wish, this->folder_) == 0)
     {
       giveNotice("The folder " + wish.string() + ' ' + why +
-                 ", so what is compiled now is gone when this process ends. Let the environment variable "
-                 "CHAINMAIL_CACHE_DIR name a folder that can be written to.");
+                 ", so kernels that are compiled now are lost when this process ends. Set the environment variable "
+                 "CHAINMAIL_CACHE_DIR to a folder that you can write to.");
     }
   }
   ~PoclCache()
@@ -303,13 +303,14 @@ std::string problemOfPoclCache()
   const fs::path& folder = poclCache().folder();
   if (folder.empty())
   {
-    return "PoCL needs a folder that it can write to, and neither the user's place for caches nor /tmp is one: let "
-           "CHAINMAIL_CACHE_DIR name such a folder.";
+    return "PoCL needs a folder to write to, but neither the user's cache folder nor /tmp can be written to. Set the "
+           "environment variable CHAINMAIL_CACHE_DIR to a folder that you can write to.";
   }
   const std::string why = makeFolder(folder) ? whyNotWritable(folder) : "is gone and cannot be made again";
   return why.empty() ? std::string()
-                     : "The folder " + folder.string() + ", in which PoCL keeps what it compiles, " + why +
-                         ": make room there, or let CHAINMAIL_CACHE_DIR name another folder, and start again.";
+                     : "The folder " + folder.string() + ", in which PoCL keeps compiled kernels, " + why +
+                         ". Free space there, or set the environment variable CHAINMAIL_CACHE_DIR to another folder, "
+                         "and start again.";
 }
 
 void requirePoclCache()

@@ -36,11 +36,11 @@ void requireOwnOpenCL()
   user.compare_exchange_strong(none, getpid());
   if (isForkedFromOpenCL())
   {
-    throw DeviceError(
-      "This process was forked from one that had used OpenCL, whose drivers do not work in both. Start processes "
-      "afresh: in Python with multiprocessing.set_start_method(\"spawn\") or multiprocessing.get_context(\"spawn\"), "
-      "in "
-      "C++ with exec after fork. Or use no device before the fork.");
+    throw DeviceError("This process was forked from one that had used OpenCL, but OpenCL drivers do not work after a "
+                      "fork. Start new processes instead: in Python with multiprocessing.set_start_method(\"spawn\") "
+                      "or multiprocessing.get_context(\"spawn\"), "
+                      "in "
+                      "C++ with exec after fork. Or fork before the first use of a device.");
   }
 }
 

@@ -278,7 +278,7 @@ private:
   Relaxation relaxation_;
   std::unique_ptr<RigidClusters> clusters_;
   Scratch list_{ "the list of bricks" };
-  Field rotationsBefore_{ 3, sizeof(cl_float), "rotations" };
+  Field rotationsBefore_{ 3, sizeof(cl_float), "the rotations" };
 };
 
 CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)

@@ -66,9 +66,9 @@ private:
   bool rotatedBefore_ = false; ///< whether there were any rotations
   double energyBefore_ = 0.0;
   bool feasible_ = true; ///< whether the finest grid could be made feasible
-  Field marks_{ 1, sizeof(cl_int), "what hangs together" };
+  Field marks_{ 1, sizeof(cl_int), "the connected components" };
   Scratch list_{ "the list of bricks" };
-  Scratch found_{ "what hangs together" };
+  Scratch found_{ "the connected components" };
 };
 
 }

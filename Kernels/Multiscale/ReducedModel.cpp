@@ -58,9 +58,8 @@ std::shared_ptr<const Model> reducedModel(
 {
   if (finer.model().isDivided())
   {
-    throw InputError(
-      "A reduced model makes bone thicker, which closes the joints between its bodies: set ModelReduction "
-      "to 1, or leave the bodies undivided (no BodyArray, JointSize 0).");
+    throw InputError("A reduced model makes bone thicker, which closes the joints between bodies. Set ModelReduction "
+                     "to 1, or do not divide the bone (BodyArray empty, JointSize 0).");
   }
   const Grid& whole = finer.model().grid();
   const Grid grid = reducedGrid(whole, factor);

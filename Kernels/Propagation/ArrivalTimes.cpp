@@ -12,7 +12,7 @@ ArrivalTimes::ArrivalTimes(Bricks& bricks)
   : bricks_(bricks)
   , fixedPoint_(bricks, "arrivals.cl", "arrive")
   , time_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
-  , front_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "wavefront numbers" }
+  , front_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "wave ids" }
   , arrival_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
 {
 }

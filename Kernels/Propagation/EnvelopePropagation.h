@@ -58,7 +58,7 @@ public:
 private:
   Bricks& bricks_;
   FixedPoint fixedPoint_;
-  Field shift_{ 3, sizeof(float), "what a wave moves tissue by" }; ///< with rotations only, see envelope.cl
+  Field shift_{ 3, sizeof(float), "the displacement by a wave" }; ///< with rotations only, see envelope.cl
   bool poses_ = false; ///< whether the wave is of handles that have been rotated
   Scratch list_{ "the list of bricks" };
 };

@@ -189,7 +189,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
       if (iterations == 0 && !this->finished_ && this->iterations_ > this->bricks_.model().grid().voxels())
       {
         throw Error(std::string("An error of the engine: ") + this->name_ + " of " + this->file_ +
-                    " does not come to an end. Reset the tissue, and please report it.");
+                    " does not end. Reset the tissue, and please report this error.");
       }
       if (beyond)
       {

@@ -57,7 +57,7 @@ void Handles::check(const Probe& probe, std::size_t number) const
   }
   if (!(probe.tolerance >= 0.0) || !std::isfinite(probe.tolerance))
   {
-    refuse("has a tolerance that is negative or not finite: 0 stands for a probe that is not soft.");
+    refuse("has a tolerance that is negative or not finite. Set 0 for a probe that is not soft.");
   }
   if (probe.anchor)
   {
@@ -71,7 +71,7 @@ void Handles::check(const Probe& probe, std::size_t number) const
   {
     if (!(std::fabs(probe.displacement[a] / spacing[a]) < farthest))
     {
-      refuse("has a displacement of a billion voxels or more: move its target nearer.");
+      refuse("has a displacement of a billion voxels or more. Move its target nearer.");
     }
   }
   if (!probe.rotates)
@@ -80,11 +80,12 @@ void Handles::check(const Probe& probe, std::size_t number) const
   }
   if (!this->bricks_.rotations())
   {
-    refuse("prescribes a rotation, for which elements have to be able to rotate (Rotations).");
+    refuse("prescribes a rotation, which needs Rotations. Switch Rotations on.");
   }
   if (this->bricks_.model().axes() != 1)
   {
-    refuse("prescribes a rotation, for which the constraint has to be the same along all axes.");
+    refuse(
+      "prescribes a rotation, but its tissue has a constraint for each axis. Use a ConstraintArray of 1 component.");
   }
   if (!isFinite(probe.rotation) || !isFinite(probe.centre))
   {
@@ -92,13 +93,13 @@ void Handles::check(const Probe& probe, std::size_t number) const
   }
   if (!(length(probe.rotation) <= mostTurns * 2.0 * pi))
   {
-    refuse("has a rotation of more than 100 turns: take whole turns off.");
+    refuse("has a rotation of more than 100 full turns. Subtract full turns.");
   }
   for (int a = 0; a < 3; ++a)
   {
     if (!(std::fabs(probe.centre[a] / spacing[a]) < farthest))
     {
-      refuse("has a centre that is a billion voxels away or more: move it nearer.");
+      refuse("has a centre that is a billion voxels away or more. Move the centre nearer.");
     }
   }
 }

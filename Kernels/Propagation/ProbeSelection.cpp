@@ -233,10 +233,10 @@ std::vector<std::vector<std::size_t>> elementsAround(
     if (grabbed.back().empty())
     {
       throw ProbeError(number, nameOf(probe, number),
-        probe.voxels ? "holds no tissue: none of the voxels that it is to hold is tissue. Lower the tissue threshold, "
-                       "or give it other ones."
-                     : "holds no tissue: there is none within its radius of " + toString(probe.radius) +
-                         " mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.");
+        probe.voxels
+          ? "holds no tissue: none of its voxels is tissue. Give the probe other voxels, or lower TissueThreshold."
+          : "holds no tissue: no voxel within its radius of " + toString(probe.radius) +
+              " mm is tissue. Move the probe onto tissue, enlarge its radius, or lower TissueThreshold.");
     }
   }
   return grabbed;

@@ -11,7 +11,7 @@ Timestamps::Timestamps(Bricks& bricks, ArrivalTimes& arrivals)
   , arrivals_(arrivals)
   , stamp_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "activity flags" }
   , nextTime_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_float), "propagation times" }
-  , nextFront_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "wavefront numbers" }
+  , nextFront_{ static_cast<std::size_t>(bricks.model().axes()), sizeof(cl_int), "wave ids" }
 {
 }
 
@@ -66,7 +66,7 @@ int Timestamps::run(int iterations, const Checkpoint& checkpoint)
     // Iteration n completes paths of n links, and the path of the earliest time visits no element twice.
     if (static_cast<std::size_t>(done) > this->bricks_.model().grid().voxels() && !this->finished())
     {
-      throw Error("An error of the engine: waves do not come to an end. Reset the tissue, and please report it.");
+      throw Error("An error of the engine: waves do not end. Reset the tissue, and please report this error.");
     }
   }
   return done;

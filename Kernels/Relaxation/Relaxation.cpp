@@ -35,7 +35,7 @@ constexpr std::size_t fewElements = 1 << 15;
 Relaxation::Relaxation(Bricks& bricks)
   : bricks_(bricks)
   , schedule_(bricks)
-  , batch_(BATCH_ROW, "the list of rotates")
+  , batch_(BATCH_ROW, "the list of colour passes")
 {
 }
 

@@ -308,10 +308,10 @@ void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickExte
     {
       if (end - begin == 1)
       {
-        throw InputError("Tissue comes together from a box of " + std::to_string(batch.cells.size[0]) + " x " +
-                         std::to_string(batch.cells.size[1]) + " x " + std::to_string(batch.cells.size[2]) +
-                         " voxels; at most 268 million can be resampled. Crop the image to what is to be deformed, or "
-                         "resample it to fewer voxels.");
+        throw InputError(
+          "The tissue of one brick of the output comes from a box of " + std::to_string(batch.cells.size[0]) + " x " +
+          std::to_string(batch.cells.size[1]) + " x " + std::to_string(batch.cells.size[2]) +
+          " voxels; at most 268 million can be resampled at once. Crop the image, or resample it to fewer voxels.");
       }
       end = begin + (end - begin) / 2;
       batch = makeBatch(this->bricks_, frame, reaches, wanted, begin, end);

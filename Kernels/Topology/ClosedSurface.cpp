@@ -146,8 +146,8 @@ void checkClosed(const std::vector<Side>& sides, const Surface& surface)
   }
   throw InputError("The surface to carve with is not closed, so it has no inside: " + std::to_string(open) +
                    " of its " + "edges have no second triangle, one of them near " + toString(middle) +
-                   " mm along the image's axes. Fill its holes; merge points that are meant to be one but lie apart " +
-                   "(Clean to Grid); or cut with it instead.");
+                   " mm along the image's axes. Fill its holes, merge points that should be one (Clean to Grid), " +
+                   "or use the surface as Cuts instead.");
 }
 
 /// Numbers the connected components. Returns their number.

@@ -107,7 +107,7 @@ void tryOn(const DeviceInfo& device)
   const bool isMoved = statistics.displaced > 0 && reached.front().reached == probe.displacement;
   if (!isMoved || !(statistics.maxLinkExcess < 1e-4) || !(statistics.energy > 0.0))
   {
-    throw DeviceError("\"" + device.name + "\" computes something else than other devices.");
+    throw DeviceError("\"" + device.name + "\" gives results that differ from those of other devices.");
   }
 }
 

@@ -88,10 +88,11 @@ int vtkChainMailForearmSource::RequestData(vtkInformation*, vtkInformationVector
   {
     return 1;
   }
-  vtkErrorMacro("ParaView's Python could not make the forearm; it says why. It needs numpy.");
+  vtkErrorMacro(
+    "Python could not make the forearm, for the reason printed above. The forearm needs Python's module numpy.");
 #else
   (void)output;
-  vtkErrorMacro("The forearm needs a ParaView with Python, and this plugin was built with one that has none.");
+  vtkErrorMacro("The forearm needs a ParaView with Python, but this plugin was built with a ParaView without Python.");
 #endif
   return 0;
 }

@@ -47,7 +47,7 @@ int TestChainMailBladeSource(int, char*[])
   EventLog log{ source };
   source->SetDirection(0, 0, 0);
   source->Update();
-  check.Contains(log.TakeErrors(), "direction of the blade is 0", "no direction");
+  check.Contains(log.TakeErrors(), "Direction is (0, 0, 0)", "no direction");
   std::ostringstream text;
   source->PrintSelf(text, vtkIndent());
   for (const char* name : { "Start: 1 2 3", "End: 5 2 3", "Direction: 0 0 0", "Depth: 10", "Height: 5" })

@@ -396,7 +396,7 @@ void TestErrors(Checks& check)
   expect(points, bad, "no array Element");
   bad->DeepCopy(good);
   bad->GetPointData()->GetArray("Displacement")->SetComponent(7, 1, std::nan(""));
-  expect(points, bad, "no finite numbers");
+  expect(points, bad, "not finite");
   vtkNew<vtkFloatArray> scalar;
   scalar->SetName("Displacement");
   scalar->SetNumberOfTuples(bad->GetNumberOfPoints());

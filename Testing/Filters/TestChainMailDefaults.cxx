@@ -263,8 +263,8 @@ int TestChainMailDefaults(int, char*[])
       "ConflictPolicy: Latest", "PropagationTimes: On", "ModelArrays: Displacement Element no Constraint Cluster",
       "RelaxationMethod: Paper", "ElasticRecovery: 0.8", "PoissonRatio: 0.3", "RelaxationIterations: 7",
       "RelaxationTolerance: 0.5", "Interpolation: Nearest", "LabelArrays:", "BackgroundValue: nan", "OutputPadding: 3",
-      "OutputMagnification: 2", "UseOutputBounds: On", "OutputBounds: 0 2 0 3 0 4.5", "SmoothCuts: Off",
-      "PullBack: On", "ScalarSmoothing: 0.75", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
+      "OutputMagnification: 2", "UseOutputBounds: On", "OutputBounds: 0 2 0 3 0 4.5", "SmoothCuts: Off", "PullBack: On",
+      "ScalarSmoothing: 0.75", "Device: some", "BrickSize: 8 4 2", "ModelReduction: 4" })
   {
     check.Contains(text.str(), line, "PrintSelf");
   }

@@ -109,7 +109,7 @@ int TestChainMailErrors(int, char*[])
     { "scalars that are words", { "\"Words\"", "does not hold numbers", "Choose" },
       [](Scene&, vtkChainMailDeformation* f)
       { f->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, "Words"); } },
-    { "cell scalars", { "cell data", "Cell Data to Point Data" },
+    { "cell scalars", { "cell array", "Cell Data to Point Data" },
       [](Scene& s, vtkChainMailDeformation* f)
       {
         vtkNew<vtkFloatArray> cells;
@@ -214,7 +214,7 @@ int TestChainMailErrors(int, char*[])
       true },
     { "model reduction by 3", { "model reduction", "1, 2, 4 or 8" },
       [](Scene&, vtkChainMailDeformation* f) { f->SetModelReduction(3); }, true },
-    { "rotations of plastic tissue", { "Rotations need", "turn Rotations off" },
+    { "rotations of plastic tissue", { "Rotations need", "switch Rotations off" },
       [](Scene&, vtkChainMailDeformation* f)
       {
         f->SetRotations(true);

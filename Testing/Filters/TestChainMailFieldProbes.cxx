@@ -90,7 +90,7 @@ int TestChainMailFieldProbes(int, char*[])
 
   check.That(update("all") == expected([](int, int, int, const double*) { return true; }), "all but NaN");
   check.Contains(filter->GetReport(), "1079 probes", "report");
-  check.Contains(filter->GetReport(), "0 places outside the mask, 1 without a field", "report");
+  check.Contains(filter->GetReport(), "0 places outside the mask, 1 without a finite displacement", "report");
   // Steps of 4.4, that is 4, 3 and 1 voxels, counted from index 0.
   filter->SetSpacing(4.4);
   check.That(update("some") == expected([](int i, int j, int, const double*) { return i % 4 == 0 && j % 3 == 0; }),
@@ -128,25 +128,27 @@ int TestChainMailFieldProbes(int, char*[])
   }
   filter->SetMaskArray("Other");
   filter->Update();
-  check.Contains(
-    log.TakeErrors(), "The mask has no point array of one component called Other. It has: Scan.", "no mask");
+  check.Contains(log.TakeErrors(),
+    "MaskArray is \"Other\", but the mask has no such point array of one component. It has: Scan.", "no mask");
   filter->SetMaskArray("");
   filter->SetMaskConnection(nullptr);
 
   // Other arrays.
   filter->SetField("Motion");
   filter->Update();
-  check.Contains(
-    log.TakeErrors(), "There is no point array Motion of 3 components. It has: Scan, Displacement.", "no field");
+  check.Contains(log.TakeErrors(),
+    "Field is \"Motion\", but the input has no such point array of 3 components. It has: Scan, Displacement.",
+    "no field");
   filter->SetField("Scan");
   filter->Update();
-  check.Contains(log.TakeErrors(), "no point array Scan of 3 components", "scalars");
+  check.Contains(
+    log.TakeErrors(), "Field is \"Scan\", but the input has no such point array of 3 components", "scalars");
   filter->SetField("");
   image->GetPointData()->GetArray("Displacement")->SetName("Way");
   image->Modified();
   filter->Modified();
   filter->Update();
-  check.Contains(log.TakeErrors(), "no point array Displacement", "another name");
+  check.Contains(log.TakeErrors(), "neither a point array Displacement", "another name");
   image->GetPointData()->SetActiveVectors("Way");
   image->Modified();
   check.Equal(update("active vectors").size(), std::size_t(1079), "active vectors");

@@ -88,22 +88,25 @@ int TestChainMailLandmarkReader(int, char*[])
   };
   const std::string table = "10,-20,30\n-1.5,2.25,-300\n";
   const Case cases[] = {
-    { "lps.mrk.json", markups, 0, "L1,L2", "the file says LPS" },
-    { "ras.mrk.json", markupsRAS, 0, "L1,L2", "the file says RAS" },
-    { "lps.fcsv", fiducials, 0, "L1,L2", "the file says LPS" },
-    { "ras.fcsv", fiducialsRAS, 0, "L1,L2", "the file says RAS" },
-    { "old.fcsv", fiducialsOld, 0, "L1,L2", "the file does not say) says RAS" },
-    { "point.txt", "point\n2\n10 -20 30\n-1.500000000000000e+00 2.25 -3.0e+02\n", 0, ",", "elastix says LPS" },
-    { "point.pts", "point\r\n2\r\n10\t-20\t30\r\n-1.5\t2.25\t-300\r\n", 0, ",", "elastix says LPS" },
-    { "bare.csv", table, 1, ",", "read as LPS, as FileWorld says" },
-    { "turned.csv", "-10;20;30\n1.5;-2.25;-300\n", 2, ",", "read as RAS, as FileWorld says" },
-    { "named.csv", "label,x,y,z\nL1,10,-20,30\nL2,-1.5,2.25,-300\n", 1, "L1,L2", "read as LPS" },
-    { "labels.csv", "L1,10,-20,30\n\"L2\",-1.5,2.25,-300\n", 1, "L1,L2", "read as LPS" },
+    { "lps.mrk.json", markups, 0, "L1,L2", "axes LPS, from the file" },
+    { "ras.mrk.json", markupsRAS, 0, "L1,L2", "axes RAS, from the file" },
+    { "lps.fcsv", fiducials, 0, "L1,L2", "axes LPS, from the file" },
+    { "ras.fcsv", fiducialsRAS, 0, "L1,L2", "axes RAS, from the file" },
+    { "old.fcsv", fiducialsOld, 0, "L1,L2", "axes RAS, from the format (the file names none)" },
+    { "point.txt", "point\n2\n10 -20 30\n-1.500000000000000e+00 2.25 -3.0e+02\n", 0, ",",
+      "axes LPS, from the format of elastix" },
+    { "point.pts", "point\r\n2\r\n10\t-20\t30\r\n-1.5\t2.25\t-300\r\n", 0, ",",
+      "axes LPS, from the format of elastix" },
+    { "bare.csv", table, 1, ",", "axes LPS, from FileWorld" },
+    { "turned.csv", "-10;20;30\n1.5;-2.25;-300\n", 2, ",", "axes RAS, from FileWorld" },
+    { "named.csv", "label,x,y,z\nL1,10,-20,30\nL2,-1.5,2.25,-300\n", 1, "L1,L2", "axes LPS, from FileWorld" },
+    { "labels.csv", "L1,10,-20,30\n\"L2\",-1.5,2.25,-300\n", 1, "L1,L2", "axes LPS, from FileWorld" },
     { "slicer.csv", "label,r,a,s,defined,selected\nL1,-10,20,30,1,1\nL2,1.5,-2.25,-300,1,1\n", 0, "L1,L2",
-      "the table says RAS" },
-    { "slicer.tsv", "label\tl\tp\ts\nL1\t10\t-20\t30\nL2\t-1.5\t2.25\t-300\n", 0, "L1,L2", "the table says LPS" },
-    { "excel.csv", "\xEF\xBB\xBFName;Z;Y;X\nL1;30;-20;10\nL2;-300;2.25;-1.5\n", 1, "L1,L2", "read as LPS" },
-    { "bad.mrk.json", markupsRAS, 2, "L1,L2", "read as RAS" },
+      "axes RAS, from the table" },
+    { "slicer.tsv", "label\tl\tp\ts\nL1\t10\t-20\t30\nL2\t-1.5\t2.25\t-300\n", 0, "L1,L2", "axes LPS, from the table" },
+    { "excel.csv", "\xEF\xBB\xBFName;Z;Y;X\nL1;30;-20;10\nL2;-300;2.25;-1.5\n", 1, "L1,L2",
+      "axes LPS, from FileWorld" },
+    { "bad.mrk.json", markupsRAS, 2, "L1,L2", "axes RAS, from FileWorld" },
   };
   for (const Case& one : cases)
   {
@@ -123,9 +126,10 @@ int TestChainMailLandmarkReader(int, char*[])
       const std::string report = reader->GetReport();
       check.Contains(report, "2 landmarks; ", where);
       check.Contains(report, one.Said, where);
-      check.Contains(report, world ? "world is RAS" : "world is LPS", where);
-      const bool isRAS = report.find("says RAS") != std::string::npos || report.find("as RAS") != std::string::npos;
-      check.Contains(report, isRAS == (world == 1) ? "nothing converted" : "x and y changed their signs", where);
+      check.Contains(report, world ? "the scan has RAS (World)" : "the scan has LPS (World)", where);
+      const bool isRAS = report.find("axes RAS") != std::string::npos;
+      check.Contains(
+        report, isRAS == (world == 1) ? "nothing was converted" : "the signs of x and y were changed", where);
     }
   }
   // Against what the file says, which the report tells; and nothing said, which is the scan's own.
@@ -134,7 +138,7 @@ int TestChainMailLandmarkReader(int, char*[])
   reader->SetWorldToLPS();
   reader->Update();
   check.That(PlacesOf(reader->GetOutput()) == ras, "read as RAS though it says LPS");
-  check.Contains(reader->GetReport(), "although the file says LPS", "the report");
+  check.Contains(reader->GetReport(), "in place of LPS from the file", "the report");
   reader->SetFileName(write("silent.csv", table).c_str());
   reader->SetFileWorldToAsSaid();
   for (const int world : { 0, 1 })
@@ -142,7 +146,7 @@ int TestChainMailLandmarkReader(int, char*[])
     reader->SetWorld(world);
     reader->Update();
     check.That(PlacesOf(reader->GetOutput()) == lps, "a table that does not say is left as it is");
-    check.Contains(reader->GetReport(), "does not say which way its axes go", "the report");
+    check.Contains(reader->GetReport(), "names none", "the report");
   }
   reader->SetWorldToLPS();
 
@@ -150,7 +154,7 @@ int TestChainMailLandmarkReader(int, char*[])
   reader->SetFileName(write("two.mrk.json", markupsTwo).c_str());
   reader->Update();
   check.Equal(log.TakeErrors(), std::string(), "two lists");
-  check.Contains(log.TakeWarnings(), "1 landmarks have no place yet", "two lists");
+  check.Contains(log.TakeWarnings(), "1 landmarks have no position yet", "two lists");
   check.That(PlacesOf(reader->GetOutput()) == lps, "two lists: both in one's axes");
 
   // Pairs.
@@ -187,7 +191,7 @@ int TestChainMailLandmarkReader(int, char*[])
   reader->SetWorldToLPS();
   check.Equal(log.TakeErrors(), std::string(), "voxels");
   check.That(PlacesOf(reader->GetOutput()) == std::vector<Vector>{ { { 1.0, 2.0, 3.0 } } }, "voxels as they are");
-  check.Contains(reader->GetReport(), "counted in voxels", "voxels");
+  check.Contains(reader->GetReport(), "voxel indices", "voxels");
   vtkNew<vtkPolyData> there; // at voxel (6, -1, 3): 12, -3, 12 along the image's axes, which go along y, -x and z
   vtkNew<vtkPoints> place;
   place->SetDataTypeToDouble();
@@ -198,7 +202,7 @@ int TestChainMailLandmarkReader(int, char*[])
   placed->SetInputConnection(reader->GetOutputPort());
   placed->SetToData(there);
   placed->Update();
-  check.Contains(placedLog.TakeErrors(), "Give the image that they count in as Image", "voxels without an image");
+  check.Contains(placedLog.TakeErrors(), "Connect the image that these count in as Image", "voxels without an image");
   placed->SetImageData(image);
   placed->Update();
   check.Equal(placedLog.TakeErrors(), std::string(), "voxels with their image");
@@ -208,30 +212,30 @@ int TestChainMailLandmarkReader(int, char*[])
   const std::pair<const char*, const char*> wrongs[] = {
     { "", "is empty" },
     { " \n\n", "is empty" },
-    { "{ \"markups\": [ { \"controlPoints\": [ ] } ", "no JSON" },
-    { "{ \"a\": 1 }", "no .mrk.json of Slicer" },
+    { "{ \"markups\": [ { \"controlPoints\": [ ] } ", "not valid JSON" },
+    { "{ \"a\": 1 }", "not a .mrk.json of 3D Slicer" },
     { "{ \"markups\": [ ] }", "has no landmarks" },
     { "{ \"markups\": [ 5 ] }", "controlPoints" },
     { "{ \"markups\": [ { \"coordinateSystem\": \"IJK\", \"controlPoints\": [ ] } ] }", "neither LPS nor RAS" },
-    { "{ \"markups\": [ { \"coordinateSystem\": 7, \"controlPoints\": [ ] } ] }", "no text" },
-    { "{ \"markups\": [ { \"coordinateUnits\": \"cm\", \"controlPoints\": [ ] } ] }", "not in mm" },
-    { "{ \"markups\": [ { \"coordinateUnits\": [\"m\", \"m\", \"m\"], \"controlPoints\": [ ] } ] }", "not in mm" },
+    { "{ \"markups\": [ { \"coordinateSystem\": 7, \"controlPoints\": [ ] } ] }", "not a text" },
+    { "{ \"markups\": [ { \"coordinateUnits\": \"cm\", \"controlPoints\": [ ] } ] }", "Save it in mm" },
+    { "{ \"markups\": [ { \"coordinateUnits\": [\"m\", \"m\", \"m\"], \"controlPoints\": [ ] } ] }", "Save it in mm" },
     { "{ \"markups\": [ { \"controlPoints\": [ { \"position\": [ 1, \"b\", 2 ] } ] } ] }", "point 1 of list 1" },
-    { "{ \"markups\": [ { \"controlPoints\": [ { \"position\": [ 1, 2 ] } ] } ] }", "not three numbers" },
-    { "{ \"markups\": [ { \"controlPoints\": [ 3 ] } ] }", "is no point" },
+    { "{ \"markups\": [ { \"controlPoints\": [ { \"position\": [ 1, 2 ] } ] } ] }", "must be three numbers" },
+    { "{ \"markups\": [ { \"controlPoints\": [ 3 ] } ] }", "is not a JSON object" },
     { "# Markups fiducial file version = 4.6\n# CoordinateSystem = 2\na,1,2,3\n", "neither LPS nor RAS" },
-    { "# Markups fiducial file version = 4.6\na,1,nan,3\n", "line 2, column 3: \"nan\" is no number" },
+    { "# Markups fiducial file version = 4.6\na,1,nan,3\n", "line 2, column 3: \"nan\" is not a number" },
     { "# Markups fiducial file version = 4.6\n", "has no landmarks" },
-    { "# Markups fiducial file version = 4.6\n# columns = id,a,b\nq,1,2\n", "names no x, y and z" },
-    { "point\n3\n1 2 3\n4 5 6\n", "says that it has 3 points, and has 2" },
+    { "# Markups fiducial file version = 4.6\n# columns = id,a,b\nq,1,2\n", "does not name the columns x, y and z" },
+    { "point\n3\n1 2 3\n4 5 6\n", "gives 3 points, but the file has 2" },
     { "point\n1 2 3\n", "second line" },
     { "point\n1\n1 2\n", "line 3, column 3" },
-    { "1,2\n", "a row has three numbers" },
-    { "1,2,3\n4,x,6\n", "line 2, column 2: \"x\" is no number" },
-    { "1,2,3\n4,5\n", "line 2, column 3: \"\" is no number" },
-    { "1,2,3\n4,1e999,3\n", "\"1e999\" is no number" },
-    { "a,b,c\n1,2,3\n", "none are called x, y and z" },
-    { "# nothing\n", "comments alone" },
+    { "1,2\n", "A row needs three numbers" },
+    { "1,2,3\n4,x,6\n", "line 2, column 2: \"x\" is not a number" },
+    { "1,2,3\n4,5\n", "line 2, column 3: \"\" is not a number" },
+    { "1,2,3\n4,1e999,3\n", "\"1e999\" is not a number" },
+    { "a,b,c\n1,2,3\n", "no columns x, y and z" },
+    { "# nothing\n", "only comments" },
     { "x,y,z\n", "has no landmarks" },
   };
   for (const auto& wrong : wrongs)
@@ -249,14 +253,14 @@ int TestChainMailLandmarkReader(int, char*[])
   }
   reader->SetFileName((folder.path / "none.csv").string().c_str());
   reader->Update();
-  check.Contains(log.TakeErrors(), "Is there such a file", "no file");
+  check.Contains(log.TakeErrors(), "Check that the file exists", "no file");
   reader->SetFileName("");
   reader->Update();
   check.Contains(log.TakeErrors(), "set FileName", "no name");
   // Brackets without end, and what is no landmarks, in the list of readers.
   reader->SetFileName(write("deep", "{ \"markups\": " + std::string(5000, '[')).c_str());
   reader->Update();
-  check.Contains(log.TakeErrors(), "no JSON", "brackets");
+  check.Contains(log.TakeErrors(), "not valid JSON", "brackets");
   for (const char* const other : { "time,pressure\n0,1\n1,2\n", "{ \"asset\": { } }", "Some text\nof a book.\n", "" })
   {
     check.Equal(

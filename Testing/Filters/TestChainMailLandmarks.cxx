@@ -111,7 +111,7 @@ int TestChainMailLandmarks(int, char*[])
   expect(from, ways, "by order");
   check.Equal(log.TakeWarnings(), std::string(), "by order");
   check.Contains(
-    filter->GetReport(), "3 pairs. They go 2 mm on average, the landmark 3 of From the farthest: 3 mm.", "report");
+    filter->GetReport(), "3 pairs. Displacements: 2 mm on average, at most 3 mm (landmark 3 of From).", "report");
   check.That(!filter->GetOutput()->GetPointData()->GetAbstractArray("Label"), "no labels");
 
   // By label.
@@ -140,11 +140,11 @@ int TestChainMailLandmarks(int, char*[])
   filter->SetToData(MakeList({ to[0], to[1] }));
   expectError("From has 3 landmarks and To has 2", "unequal");
   filter->SetToData(MakeList({ to[0], { { 0, std::nan(""), 0 } }, to[2] }));
-  expectError("landmark 2 of To is not finite", "NaN");
+  expectError("position of landmark 2 of To is (0, nan, 0); it must be finite", "NaN");
   filter->SetToData(MakeList(to));
   filter->SetInputData(
     MakeList({ from[0], from[1], { { std::numeric_limits<double>::infinity(), 0, 0 } } }, { "p", "q", "r" }));
-  expectError("landmark 3 (r) of From is not finite", "infinite");
+  expectError("position of landmark 3 (r) of From is (inf, 0, 0); it must be finite", "infinite");
   filter->SetInputData(MakeList({}));
   expectError("From has no landmarks", "none");
   vtkNew<vtkPolyData> nothing;
@@ -152,9 +152,9 @@ int TestChainMailLandmarks(int, char*[])
   expectError("From has no landmarks", "no points at all");
   filter->SetInputData(MakeList(from));
   filter->SetToConnection(nullptr);
-  expectError("give a second list as To", "no targets");
+  expectError("Connect a second list as To", "no targets");
   filter->SetTargetArray("Goal");
-  expectError("no point array Goal", "no such array");
+  expectError("TargetArray is \"Goal\", but From has no such point array", "no such array");
 
   // One list with an array, of any type.
   auto both = MakeList(from);
@@ -169,7 +169,7 @@ int TestChainMailLandmarks(int, char*[])
   filter->SetInputData(both);
   expect(from, ways, "one list");
   filter->SetTargetArray("");
-  expectError("give a second list as To", "another name than Target");
+  expectError("Connect a second list as To", "another name than Target");
   goal->SetName("Target");
   both->Modified();
   filter->Modified();
@@ -178,7 +178,7 @@ int TestChainMailLandmarks(int, char*[])
   flat->SetName("Target");
   flat->SetNumberOfTuples(3);
   both->GetPointData()->AddArray(flat);
-  expectError("has 1 components instead of 3", "scalars");
+  expectError("has 1 components; it needs 3", "scalars");
   both->GetPointData()->RemoveArray("Target");
 
   // Tables: columns of one number each, or of three; a label beside them.
@@ -191,14 +191,14 @@ int TestChainMailLandmarks(int, char*[])
   filter->SetToData(MakeList(to));
   expect(from, ways, "table and points");
   filter->SetToConnection(nullptr);
-  expectError("give a second list as To", "a table of places");
+  expectError("Connect a second list as To", "a table of places");
   AddColumn<vtkDoubleArray>(table, "goal", 3, { 2, 2, 3, 4, 8, 8, -7, 0.5, 97 });
   table->Modified(); // which AddColumn() does not say
   expect(from, ways, "a table of pairs");
   check.Contains(filter->GetReport(), "landmark 3 (13)", "its labels");
   AddColumn<vtkDoubleArray>(table, "more", 1, { 1, 1, 1 });
   table->Modified();
-  expectError("has 7 numbers a row", "too many");
+  expectError("has 7 numbers in each row", "too many");
 
   // Axes mixed up. Lists that fit stay without a warning, also where all is moved far or turned a little.
   Noise noise(5);
@@ -222,8 +222,8 @@ int TestChainMailLandmarks(int, char*[])
   filter->SetToData(MakeList(mirrored));
   filter->Update();
   check.Equal(log.TakeErrors(), std::string(), "mixed up is no error");
-  check.Contains(log.TakeWarnings(), "(LPS)", "mixed up");
-  check.Contains(filter->GetReport(), "(LPS)", "mixed up");
+  check.Contains(log.TakeWarnings(), "LPS axes", "mixed up");
+  check.Contains(filter->GetReport(), "LPS axes", "mixed up");
   check.Equal(filter->GetOutput()->GetNumberOfPoints(), vtkIdType(20), "mixed up");
 
   std::ostringstream text;

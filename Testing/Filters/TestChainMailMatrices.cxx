@@ -241,8 +241,9 @@ int TestChainMailMatrices(int, char*[])
             check.Near(centre[a] + displacement[a] + turned[a], to[a], 1e-9, where);
           }
         }
-        check.Contains(reader->GetReport(), "the format of ITK says LPS", where);
-        check.Contains(reader->GetReport(), world ? "x and y changed their signs" : "nothing converted", where);
+        check.Contains(reader->GetReport(), "axes LPS, from the format of ITK", where);
+        check.Contains(
+          reader->GetReport(), world ? "the signs of x and y were changed" : "nothing was converted", where);
         check.Equal(probes->GetPointData()->GetArray("Body")->GetComponent(0, 0), -1.0, where + ": the body");
       }
     }
@@ -288,8 +289,8 @@ int TestChainMailMatrices(int, char*[])
         "its matrix is kept");
     }
     check.Contains(reader->GetReport(), "12 matrices; ", "the report");
-    check.Contains(reader->GetReport(), "does not say which way its axes go", "the report");
-    check.Contains(reader->GetReport(), "Turns of up to 180 degrees", "the report");
+    check.Contains(reader->GetReport(), "names none", "the report");
+    check.Contains(reader->GetReport(), "Rotations up to 180 degrees", "the report");
   }
   const Matrix& five = matrices[4];
   const double angle = [&]
@@ -365,35 +366,36 @@ int TestChainMailMatrices(int, char*[])
     { scaled(1.0, 1.01, 1.0), "it scales or shears. The axes become 1, 1.01, 1 times as long" },
     { scaled(1.0, 1.01, 1.0), "line 2" },
     { scaled(1.0, 1.01, 1.0), "(body 7)" },
-    { scaled(1.0, 1.01, 1.0), "off by 0.0201" },
-    { scaled(1.0, 1.0, -1.0), "it mirrors (its determinant is -1)" },
+    { scaled(1.0, 1.01, 1.0), "differs from the identity by 0.0201" },
+    { scaled(1.0, 1.0, -1.0), "it mirrors (determinant -1)" },
     { scaled(1.0001, 1.0, 1.0), "it scales or shears" },
     { scaled(0.0, 0.0, 0.0), "it scales or shears" },
     { Written(transposed), "column by column" },
-    { Written(wrong), "does not end with 0 0 0 1" },
+    { Written(wrong), "does not end with the row 0 0 0 1" },
     { "", "is empty" },
     { "1,2,3\n", "line 1 has 3 fields" },
-    { "a b c d\n", "there is no matrix" },
-    { "1 0 0 0\n0 1 0 0\n0 0 1 0\n", "this has 3" },
-    { "1 0 0 0\n0 1 0 0\n0 0 x 0\n0 0 0 1", "line 3, field 3: \"x\" is no number" },
-    { "L5," + Written(five), "\"L5\" is no label of a body" },
-    { "-3," + Written(five), "\"-3\" is no label of a body" },
-    { "2.5," + Written(five), "\"2.5\" is no label of a body" },
+    { "a b c d\n", "the file has no matrix" },
+    { "1 0 0 0\n0 1 0 0\n0 0 1 0\n", "the number of rows is 3" },
+    { "1 0 0 0\n0 1 0 0\n0 0 x 0\n0 0 0 1", "line 3, field 3: \"x\" is not a number" },
+    { "L5," + Written(five), "\"L5\" is not a label" },
+    { "-3," + Written(five), "\"-3\" is not a label" },
+    { "2.5," + Written(five), "\"2.5\" is not a label" },
     { "4," + Written(five) + "\n4," + Written(five), "Two matrices are for body 4: line 1" },
     { Written(five) + "\n" + Written(five), "not all have a label" },
-    { Tfm("AffineTransform_double_3_3", "1 0 0 0 1 0 0 0 1 0 0"), "12 parameters, and this one has 11" },
-    { Tfm("AffineTransform_double_3_3", "1 0 0 0 1 0 0 0 1 0 0 x"), "line 4: \"x\" is no number" },
-    { Tfm("AffineTransform_double_2_2", "1 0 0 1 0 0"), "not of three dimensions" },
-    { Tfm("ScaleSkewVersor3DTransform_double_3_3", "0 0 0 0 0 0 1 1 1 0 0 0 0 0 0"), "Save it as an AffineTransform" },
-    { Tfm("BSplineTransform_double_3_3", "0"), "no matrix that is read here" },
+    { Tfm("AffineTransform_double_3_3", "1 0 0 0 1 0 0 0 1 0 0"), "12 parameters, but the file has 11" },
+    { Tfm("AffineTransform_double_3_3", "1 0 0 0 1 0 0 0 1 0 0 x"), "line 4: \"x\" is not a number" },
+    { Tfm("AffineTransform_double_2_2", "1 0 0 1 0 0"), "not three-dimensional" },
+    { Tfm("ScaleSkewVersor3DTransform_double_3_3", "0 0 0 0 0 0 1 1 1 0 0 0 0 0 0"),
+      "Save the transform as an AffineTransform" },
+    { Tfm("BSplineTransform_double_3_3", "0"), "cannot be read" },
     { Tfm("AffineTransform_double_3_3", "1.02 0 0 0 1 0 0 0 1 0 0 0"), "it scales or shears" },
-    { "#Insight Transform File V1.0\n", "no transform in it" },
-    { "#Insight Transform File V1.0\nParameters: 1\n", "before any" },
-    { Tfm("CompositeTransform_double_3_3", "", ""), "no transform in it" },
+    { "#Insight Transform File V1.0\n", "the file has no transform" },
+    { "#Insight Transform File V1.0\nParameters: 1\n", "before the first" },
+    { Tfm("CompositeTransform_double_3_3", "", ""), "the file has no transform" },
     { Tfm("IdentityTransform_double_3_3", "", "") + Tfm("IdentityTransform_double_3_3", "", ""),
-      "it has 2 transforms" },
-    { Mat("AffineTransform_double_3_3", { 1, 0, 0 }).substr(0, 60), "breaks off" },
-    { Mat("AffineTransform_double_3_3", { 1, 0, 0 }) + "xyz", "breaks off" },
+      "the file has 2 transforms" },
+    { Mat("AffineTransform_double_3_3", { 1, 0, 0 }).substr(0, 60), "cut off" },
+    { Mat("AffineTransform_double_3_3", { 1, 0, 0 }) + "xyz", "cut off" },
     { "\x89HDF\r\n\x1a\n", "Save the transform as text (.tfm)" },
   };
   for (const auto& one : wrongs)
@@ -465,7 +467,7 @@ int TestChainMailMatrices(int, char*[])
     check.Equal(filter->GetOutput()->GetPointData()->GetArray("Centre")->GetComponent(1, a),
       filter->GetOutput()->GetPoint(1)[a], "is the centre");
   }
-  check.Contains(filter->GetReport(), "2 matrices. Turns of up to 5 degrees", "the filter's report");
+  check.Contains(filter->GetReport(), "2 matrices. Rotations up to 5 degrees", "the filter's report");
   filter->InvertOn();
   filter->Update();
   for (int a = 0; a < 3; ++a)
@@ -506,12 +508,14 @@ int TestChainMailMatrices(int, char*[])
   reader->SetBody(26);
   expectError("no voxel with the label 26 of point 0", "a body that is not there");
   filter->SetLabelArray("Bones");
-  expectError("no point array of one component called Bones. It has: Scan.", "no such array");
+  expectError(
+    "LabelArray is \"Bones\", but the image of labels has no such point array of one component. It has: Scan.",
+    "no such array");
   filter->SetLabelArray("");
   filter->SetInputData(table);
   table->GetColumn(6)->SetVariantValue(1, vtkVariant(0.5));
   table->Modified();
-  expectError("row 2 (body 25) is no rotation and shift", "a row that is not rigid");
+  expectError("row 2 (body 25) is not a rigid motion", "a row that is not rigid");
   vtkArrayDownCast<vtkDoubleArray>(table->GetColumn(6))->SetValue(1, std::nan(""));
   table->Modified();
   filter->Modified();
@@ -523,9 +527,9 @@ int TestChainMailMatrices(int, char*[])
   table->RemoveColumn(16);
   table->Modified();
   filter->Modified();
-  expectError("The table has 16 numbers a row", "a column too few");
+  expectError("The table has 16 numbers in each row", "a column too few");
   filter->SetInputData(MakeProbes({ { { { 1, 2, 3 } }, { { 0, 0, 0 } } } }));
-  expectError("need the arrays Body, a label, and Matrix", "points without matrices");
+  expectError("no point arrays Body (a label) and Matrix", "points without matrices");
 
   std::ostringstream text;
   reader->PrintSelf(text, vtkIndent());

@@ -141,7 +141,8 @@ int TestChainMailPadding(int, char*[])
       const std::string error = said.TakeErrors();
       check.Contains(error, "OutputPadding of 4", "far away: what is wrong");
       check.Contains(error, "2147483646", "far away: the limit");
-      check.Contains(error, high ? "Lower it to 2 or less" : "Lower it to 1 or less", "far away: what would fit");
+      check.Contains(error, high ? "Lower OutputPadding to 2 or less" : "Lower OutputPadding to 1 or less",
+        "far away: what would fit");
       check.Equal(there->GetOutput()->GetNumberOfPoints(), 1000, "far away: the image as it is");
       there->SetOutputPadding(high ? 2 : 1);
       there->Update();

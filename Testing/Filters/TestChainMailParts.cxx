@@ -162,8 +162,9 @@ int TestChainMailParts(int, char*[])
   const auto mixed = Append({ Surface(left), Surface(right, true) });
   check.Equal(bench.Wrong(check, mixed, "one inside out", both), 0, "one inside out");
   const std::string warning = bench.Log.TakeWarnings();
-  check.Contains(warning, "Carves input 0: 1 of its 2 parts face the other way", "one inside out: named");
-  check.Contains(warning, "what is in them stays: 0.", "one inside out: no hollow");
+  check.Contains(warning, "Carves input 0: 1 of its 2 parts have normals opposite to those of the other parts",
+    "one inside out: named");
+  check.Contains(warning, "Hollows found: 0.", "one inside out: no hollow");
   check.Contains(warning, "Generate Surface Normals", "one inside out: what to do");
   bench.Filter->Modified();
   check.Equal(bench.Wrong(check, mixed, "again", both), 0, "again");
@@ -179,7 +180,7 @@ int TestChainMailParts(int, char*[])
   };
   const auto solid = [&](const double* x) { return InAny(x, { outer }); };
   check.Equal(bench.Wrong(check, Append({ Surface(inner, true), Surface(outer) }), "a shell", shell), 0, "a shell");
-  check.Contains(bench.Log.TakeWarnings(), "what is in them stays: 1.", "a shell: one hollow");
+  check.Contains(bench.Log.TakeWarnings(), "Hollows found: 1.", "a shell: one hollow");
   check.Equal(bench.Wrong(check, Append({ Surface(inner), Surface(outer, true) }), "a shell inside out", shell), 0,
     "a shell inside out");
   check.Equal(bench.Log.TakeWarnings(), nothing, "a shell inside out: the same was said before");
@@ -210,7 +211,8 @@ int TestChainMailParts(int, char*[])
     live.Filter->Update();
     check.Equal(live.Log.TakeErrors(), nothing, "live: no error");
     const std::string said = live.Log.TakeWarnings();
-    check.Equal(said.find("face the other way") != std::string::npos, shift == 0.0, "live: once while it moves");
+    check.Equal(said.find("normals opposite to those of the other parts") != std::string::npos, shift == 0.0,
+      "live: once while it moves");
   }
   return check.Finish();
 }

@@ -102,7 +102,7 @@ void TestSharingIsCounted(Checks& check)
     }
     const std::string warning = bench.Update(check, "sharing");
     check.Equal(Count(warning, "Warning"), 1, "sharing: one warning");
-    check.Contains(warning, "49 of 49 probes ask for more than the others leave them", "sharing: counted");
+    check.Contains(warning, "49 of 49 probes are in conflict with others", "sharing: counted");
     vtkDataArray* reached = bench.Filter->GetProbeReached();
     for (vtkIdType n = 0; n < 49; ++n)
     {
@@ -148,7 +148,8 @@ void TestWhatHolds(Checks& check)
     const std::string warning = bench.Update(check, "face");
     check.Equal(Count(warning, "Warning"), 1, "face: one warning");
     check.Contains(warning,
-      "Probes input 0, point 0 at (2, 8, 8): reached 0.5 of 44 mm, as it is held by tissue that touches the face x- of "
+      "Probes input 0, point 0 at (2, 8, 8): reached 0.5 of 44 mm, because it is held by tissue that touches the face "
+      "x- of "
       "the image (AnchoredFaces).",
       "face: which probe, how far, and what holds it");
     bench.Probes[0].Displacement[0] = 60.0;
@@ -163,18 +164,19 @@ void TestWhatHolds(Checks& check)
     bench.Filter->SetAnchoredFaces(0, 0, 0, 0, 0, 0);
     bench.Probes = { At(8.0, 8.0, 8.0, { { 0.0, 1.0, 0.0 } }), At(10.0, 8.0, 8.0, { { 0.0, -9.0, 0.0 } }) };
     check.Contains(bench.Update(check, "probe"),
-      "Probes input 0, point 1 at (10, 8, 8): reached 0.5 of 9 mm, as it is held by tissue that is gripped by "
+      "Probes input 0, point 1 at (10, 8, 8): reached 0.5 of 9 mm, because it is held by tissue that is gripped by "
       "Probes "
       "input 0, point 0 at (8, 8, 8).",
       "another probe");
     bench.Probes = { At(4.0, 3.0, 3.0, { { 0.0, 0.0, 0.0 } }), At(12.0, 3.0, 3.0, { { 0.0, 0.0, 9.0 } }) };
     bench.Probes[0].Anchor = true;
     check.Contains(bench.Update(check, "bone"),
-      "point 1 at (12, 3, 3): reached 0 of 9 mm, as the bone that it grips is held by Probes input 0, point 0", "bone");
+      "point 1 at (12, 3, 3): reached 0 of 9 mm, because the bone in its grip is held by Probes input 0, point 0",
+      "bone");
     bench.Filter->SetAnchorRigid(true);
     bench.Probes = { At(8.0, 4.0, 3.0, { { 0.0, 3.0, 4.0 } }) };
     check.Contains(bench.Update(check, "rigid"),
-      "reached 0.177 of 5 mm, as it is held by tissue that is rigid and anchored (AnchorRigid).", "anchored bone");
+      "reached 0.177 of 5 mm, because it is held by tissue that is rigid and anchored (AnchorRigid).", "anchored bone");
   }
 }
 
@@ -192,7 +194,7 @@ void TestManyShortProbes(Checks& check)
     check.Contains(warning,
       "8 of 15 probes reached less than half of their displacements: Probes input 0, point 0 at (1, 1, 8): reached "
       "0.25 "
-      "of 30 mm, as it is held by tissue that touches the face ",
+      "of 30 mm, because it is held by tissue that touches the face ",
       "many: counted");
     check.Contains(warning, "point 4 at (5, 1, 8)", "many: the third is named");
     check.Contains(warning, "; and 5 more.", "many: the others are counted");

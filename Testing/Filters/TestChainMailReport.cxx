@@ -54,7 +54,7 @@ int TestChainMailReport(int, char*[])
   filter->SetModeToInteractive();
   check.Contains(report({ { { { 8, 8, 8 } }, { { 1, 0, 0 } }, 0.0 } }), "moved; settling; ", "step by step");
   filter->Reset();
-  check.Contains(report({ { { { 8, 8, 8 } }, { { 1, 0, 0 } }, 0.0 } }), "Probe 1 was let go by the reset.\n", "Reset");
+  check.Contains(report({ { { { 8, 8, 8 } }, { { 1, 0, 0 } }, 0.0 } }), "Probe 1 was released by Reset.\n", "Reset");
   check.Equal(log.TakeErrors(), std::string(), "no error so far");
 
   // Surfaces that remove nothing, by their numbers, as long as they do.

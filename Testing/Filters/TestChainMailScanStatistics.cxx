@@ -292,7 +292,7 @@ void TestDeformed(Checks& check)
     }
     check.Equal(strange, 0, what + ": no value that no scan has");
     check.That(left > 20, what + ": where tissue left there is air");
-    check.Contains(filter->GetReport(), " is padding (", what);
+    check.Contains(filter->GetReport(), " of the voxels are padding (", what);
   }
 }
 

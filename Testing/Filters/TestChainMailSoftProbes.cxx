@@ -99,7 +99,7 @@ void TestNothingMovesWithoutRelaxation(Checks& check)
   bench.Filter->SetRelaxationIterations(0);
   check.Equal(bench.Update(check, "no relaxation"), std::string(), "no relaxation: no warning");
   check.Equal(bench.Get("DisplacedElements"), 0.0, "no relaxation: nothing moves");
-  check.Contains(bench.Filter->GetReport(), "Probe 1 is soft, which moves nothing without RelaxationIterations.",
+  check.Contains(bench.Filter->GetReport(), "Probe 1 is soft and moves nothing, because RelaxationIterations is 0.",
     "no relaxation: report");
 }
 

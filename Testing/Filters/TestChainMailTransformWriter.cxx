@@ -43,7 +43,7 @@ int TestChainMailTransformWriter(int, char*[])
     check.Contains(log.TakeErrors(), part, where + ": says why");
     check.That(!std::filesystem::exists(path), where + ": leaves no file");
   };
-  expectError("Switch PullBack of the ChainMail Deformation on", "no field");
+  expectError("Switch PullBack of ChainMail Deformation on", "no field");
   writer->SetField("Scan");
   expectError("no array Scan of 3 components", "scalars");
   writer->SetField("Nonsense");
@@ -59,11 +59,11 @@ int TestChainMailTransformWriter(int, char*[])
   }
   image->GetPointData()->AddArray(field);
   writer->SetFileName((folder.path / "none" / "field.mha").string().c_str());
-  expectError("Is there such a folder", "a folder that is none");
+  expectError("Check that the folder exists", "a folder that is none");
   if (std::filesystem::exists("/dev/full"))
   {
     writer->SetFileName("/dev/full");
-    expectError("is the disk full", "a full disk");
+    expectError("Check that the disk has free space", "a full disk");
   }
 
   writer->SetFileName(path.string().c_str());

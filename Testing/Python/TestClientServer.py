@@ -107,7 +107,7 @@ def play(results):
                                  TissueThreshold=60, Rotations=1, RelaxationIterations=5)
     keep("turned", posed)
     posed.UpdatePropertyInformation()
-    require("turned by 10.8 of 10.8 degrees" in posed.Report, "the bone is where the report says %s", posed.Report)
+    require("rotated by 10.8 of 10.8 degrees" in posed.Report, "the bone is where the report says %s", posed.Report)
     pose.Target = [0.5, 0, 0.25]
     keep("turned and moved", posed)
     np.savez(results, **kept)

@@ -56,7 +56,7 @@ GOOD = {"Device": "", "TissueThreshold": 0.0, "ConstraintArray": "", "LabelArray
 # Properties: (what, name, bad value, what the message has to say).
 for what, name, bad, parts in (
         ("unknown device", "Device", "no such card", ["no such card", "This machine has", "empty"]),
-        ("threshold above all scalars", "TissueThreshold", 1e6, ["all air", " 1000000.", "Lower the threshold"]),
+        ("threshold above all scalars", "TissueThreshold", 1e6, ["all air", " 1000000.", "Lower TissueThreshold"]),
         ("threshold above all numbers", "TissueThreshold", 1e30, ["all air", " 1e+30."]),
         ("unknown constraint array", "ConstraintArray", "nowhere", ["nowhere", "good fractions"]),
         ("constraint array of two components", "ConstraintArray", "two components", ["2 components", "1", "3"]),

@@ -52,7 +52,7 @@ if len(sys.argv) > 1:
     LoadState(sys.argv[1])
     deformation = FindSource("deformation")
     require(np.abs(reached_of(deformation, Reports(deformation)) - np.load(sys.argv[2])).max() == 0, "another result")
-    require("the file says RAS; the scan's world is LPS" in report_of(FindSource("there")), "the report after a state")
+    require("axes RAS, from the file; the scan has LPS (World)" in report_of(FindSource("there")), "the report after a state")
     print("the state came back")
     sys.exit()
 
@@ -101,7 +101,7 @@ require("4 pairs" in report_of(probes), "the report: %s", report_of(probes))
 mixed = ChainMailLandmarkReader(FileName=write("silent.csv", rows(there * TURN, ",")))
 probes.To = mixed
 probes.UpdatePipeline()
-require(any("(LPS)" in text for text in reports.warnings), "no warning of mixed axes: %s", reports.warnings)
+require(any("LPS axes" in text for text in reports.warnings), "no warning of mixed axes: %s", reports.warnings)
 mixed.FileWorld = "Right, front, head (RAS)"
 require(np.abs(reached_of(deformation, reports) - ways).max() < 1e-5, "put right")
 

@@ -89,7 +89,7 @@ else:
         found = points_of(made, name)[0]
         require(np.abs(found - expected).max() < 1e-9, "%s is %s, not %s", name, found, expected)
     itk.UpdatePropertyInformation()
-    require("x and y changed their signs" in str(itk.Report), "the report: %s", itk.Report)
+    require("the signs of x and y were changed" in str(itk.Report), "the report: %s", itk.Report)
     require(OpenDataFile(itk.FileName).GetXMLName() == "ChainMailMatrixReader", "a .tfm is opened by another reader")
     require(OpenDataFile(bones.FileName).GetXMLName() == "CSVReader", "a .csv is taken away from ParaView's own reader")
 

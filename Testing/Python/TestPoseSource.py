@@ -112,5 +112,5 @@ check(deformation, pose, labels, "half way through the key frames")
 
 reports = Reports(deformation)
 deformation.Rotations = 0
-expect_error(deformation, reports, "Turn Rotations on")
+expect_error(deformation, reports, "Switch Rotations on")
 print("poses go where vtkTransform says")

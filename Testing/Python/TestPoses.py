@@ -105,7 +105,7 @@ deformation.Probes = [source]
 source.GetClientSideObject().SetOutput(make_points(centres, Displacement=0 * centres, Rotation=axes, Body=list(VERTEBRAE)))
 source.MarkModified(source)
 deformation.Rotations = 0
-expect_error(deformation, reports, "Turn Rotations on")
+expect_error(deformation, reports, "Switch Rotations on")
 deformation.Rotations = 1
 deformation.PropagationIterations = 5
 expect_error(deformation, reports, "PropagationIterations")

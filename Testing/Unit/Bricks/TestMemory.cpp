@@ -237,7 +237,7 @@ void expectClearMessage(const ChildResult& child)
   const std::string all = isSmall() ? "16 MiB" : "1024 MiB";
   ASSERT_TRUE(contains(child.output, "device: " + all)) << child.output;
   EXPECT_TRUE(contains(child.output, "message: The device \"")) << child.output;
-  EXPECT_TRUE(contains(child.output, "has too little memory: ")) << child.output;
+  EXPECT_TRUE(contains(child.output, "has too little memory for ")) << child.output;
   EXPECT_TRUE(contains(child.output, "of " + all + " in all")) << "what there is is not said: " << child.output;
   EXPECT_TRUE(contains(child.output, "Crop the scan")) << "what to do is not said: " << child.output;
   // A failed simulation keeps its memory until its destruction. A small one fits while it exists, one of any size
@@ -255,7 +255,7 @@ TEST(Memory, ABufferLargerThanTheDeviceTakesSaysHowMuchIsNeeded)
   const long piece = numberBehind(child.output, "MiB, ");
   EXPECT_TRUE(isSmall() ? piece == 4 : piece == 256 || piece == 1024) << child.output;
   EXPECT_EQ(numberBehind(child.output, "largest single buffer is "), piece) << child.output;
-  EXPECT_GT(numberBehind(child.output, " needs "), piece) << child.output;
+  EXPECT_GT(numberBehind(child.output, ": needed are "), piece) << child.output;
   EXPECT_EQ(numberBehind(child.output, "an image of "), isSmall() ? 0 : (piece == 256 ? 22 : 26))
     << "what would fit: " << child.output;
 }
@@ -269,7 +269,7 @@ TEST(Memory, BuffersThatTogetherDoNotFitSayHowMuchIsNeeded)
   const ChildResult child = runWithLittleMemory("tooManyTogether");
   expectClearMessage(child);
   EXPECT_TRUE(contains(child.output, "CL_MEM_OBJECT_ALLOCATION_FAILURE")) << child.output;
-  const long needed = numberBehind(child.output, " needs ");
+  const long needed = numberBehind(child.output, ": needed are ");
   EXPECT_TRUE(needed > 0 && needed <= 4) << "each buffer should fit by itself: " << child.output;
   const long simulations = numberBehind(child.output, "simulations: ");
   EXPECT_TRUE(simulations == 3 || simulations == 4) << child.output;
