@@ -371,8 +371,8 @@ void Readout::links(std::uint8_t* out, bool ofPictures) const
           unsigned bits = 0;
           for (int a = 0; tissue[voxel] != 0 && a < 3; ++a)
           {
-            bits |= at[a] > 0 && tissue[voxel - step[a]] != 0 ? 1u << (2 * a) : 0;
-            bits |= at[a] + 1 < grid.size[a] && tissue[voxel + step[a]] != 0 ? 2u << (2 * a) : 0;
+            bits |= at[a] > 0 && tissue[voxel - step[a]] != 0 ? CUT_BIT(2 * a) : 0;
+            bits |= at[a] + 1 < grid.size[a] && tissue[voxel + step[a]] != 0 ? CUT_UP_BIT(a) : 0;
           }
           const Links& links = this->voxels_.links();
           const unsigned gone = bits == 0 ? 0 : ofPictures ? links.shownBits(i, j, k) : links.cutBits(i, j, k);

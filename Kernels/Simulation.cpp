@@ -506,9 +506,10 @@ Relaxer& Simulation::Impl::relaxer()
   {
   case RelaxationMethod::Paper:
     return this->paperRelaxation_;
-  default:
-    return this->relaxation_;
+  case RelaxationMethod::Projected:
+    break;
   }
+  return this->relaxation_;
 }
 
 /// To be called when links or elements have been removed or restored.

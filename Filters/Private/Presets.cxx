@@ -73,7 +73,7 @@ void ApplyRelaxationPreset(const Properties& properties, chainmail::Method& meth
     method.relaxationTolerance = tolerance;
   };
   // With rotations, and with the published method, relaxation converges more slowly.
-  const bool isSlow = properties.Rotations || properties.RelaxationMethod == chainmail::RelaxationMethod::Paper;
+  const bool isSlow = properties.Rotations || properties.RelaxationMethod != chainmail::RelaxationMethod::Projected;
   switch (properties.RelaxationPreset)
   {
   case RelaxationPresets::Fast:

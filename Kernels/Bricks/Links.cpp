@@ -30,8 +30,8 @@ bool Links::set(CutBits& to, const Index3& at, int direction)
   std::vector<std::uint8_t>& bits = to[this->table_.brickAt(at[0], at[1], at[2])];
   bits.resize(this->table_.elementsPerBrick(), 0);
   std::uint8_t& byte = bits[this->table_.local(at[0], at[1], at[2])];
-  const bool added = (byte & (1 << direction)) == 0;
-  byte = static_cast<std::uint8_t>(byte | (1 << direction));
+  const bool added = (byte & CUT_BIT(direction)) == 0;
+  byte = static_cast<std::uint8_t>(byte | CUT_BIT(direction));
   return added;
 }
 
@@ -48,8 +48,8 @@ bool Links::remove(int i, int j, int k, int direction)
     if (bits != this->joints_.end())
     {
       std::uint8_t& byte = bits->second[this->table_.local(at[0], at[1], at[2])];
-      wasOfJoint = wasOfJoint || (byte & (1 << d)) != 0;
-      byte = static_cast<std::uint8_t>(byte & ~(1 << d));
+      wasOfJoint = wasOfJoint || (byte & CUT_BIT(d)) != 0;
+      byte = static_cast<std::uint8_t>(byte & ~CUT_BIT(d));
     }
   };
   cut({ i, j, k }, direction);
@@ -84,7 +84,7 @@ void Links::removeElement(int i, int j, int k)
   const int brick = this->table_.brickAt(i, j, k);
   std::vector<std::uint8_t>& bits = this->cuts_[brick];
   bits.resize(this->table_.elementsPerBrick(), 0);
-  bits[this->table_.local(i, j, k)] |= carvedBit;
+  bits[this->table_.local(i, j, k)] |= CARVED_BIT;
   this->carvedBricks_.insert(brick);
 }
 
@@ -111,7 +111,7 @@ void Links::takeOut(int i, int j, int k, int count, int axes, float* constraints
       const std::vector<std::uint8_t>& bits = this->cuts_.at(brick);
       for (int n = x; n < end; ++n)
       {
-        if ((bits[this->table_.local(n, j, k)] & carvedBit) != 0)
+        if ((bits[this->table_.local(n, j, k)] & CARVED_BIT) != 0)
         {
           float* c = constraints + static_cast<std::size_t>(n - i) * axes;
           std::fill(c, c + axes, -std::numeric_limits<float>::infinity());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "BrickTable.h"
+#include "cutbits.clh"
 
 #include <cstdint>
 #include <set>
@@ -20,15 +21,14 @@ public:
   {
   }
 
-  /// What was removed, by brick: one byte for each element, in the order of `local`. Bits 0 to 5 stand for its link in
-  /// that direction, `carvedBit` for the element itself.
+  /// What was removed, by brick: one byte for each element, in the order of `local`. For the bits
+  /// see cutbits.clh.
   using CutBits = std::unordered_map<int, std::vector<std::uint8_t>>;
-  static constexpr std::uint8_t carvedBit = 64;
 
   const CutBits& all() const { return this->cuts_; }
   bool anyCut() const { return !this->cuts_.empty(); }
   std::uint8_t cutBits(int i, int j, int k) const;
-  bool carved(int i, int j, int k) const { return (this->cutBits(i, j, k) & carvedBit) != 0; }
+  bool carved(int i, int j, int k) const { return (this->cutBits(i, j, k) & CARVED_BIT) != 0; }
   /// Bricks from which elements were removed.
   const std::set<int>& carvedBricks() const { return this->carvedBricks_; }
 

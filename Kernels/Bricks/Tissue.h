@@ -60,7 +60,7 @@ public:
     {
       Index3 next = at;
       next[d / 2] += d % 2 == 0 ? -1 : 1;
-      if ((cut & (1 << d)) == 0 && this->model_->grid().contains(next[0], next[1], next[2]))
+      if ((cut & CUT_BIT(d)) == 0 && this->model_->grid().contains(next[0], next[1], next[2]))
       {
         f(d, next);
       }

@@ -218,7 +218,7 @@ void coarsenCuts(const Bricks& finer, Bricks& coarser)
         {
           for (int a = 0; a < 3; ++a)
           {
-            if ((bits[finer.local(i, j, k)] & (2 << (2 * a))) != 0)
+            if ((bits[finer.local(i, j, k)] & CUT_UP_BIT(a)) != 0)
             {
               candidates.insert({ coarser.model().grid().at(i / 2, j / 2, k / 2), a });
             }
@@ -239,7 +239,7 @@ void coarsenCuts(const Bricks& finer, Bricks& coarser)
       at[(axis + 2) % 3] += n >> 1;
       Index3 next = at;
       ++next[axis];
-      if (isElement(at) && isElement(next) && (finer.cutBits(at[0], at[1], at[2]) & (2 << (2 * axis))) == 0)
+      if (isElement(at) && isElement(next) && (finer.cutBits(at[0], at[1], at[2]) & CUT_UP_BIT(axis)) == 0)
       {
         return true;
       }

@@ -30,9 +30,9 @@ typedef struct
   }
 
 // Restriction: an element of the coarser grid gets the mean displacement of its children. If some of them are held,
-// only these count. With `rotations`, the same for rotations. Two vectors describe each rotation (spin.clh), of which the
-// mean takes the one nearest to the first child's. `scale`: 1/2 for displacements, because they are fractions of the
-// spacing, and 1 for rotations.
+// only these count. With `rotations`, the same for rotations. Two vectors describe each rotation (spin.clh), of which
+// the mean takes the one nearest to the first child's. `scale`: 1/2 for displacements, because they are fractions of
+// the spacing, and 1 for rotations.
 kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float scale, int rotations)
 {
   const State state = STATE;
@@ -237,7 +237,7 @@ CHAINMAIL_INLINE void shareOut(const real* c, const mask cut, Towards* towards)
     const int step = d < 2 ? 1 : d < 4 ? 3 : 9;
     const real own = fabs(c[13]) + WEIGHT_EPSILON;
     const real other = fabs(c[13 + (d & 1 ? step : -step)]) + WEIGHT_EPSILON;
-    towards->share[d / 2][d % 2] = select(0.5f * own / (own + other), (real)(0.0f), (cut & (1 << d)) != 0);
+    towards->share[d / 2][d % 2] = select(0.5f * own / (own + other), (real)(0.0f), (cut & CUT_BIT(d)) != 0);
   }
 }
 

@@ -36,9 +36,9 @@ inline Corners cornersAt(const State* state, int3 base)
       c.elements |= 1u << d;
 #ifdef CUTS
       const uint bits = state->cut[address];
-      cutX |= (bits >> 1 & 1) << d;
-      cutY |= (bits >> 3 & 1) << d;
-      cutZ |= (bits >> 5 & 1) << d;
+      cutX |= IS_CUT_UP(bits, 0) << d;
+      cutY |= IS_CUT_UP(bits, 1) << d;
+      cutZ |= IS_CUT_UP(bits, 2) << d;
 #endif
     }
     c.address[d] = min(address, atRest);

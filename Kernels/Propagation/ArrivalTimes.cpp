@@ -104,7 +104,7 @@ template <typename T> void ArrivalTimes::read(const Field& field, T* out) const
           const std::uint32_t local = row.local(i);
           for (std::size_t a = 0; a < axes; ++a)
           {
-            if (values(a, local) != 0 && !(cutBits && (cutBits[local] & Links::carvedBit) != 0))
+            if (values(a, local) != 0 && !(cutBits && (cutBits[local] & CARVED_BIT) != 0))
             {
               const cl_int bits = values(axes + a, local);
               std::memcpy(out + axes * (row.voxel + i) + a, &bits, sizeof(bits));

@@ -64,7 +64,7 @@ CHAINMAIL_INLINE bool isContradicted(const State* state, int3 x, int a, int b)
     }
   }
 #ifdef CUTS
-  const uchar upA = 2 << 2 * a, upB = 2 << 2 * b;
+  const uchar upA = CUT_UP_BIT(a), upB = CUT_UP_BIT(b);
   if ((state->cut[at[0]] & (upA | upB)) || (state->cut[at[1]] & upB) || (state->cut[at[2]] & upA))
   {
     return false;

@@ -295,7 +295,7 @@ Patch readPatch(Bricks& bricks, const RigidClusters& clusters)
         ++ahead[a];
       }
       const bool linked = ahead[a] < patch.size() && patch.voxels[ahead[a]] == voxel + steps[a] &&
-                          at[a] + 1 < grid.size[a] && (cut & (2 << (2 * a))) == 0;
+                          at[a] + 1 < grid.size[a] && (cut & CUT_UP_BIT(a)) == 0;
       patch.next[n][a] = linked ? static_cast<std::uint32_t>(ahead[a]) : Patch::none;
     }
   }

@@ -21,8 +21,9 @@ struct RelaxationTask
   std::function<void(int)> checkpoint; ///< called with the number of iterations done; throws to stop
 };
 
-/// A relaxation method. To add one, derive a class, add a value to RelaxationMethod (Types.h) and a line to
-/// Simulation::Impl::relaxer().
+/// A relaxation method. To add one, derive a class and add a value to RelaxationMethod (Types.h). Simulation::Impl keeps
+/// it as a member, which relaxer() returns and tissueChanged() tells of changes. In the filter it is a value of
+/// RelaxationMethod: in the enumeration, in Properties.h, and in the panel's XML.
 class Relaxer
 {
 public:

@@ -20,7 +20,7 @@ using Run = RigidClusters::Run;
 
 bool isLinked(const Bricks& bricks, int i, int j, int k, int direction)
 {
-  return !bricks.anyCut() || (bricks.cutBits(i, j, k) & (1 << direction)) == 0;
+  return !bricks.anyCut() || (bricks.cutBits(i, j, k) & CUT_BIT(direction)) == 0;
 }
 
 /// Joins runs of a row, [run, end), with the runs linked to them in the neighbouring row in `direction`, [other, last).

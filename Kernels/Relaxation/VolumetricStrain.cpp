@@ -1,5 +1,7 @@
 #include "VolumetricStrain.h"
 
+#include "Pass.h"
+
 namespace chainmail
 {
 
@@ -18,12 +20,12 @@ void updatePressureAround(Bricks& bricks, const std::vector<int>& slots, const c
   const std::size_t items = bricks.workItems(true);
   if (activity)
   {
-    context.launch(context.kernel("volumetricstrain.cl", defines + " -DNOTED", "volumetricStrains"), ready.size(),
+    launchPass(bricks, context.kernel("volumetricstrain.cl", defines + " -DNOTED", "volumetricStrains"), ready.size(),
       items, list, bricks.state(bricks.rotations()), *activity, static_cast<cl_int>(sweep));
   }
   else
   {
-    context.launch(context.kernel("volumetricstrain.cl", defines, "volumetricStrains"), ready.size(), items, list,
+    launchPass(bricks, context.kernel("volumetricstrain.cl", defines, "volumetricStrains"), ready.size(), items, list,
       bricks.state(bricks.rotations()));
   }
   context.queue().finish();

@@ -937,7 +937,7 @@ CHAINMAIL_INLINE bool leaveAlike(const Tissue* t, int3 voxel, bool inGrid, globa
     real u[3];
     changed |= readColour(t, addresses[n], elementsAt(t, addresses[n]), u);
 #ifdef CUTS
-    changed |= (LOAD_BYTES(t->cut + addresses[n]) & 64) != 0; // the bit of isCarved()
+    changed |= (LOAD_BYTES(t->cut + addresses[n]) & CARVED_BIT) != 0;
 #endif
   }
   if (SOME(changed))

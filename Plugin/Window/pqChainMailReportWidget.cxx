@@ -120,7 +120,7 @@ QString pqChainMailReportWidget::named(const QString& report) const
 {
   // What the filter writes: "Probe 3", counted over all points of all inputs, or "Cuts input 0, point 2", from 0 on.
   static const QRegularExpression pattern(
-    "\\bProbe (\\d+)\\b|\\b(Probes|Cuts|Carves|Regions) input (\\d+)(?:, point (\\d+))?");
+    "\\bProbe (\\d+)\\b|\\b(\\w+) input (\\d+)(?:, point (\\d+))?");
   QString text;
   int end = 0;
   for (auto all = pattern.globalMatch(report); all.hasNext();)
