@@ -104,7 +104,7 @@ bool HasTissue(const chainmail::Model& model, const Vector3& centre, double radi
   return false;
 }
 
-/// The warning for a surface to carve with whose parts do not all face the same way.
+/// The warning about a carving surface whose parts face different ways; empty where there is none.
 std::string AboutParts(const chainmail::SurfaceParts& parts)
 {
   std::string text;

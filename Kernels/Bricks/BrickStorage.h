@@ -23,7 +23,7 @@ struct Field
   std::size_t bytes; ///< of one value
   const char* purpose;
   cl::Buffer buffer{};
-  /// The initial content of new memory, chosen in BrickStorage::keep().
+  /// The initial content of new memory. BrickStorage::keep() sets it for a state field.
   enum class Start
   {
     Zeros,
@@ -37,7 +37,8 @@ struct Field
 /// them. brick.clh describes the layout and the addresses.
 ///
 /// State fields take most of the memory, so they exist in the first slots only, those of bricks whose elements may
-/// move. Tissue fields exist in all slots. Both grow when there are more slots.
+/// move. Tissue fields exist in all slots. Tissue fields grow with the slots, state fields with
+/// the slots that have a state.
 class BrickStorage : public BrickTable
 {
 public:
@@ -54,8 +55,8 @@ public:
   /// The slots with a state are 1 .. states() - 1.
   int states() const { return this->states_; }
   bool hasState(int brick) const { return this->slot(brick) > 0 && this->slot(brick) < this->states_; }
-  /// Applies to a table with a row for each slot the exchanges of slots since `followed`, and updates `followed`. The
-  /// table must have all its rows.
+  /// addStates() exchanges slots. This repeats, in a table with a row for each slot, all exchanges since number
+  /// `followed`, and updates `followed`. The table must already have slots() rows.
   void follow(SharedTable& rows, std::size_t& followed) const;
   bool isFollowed(const SharedTable& rows, std::size_t followed) const
   {
@@ -154,8 +155,8 @@ protected:
   /// Gives the next slots to these bricks, without a state. uploadTables() has to be called after the last one.
   void addSlots(const std::vector<int>& bricks);
   void uploadTables();
-  /// Gives those of these bricks a state that have a slot but no state. The addresses of their elements change; other
-  /// bricks without a state may change places with them.
+  /// Gives a state to each of these bricks that has a slot but no state. Their elements get new addresses; other bricks
+  /// without a state may change places with them.
   void addStates(const std::vector<int>& bricks);
 
   /// The bytes of all fields and tables on the device.
@@ -196,7 +197,7 @@ private:
   cl::Buffer tableBuffer_;
   cl::Buffer placeBuffer_;
   mutable Scratch addresses_{ "a list of elements" };
-  mutable Scratch values_{ "a list of elements" };
+  mutable Scratch values_{ "values of elements" };
 };
 
 template <typename T, typename Visit>

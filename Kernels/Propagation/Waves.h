@@ -48,7 +48,7 @@ public:
   /// Ends all waves and clears all propagation times.
   void clear();
 
-  /// The least number of waves for the rest of a probe's rotation, of which each wave does some degrees at most.
+  /// The least number of waves that the remaining rotation of a probe takes: each wave rotates by some degrees at most.
   static int wavesFor(const Handle& handle);
 
   const ArrivalTimes& arrivals() const { return this->arrivals_; }
@@ -56,9 +56,9 @@ public:
 private:
   using Group = std::deque<Handles::Pointer>;
 
-  /// An envelope wave. With a single probe it may be attempted several times, shorter each time. With several probes it
-  /// is attempted once, and then they share or are split into two halves. Before such a split, probes that prescribe
-  /// rotations all go the same share of their motions, less in each attempt.
+  /// An envelope wave. The target of a single probe is corrected by the conflict until it fits. Several probes share,
+  /// or are split into two halves. If any probe prescribes a rotation, all of the wave first go the same share of their
+  /// motions, less in each attempt.
   struct Wave
   {
     explicit Wave(Bricks& bricks)

@@ -1,6 +1,7 @@
 // Envelope propagation: every element is clamped to the bounds that its moved neighbours set (element.clh), until
 // nothing in the brick changes. Raised values only grow and lowered ones only fall, so elements are updated in place,
-// in any order. A wave returns to an element only where one of its links exceeds its limit.
+// in any order. A wave updates an element again only where one of
+// that element's links exceeds its limit.
 //
 // With ROTATIONS the rotations of elements stay constant during a wave. The unknowns are the shifts s = u - before. The
 // strain of a link before the wave is e(i, j) = before(j) - before(i) - w(i, j). The rest offset w is the mean of those
@@ -14,9 +15,9 @@
 // links at held tissue does not grow from wave to wave. A link of limit 0 has lengths of 0: it passes shifts on
 // exactly, to the bit.
 //
-// `poses` is -1 (else 0) if the wave's probes have rotated their elements. Links around these may exceed their limits
-// and are restored by the wave: lengths at held neighbours are then not clipped. This makes no loop, because held
-// elements pass nothing on: a path has such a link only at its start.
+// `poses` is a mask: -1 if the wave's probes have rotated their elements, else 0. Links around these may exceed their
+// limits and are restored by the wave: lengths at held neighbours are then not clipped. This makes no loop, because
+// held elements pass on nothing that they receive: a path has such a link only at its start.
 //
 // A brick copies its displacement to `before` on its first visit. Until then (no VISIT_SEEN) its displacement is still
 // the state before the wave.
@@ -24,7 +25,7 @@
 // The host guarantees:
 // - The state before the wave is feasible. `before` holds it for the bricks in which the wave starts.
 // - Moved elements differ from `before` or are held.
-// - All 26 neighbours of an updatable brick have a slot (brick.clh, fixedpoint.clh).
+// - All 26 neighbours of an updatable brick have a slot (brick.clh).
 //
 // The extremes are, for each axis, by how much moved tissue is too high and too low for held tissue.
 
@@ -71,7 +72,7 @@ CHAINMAIL_INLINE mask isFollowed(real next, real u, real u0, real other, real li
 }
 
 // Updates one lane group. `odd`: see BY_PARITY. `nearHeld`, a constant: whether an element of it or a neighbour may be
-// held. `conflict` gets the extremes.
+// held. `savedOutside`: savedBeyond(). `conflict` is raised to the extremes.
 CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* state, const Wave* wave,
   const Stencil* s, int savedOutside, float* conflict)
 {
@@ -210,7 +211,8 @@ inline void prefetchAround(const State* state, const Wave* wave, const Stencil* 
 }
 
 // Whether any element of a brick, or any neighbour beyond its faces, is held on any axis: VISIT_HELD or VISIT_FREE.
-// Computed once per brick in a wave, since most bricks have no held tissue in or around them.
+// Computed on the first visit, and again after EnvelopePropagation::heldChanged(); most bricks have no held tissue in
+// or around them. The loop over the stencils also prefetches what the visit will read.
 inline int heldNear(const State* state, const Wave* wave, const Launch* launch, uint slot, int saved)
 {
   global int* const own = launch->visits + VISIT_ROW * slot + VISIT_STATE;

@@ -13,13 +13,14 @@ namespace chainmail
 namespace
 {
 
-/// A sweep in which no element moves further than restingMove [fractions of the spacing] has come to rest: at the
-/// optimum, or because chains of links at their limits block each other. Then an active-set step moves blocked groups
-/// (moveBlockedGroups). Between two such steps there are at least sweepsPerActiveSetStep sweeps. Each step at rest that
-/// moves nothing doubles this number. In any case there is a step before a relaxation counts as converged.
+/// After a sweep in which no element moves further than restingMove [fractions of the spacing], tissue counts as at
+/// rest: at the optimum, or because chains of links at their limits block each other. Then an active-set step moves
+/// blocked groups (moveBlockedGroups). Such steps are at least sweepsPerActiveSetStep sweeps apart, and each one that
+/// moves nothing doubles this number. There are also steps at fixed intervals (SweepPlan), and one before a relaxation
+/// counts as converged. While waves are under way, and without limits, there are none.
 constexpr float restingMove = 1e-3f;
 constexpr int sweepsPerActiveSetStep = 8;
-constexpr int mostSweepsPerActiveSetStep = 1 << 20; // every relaxation of tissue at rest doubles the number
+constexpr int mostSweepsPerActiveSetStep = 1 << 20; // relaxations of tissue at rest double it again and again
 
 /// Sweeps in one batch of launches.
 constexpr int sweepsPerBatch = 8;
@@ -27,7 +28,7 @@ constexpr int sweepsPerBatch = 8;
 /// The same where a batch is one launch, whose sweeps take less time than reading their results.
 constexpr int sweepsPerLaunch = 32;
 
-/// In grids with at most this many elements a sweep takes about as long as launching its passes.
+/// With at most this many elements in loaded bricks a sweep takes about as long as launching its passes.
 constexpr std::size_t fewElements = 1 << 15;
 
 }
@@ -81,7 +82,8 @@ void Relaxation::relaxColour(
     still, elasticity.slack, static_cast<cl_int>(elasticity.limited), waves);
 }
 
-/// An active-set step: moves blocked groups (moveBlockedGroups). Returns the largest move.
+/// Moves blocked groups (moveBlockedGroups) and adapts the number of sweeps to the next such step: the least one after
+/// a step that moved something, twice as many after one `atRest` that moved nothing. Returns the largest move.
 float Relaxation::activeSetStep(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest)
 {
   this->sweepsSinceGroups_ = 0;

@@ -185,7 +185,8 @@ CHAINMAIL_INLINE void asymmetryOf(const RotatingLinks* links, real axes[3][3], f
   }
 }
 
-// Adds the term `pressure x` of the volumetric energy (rotationOf) to the torque and stiffness of the links. Returns
+// Adds the term `pressure x` of the volumetric energy (rotationOf) to the torque and stiffness of the links, which it
+// lowers. Returns
 // the rotation gradient in `gradient` and a bound for the row sums of |Q| in `arms`.
 CHAINMAIL_INLINE void torqueOfPressure(const RotatingLinks* links, real axes[3][3], float4 proportions, real* stiffness,
   real torque[3][3], real* gradient, real* arms)
@@ -459,7 +460,7 @@ CHAINMAIL_INLINE void moveWithin(const RotatingLinks* links, real axes[3][3], fl
 #endif
 
 #ifdef VOLUMETRIC_STRAIN
-// m(a) without its constant term: the sum of share * (u(j) - u(i)) of the links along axis a, along the rotated axis
+// m(a) up to its term of R(i) alone: the sum of share * (u(j) - u(i)) of the links along axis a, along the rotated axis
 // and divided by h.
 CHAINMAIL_INLINE real middleOf(const RotatingLinks* links, real axes[3][3], int a, float4 proportions)
 {
