@@ -4,7 +4,7 @@
 . "$(dirname "${BASH_SOURCE[0]}")/window.sh"
 needs_buttons
 phantom GuiHandle 40 36 44
-error='ChainMailProbe3 at (500, 0, 0): the probe holds no tissue: there is none within its radius of 7.142308 mm. Move it onto tissue, enlarge its radius, or lower the tissue threshold.'
+error='ChainMailProbe3 at (500, 0, 0): the probe holds no tissue: no voxel within its radius of 7.142308 mm is tissue. Move the probe onto tissue, enlarge its radius, or lower TissueThreshold.'
 fill "$output" "s|@WAIT@|$(pauses 12)|; s|@ERROR@|$error|" <"$here/HandleProbes.xml.in"
 CHAINMAIL_WATCHED=$output/watched.txt play "$output" --script="$here/watchProbes.py"
 status=$?
