@@ -470,7 +470,7 @@ const char* run(void (*function)(P...), const Launch& launch, std::index_sequenc
       function(parameter<P>(launch.arguments[I])...);
       if (workItem.independent && workItem.cooperating)
       {
-        return "a kernel that calls get_global_id() and also get_local_id() or barrier() is not implemented";
+        return "HostOpenCL cannot run a kernel that calls get_global_id() and also get_local_id() or barrier()";
       }
     }
   }

@@ -95,7 +95,7 @@ public:
     {
       static_assert(Name == CL_DEVICE_MAX_COMPUTE_UNITS || Name == CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT ||
                       Name == CL_DEVICE_AVAILABLE || Name == CL_DEVICE_COMPILER_AVAILABLE,
-        "not implemented");
+        "HostOpenCL has no such query: add it here");
       return cl_uint(1);
     }
   }
@@ -118,7 +118,7 @@ public:
   }
   template <cl_platform_info Name> std::string getInfo() const
   {
-    static_assert(Name == CL_PLATFORM_NAME || Name == CL_PLATFORM_VERSION, "not implemented");
+    static_assert(Name == CL_PLATFORM_NAME || Name == CL_PLATFORM_VERSION, "HostOpenCL has no such query: add it here");
     return "Host C++";
   }
 };
@@ -172,12 +172,12 @@ public:
   void compile(const char*) { throw Error(CL_INVALID_OPERATION, "clCompileProgram"); }
   template <cl_program_build_info Name> std::string getBuildInfo(const Device&) const
   {
-    static_assert(Name == CL_PROGRAM_BUILD_LOG, "not implemented");
+    static_assert(Name == CL_PROGRAM_BUILD_LOG, "HostOpenCL has no such query: add it here");
     return this->buildLog();
   }
   template <cl_program_info Name> Binaries getInfo() const
   {
-    static_assert(Name == CL_PROGRAM_BINARIES, "not implemented");
+    static_assert(Name == CL_PROGRAM_BINARIES, "HostOpenCL has no such query: add it here");
     return {};
   }
   const std::shared_ptr<State>& state() const { return this->state_; }
@@ -233,7 +233,7 @@ class Event
 public:
   template <cl_event_info Name> cl_int getInfo() const
   {
-    static_assert(Name == CL_EVENT_COMMAND_EXECUTION_STATUS, "not implemented");
+    static_assert(Name == CL_EVENT_COMMAND_EXECUTION_STATUS, "HostOpenCL has no such query: add it here");
     return CL_COMPLETE;
   }
   void wait() const {}
