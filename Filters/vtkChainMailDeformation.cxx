@@ -54,27 +54,6 @@ using vtkChainMail::PROBES;
 namespace
 {
 
-using Filter = vtkChainMailDeformation;
-
-template <typename E> constexpr bool AreEqual(int number, E counterpart)
-{
-  return number == static_cast<int>(counterpart);
-}
-
-// Properties holds enumerated properties as enumerations of its own and of the engine. Their numbers are those of this
-// class.
-static_assert(AreEqual(Filter::MATERIAL_CT, vtkChainMail::MaterialPresets::CT));
-static_assert(AreEqual(Filter::MATERIAL_MR, vtkChainMail::MaterialPresets::MR));
-static_assert(AreEqual(Filter::MODE_INTERACTIVE, vtkChainMail::Modes::Interactive));
-static_assert(AreEqual(Filter::PROPAGATION_TIMESTAMP, chainmail::PropagationMethod::Timestamp));
-static_assert(AreEqual(Filter::CONFLICT_LATEST, chainmail::ConflictPolicy::Latest));
-static_assert(AreEqual(Filter::CONFLICT_SHARE, chainmail::ConflictPolicy::Share));
-static_assert(AreEqual(Filter::RELAXATION_PAPER, chainmail::RelaxationMethod::Paper));
-static_assert(AreEqual(Filter::RELAXATION_FAST, vtkChainMail::RelaxationPresets::Fast));
-static_assert(AreEqual(Filter::RELAXATION_BALANCED, vtkChainMail::RelaxationPresets::Balanced));
-static_assert(AreEqual(Filter::RELAXATION_ACCURATE, vtkChainMail::RelaxationPresets::Accurate));
-static_assert(AreEqual(Filter::INTERPOLATION_NEAREST, vtkChainMail::InterpolationTypes::Nearest));
-
 /// Assigns the number of an enumerated property, which may have no meaning.
 template <typename E> void Assign(E& enumeration, int number)
 {
@@ -720,9 +699,13 @@ int vtkChainMailDeformation::RequestData(
 void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  const auto name = [](int value, const std::vector<const char*>& names)
-  { return value >= 0 && value < static_cast<int>(names.size()) ? names[value] : "(unknown)"; };
-  os << indent << "MaterialPreset: " << name(this->MaterialPreset, { "Function", "CT", "MR" }) << "\n";
+  const vtkChainMail::Properties values = this->Internals->GetProperties();
+  const auto name = [](auto value)
+  {
+    const char* const known = vtkChainMail::NameOf(value);
+    return known ? known : "(unknown)";
+  };
+  os << indent << "MaterialPreset: " << name(values.MaterialPreset) << "\n";
   os << indent << "MaterialFunction: ";
   if (this->MaterialFunction)
   {
@@ -746,10 +729,10 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
     os << " " << face;
   }
   os << "\n";
-  os << indent << "Mode: " << name(this->Mode, { "FromRest", "Interactive" }) << "\n";
-  os << indent << "PropagationMethod: " << name(this->PropagationMethod, { "Envelope", "Timestamp" }) << "\n";
+  os << indent << "Mode: " << name(values.Mode) << "\n";
+  os << indent << "PropagationMethod: " << name(values.PropagationMethod) << "\n";
   os << indent << "PropagationIterations: " << this->PropagationIterations << "\n";
-  os << indent << "ConflictPolicy: " << name(this->ConflictPolicy, { "Limit", "Latest", "Share" }) << "\n";
+  os << indent << "ConflictPolicy: " << name(values.ConflictPolicy) << "\n";
   os << indent << "ModelArrays:";
   for (int n = 0; n < this->ModelArraySelection->GetNumberOfArrays(); ++n)
   {
@@ -757,17 +740,16 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   }
   os << "\n";
   os << indent << "PropagationTimes: " << (this->PropagationTimes ? "On" : "Off") << "\n";
-  os << indent << "RelaxationPreset: " << name(this->RelaxationPreset, { "Custom", "Fast", "Balanced", "Accurate" })
-     << "\n";
+  os << indent << "RelaxationPreset: " << name(values.RelaxationPreset) << "\n";
   os << indent << "CoarseToFine: " << (this->CoarseToFine ? "On" : "Off") << "\n";
-  os << indent << "RelaxationMethod: " << name(this->RelaxationMethod, { "Projected", "Paper" }) << "\n";
+  os << indent << "RelaxationMethod: " << name(values.RelaxationMethod) << "\n";
   os << indent << "ElasticRecovery: " << this->ElasticRecovery << "\n";
   os << indent << "Rotations: " << (this->Rotations ? "On" : "Off") << "\n";
   os << indent << "PoissonRatio: " << this->PoissonRatio << "\n";
   os << indent << "RelaxationIterations: " << this->RelaxationIterations << "\n";
   os << indent << "RelaxationTolerance: " << this->RelaxationTolerance << "\n";
   os << indent << "ModelReduction: " << this->ModelReduction << "\n";
-  os << indent << "Interpolation: " << name(this->Interpolation, { "Linear", "Nearest" }) << "\n";
+  os << indent << "Interpolation: " << name(values.Interpolation) << "\n";
   os << indent << "LabelArrays:";
   for (const std::string& name : this->LabelArrays)
   {

@@ -4,7 +4,7 @@
 #ifndef Properties_h
 #define Properties_h
 
-#include "Types.h"
+#include "Choices.h"
 
 #include <array>
 #include <string>
@@ -15,36 +15,6 @@ class vtkPiecewiseFunction;
 
 namespace vtkChainMail
 {
-
-// The enumerations of vtkChainMailDeformation that the engine does not have. They have the same names and numbers
-// there.
-
-enum class MaterialPresets
-{
-  Function,
-  CT,
-  MR
-};
-
-enum class Modes
-{
-  FromRest,
-  Interactive
-};
-
-enum class RelaxationPresets
-{
-  Custom,
-  Fast,
-  Balanced,
-  Accurate
-};
-
-enum class InterpolationTypes
-{
-  Linear,
-  Nearest
-};
 
 /// The values of the properties of a vtkChainMailDeformation, which documents them and has their defaults. The filter
 /// fills this in one place (GetProperties()). Nothing is checked yet: an enumeration may have a number without a

@@ -2,6 +2,7 @@
 #include "Scene.h"
 
 #include "../vtkChainMailScanStatistics.h"
+#include "Choices.h"
 #include "Text.h"
 
 #include "vtkAbstractArray.h"
@@ -25,28 +26,11 @@ namespace
 
 constexpr double anyBody = -1.0; // the value of Body for the tissue at the probe's point
 
-/// Checks the value of an enumerated property. `names`: the names of all its values, from 0 on.
-template <typename E> E Choice(const char* property, E value, const std::vector<const char*>& names)
-{
-  const int number = static_cast<int>(value);
-  if (number >= 0 && number < static_cast<int>(names.size()))
-  {
-    return value;
-  }
-  std::string list;
-  for (std::size_t n = 0; n < names.size(); ++n)
-  {
-    list += (n == 0 ? "" : n + 1 == names.size() ? " or " : ", ") + std::to_string(n) + " (" + names[n] + ")";
-  }
-  throw chainmail::InputError(
-    std::string(property) + " is " + std::to_string(number) + ", which is not one of its values. Choose " + list + ".");
-}
-
 chainmail::Method ReadMethod(const Properties& properties)
 {
   chainmail::Method method;
-  method.propagation = Choice("PropagationMethod", properties.PropagationMethod, { "Envelope", "Timestamp" });
-  method.conflict = Choice("ConflictPolicy", properties.ConflictPolicy, { "Limit", "Latest", "Share" });
+  method.propagation = Checked("PropagationMethod", properties.PropagationMethod);
+  method.conflict = Checked("ConflictPolicy", properties.ConflictPolicy);
   if (method.conflict == chainmail::ConflictPolicy::Share &&
       method.propagation != chainmail::PropagationMethod::Envelope)
   {
@@ -54,8 +38,8 @@ chainmail::Method ReadMethod(const Properties& properties)
                                 "ConflictPolicy Limit or Latest.");
   }
   method.propagationIterations = properties.PropagationIterations;
-  method.relaxation = Choice("RelaxationMethod", properties.RelaxationMethod, { "Projected", "Paper" });
-  Choice("RelaxationPreset", properties.RelaxationPreset, { "Custom", "Fast", "Balanced", "Accurate" });
+  method.relaxation = Checked("RelaxationMethod", properties.RelaxationMethod);
+  Checked("RelaxationPreset", properties.RelaxationPreset);
   ApplyRelaxationPreset(properties, method);
   method.elasticRecovery = properties.ElasticRecovery;
   if (properties.Rotations &&
@@ -172,10 +156,10 @@ Scene::Scene(const vtkChainMail::Properties& properties, const Inputs& inputs, c
   , BackgroundValue(properties.BackgroundValue)
   , LabelArrays(properties.LabelArrays)
 {
-  this->Interactive = Choice("Mode", properties.Mode, { "FromRest", "Interactive" }) == Modes::Interactive;
+  this->Interactive = Checked("Mode", properties.Mode) == Modes::Interactive;
   this->How = ReadMethod(properties);
-  Choice("Interpolation", properties.Interpolation, { "Linear", "Nearest" });
-  Choice("MaterialPreset", properties.MaterialPreset, { "Function", "CT", "MR" });
+  Checked("Interpolation", properties.Interpolation);
+  Checked("MaterialPreset", properties.MaterialPreset);
   this->CheckPointArrays();
   this->ReadTissue(scalars, tissueBefore);
   this->ReadRegions();

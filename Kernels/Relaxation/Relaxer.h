@@ -23,7 +23,7 @@ struct RelaxationTask
 
 /// A relaxation method. To add one, derive a class and add a value to RelaxationMethod (Types.h). Simulation::Impl keeps
 /// it as a member, which relaxer() returns and tissueChanged() tells of changes. In the filter it is a value of
-/// RelaxationMethod: in the enumeration, in Properties.h, and in the panel's XML.
+/// RelaxationMethod: in its header, in Choices.h, and in the panel's XML.
 class Relaxer
 {
 public:
