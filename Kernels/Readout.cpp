@@ -54,7 +54,8 @@ public:
           {
             return;
           }
-          const auto link = rule::linkOf(this->constraintOf(at), this->constraintOf(next), direction, this->component_);
+          const auto link =
+            this->bricks_.link(this->constraintOf(at), this->constraintOf(next), direction, this->component_);
           if (link.exists)
           {
             this->handles_.push_back(handle);

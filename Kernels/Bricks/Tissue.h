@@ -2,6 +2,7 @@
 
 #include "BrickStorage.h"
 #include "CutDistances.h"
+#include "ElementRule.h"
 #include "Links.h"
 #include "Model.h"
 
@@ -49,6 +50,8 @@ public:
   void row(int i, int j, int k, int count, float* out) const;
   bool isElement(const Index3& at) const;
 
+  /// The link between two elements with these signed constraints, to the bit as on the device (element.clh).
+  rule::Link link(float ci, float cj, int direction, int axis) const { return rule::linkOf(ci, cj, direction, axis); }
   const Links& links() const { return this->links_; }
   bool anyCut() const { return this->links_.anyCut(); }
   std::uint8_t cutBits(int i, int j, int k) const { return this->links_.cutBits(i, j, k); }

@@ -82,6 +82,7 @@ inline real select(real a, real b, mask c)
 
 }
 
+using single::Link;
 using single::linkOf;
 
 /// The signed constraint of an element (see element.clh), marked as held or as not held.

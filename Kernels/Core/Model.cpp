@@ -294,14 +294,21 @@ void Model::divide(const Joints& joints)
   }
 }
 
-Model::Model(const Grid& grid, int axes, RowReader rows, std::vector<std::size_t> joints, std::vector<Link> links)
+Model::Model(const Grid& grid, int axes, RowReader rows)
   : grid_(grid)
   , axes_(axes)
-  , joints_(std::move(joints))
-  , linksOfJoints_(std::move(links))
   , read_(std::move(rows))
 {
   this->anchors_.faces.fill(false);
+}
+
+std::shared_ptr<const Model> Model::derived(
+  const Grid& grid, RowReader rows, std::vector<std::size_t> joints, std::vector<Link> links) const
+{
+  auto model = std::make_shared<Model>(grid, this->axes_, std::move(rows));
+  model->joints_ = std::move(joints);
+  model->linksOfJoints_ = std::move(links);
+  return model;
 }
 
 bool Model::isJoint(std::size_t voxel) const

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -153,9 +154,13 @@ public:
   /// The link from a voxel (Grid::at) to the next one along an axis.
   using Link = std::pair<std::size_t, int>;
 
-  /// Tissue whose row() is `rows`. `grid` must be one that the other constructor accepts. `joints` are the voxels of
-  /// joints, ascending, and `links` the links across free joints. Checks nothing.
-  Model(const Grid& grid, int axes, RowReader rows, std::vector<std::size_t> joints = {}, std::vector<Link> links = {});
+  /// Tissue whose row() is `rows`. `grid` must be one that the other constructor accepts. Checks nothing.
+  Model(const Grid& grid, int axes, RowReader rows);
+
+  /// The same tissue on another grid, where its row() is `rows`. `joints` are the voxels of joints, ascending, and
+  /// `links` the links across free joints. Checks nothing.
+  std::shared_ptr<const Model> derived(
+    const Grid& grid, RowReader rows, std::vector<std::size_t> joints = {}, std::vector<Link> links = {}) const;
 
   const Grid& grid() const { return this->grid_; }
 

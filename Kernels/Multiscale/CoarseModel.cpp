@@ -65,14 +65,15 @@ public:
     this->constraint_[place] = std::fabs(c);
   }
 
-  float signedConstraint() const
+  /// `finer`: the tissue of the eight.
+  float signedConstraint(const Bricks& finer) const
   {
     if (this->count_ == 0)
     {
       return -std::numeric_limits<float>::infinity();
     }
     const float c =
-      2 * this->rigid_ >= this->count_ && !this->joint_ ? 0.0f : std::max(this->softness_, this->ofRows());
+      2 * this->rigid_ >= this->count_ && !this->joint_ ? 0.0f : std::max(this->softness_, this->ofRows(finer));
     return rule::asHeld(c, this->held_);
   }
 
@@ -80,7 +81,7 @@ private:
   static constexpr float none = -1.0f;
   static constexpr float least = 1e-6f; ///< of an element that is not rigid; keeps the harmonic mean finite
 
-  float ofRows() const
+  float ofRows(const Bricks& finer) const
   {
     float sum = 0.0f;
     int axes = 0;
@@ -95,7 +96,7 @@ private:
         const float next = this->constraint_[place | 1 << a];
         if ((place & 1 << a) == 0 && c != none && next != none)
         {
-          const float row = rule::linkOf(c, next, 2 * a + 1, a).limit + least;
+          const float row = finer.link(c, next, 2 * a + 1, a).limit + least;
           shortest = std::min(shortest, row);
           shares += 1.0f / row;
           ++rows;
@@ -169,8 +170,8 @@ std::shared_ptr<const Model> coarserModel(const Bricks& finer)
   const CoarserJoints found(finer.model(), grid);
   const std::vector<std::size_t>& joints = found.elements;
   const float softness = finer.model().linksOfJoints().empty() ? 0.0f : softnessOfFreeJoints;
-  return std::make_shared<const Model>(
-    grid, axes,
+  return finer.model().derived(
+    grid,
     [&finer, fine, grid, axes, joints, softness](std::size_t first, int count, float* out)
     {
       const Index3 at = grid.indexOf(first);
@@ -198,7 +199,8 @@ std::shared_ptr<const Model> coarserModel(const Bricks& finer)
           children[(*joint - first) * axes + a].addJoint(softness);
         }
       }
-      std::transform(children.begin(), children.end(), out, [](const Children& c) { return c.signedConstraint(); });
+      std::transform(
+        children.begin(), children.end(), out, [&finer](const Children& c) { return c.signedConstraint(finer); });
     },
     joints, found.links);
 }

@@ -130,8 +130,7 @@ std::shared_ptr<const Model> reducedModel(
       }
     }
   }
-  return std::make_shared<const Model>(grid, static_cast<int>(axes),
-    [constraints, axes](std::size_t first, int count, float* out)
+  return finer.model().derived(grid, [constraints, axes](std::size_t first, int count, float* out)
     { std::copy_n(constraints->begin() + first * axes, count * axes, out); });
 }
 

@@ -1,7 +1,5 @@
 #include "HoldingElement.h"
 
-#include "ElementRule.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -169,7 +167,7 @@ std::optional<HoldingElement> search(Bricks& bricks, const std::unordered_set<st
         const std::uint32_t there = bricks.local(next[0], next[1], next[2]);
         if (!std::isinf(beside.constraint[there]))
         {
-          const double limit = rule::linkOf(own, beside.constraint[there], direction, axis).limit;
+          const double limit = bricks.link(own, beside.constraint[there], direction, axis).limit;
           const double stretch = beside.displacement[there] - place - tissue.restOffset(at, next, direction);
           offer(next, entry.voxel, entry.key + std::max(0.0, limit + sign * stretch), entry.soft || limit > 0.0);
         }

@@ -19,10 +19,12 @@ namespace
 struct Patch
 {
   explicit Patch(Bricks& bricks)
-    : elements(bricks)
+    : bricks(&bricks)
+    , elements(bricks)
   {
   }
 
+  const Bricks* bricks;
   std::vector<std::size_t> voxels;                ///< numbers in the grid (Grid::at), ascending
   Elements elements;                              ///< the same, for their values on the device
   std::vector<std::array<std::uint32_t, 3>> next; ///< index of the element linked at +1 on each axis, or none
@@ -101,7 +103,7 @@ template <typename F> void forLinks(const PatchAxis& axis, F&& f)
       const std::uint32_t m = axis.patch.next[n][along];
       if (m != Patch::none && !std::isinf(axis.c[n]) && !std::isinf(axis.c[m]))
       {
-        const float limit = rule::linkOf(axis.c[n], axis.c[m], 2 * along + 1, axis.number).limit;
+        const float limit = axis.patch.bricks->link(axis.c[n], axis.c[m], 2 * along + 1, axis.number).limit;
         Link link{ n, m, limit, axis.patch.weights[along] * Elasticity::weight(limit),
           axis.wanted.empty() ? 0.0f : axis.wanted[n][along], 0.0, 0.0 };
         if (!axis.pressure.empty())
