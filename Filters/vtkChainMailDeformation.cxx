@@ -134,17 +134,17 @@ public:
     }
     catch (const chainmail::Aborted&)
     {
-      this->Engine.Stop();
+      this->Engine.ResetAfterStop();
       outcome.Stopped = true; // on request, so no error
     }
     catch (const chainmail::DeviceError& error)
     {
-      this->Engine.Drop();
+      this->Engine.DeleteSimulation();
       outcome.Error = error.what();
     }
     catch (const std::bad_alloc&)
     {
-      this->Engine.Drop();
+      this->Engine.DeleteSimulation();
       outcome.Error = "There is not enough main memory for this image. Crop it or resample it to fewer voxels.";
     }
     catch (const std::exception& error)
@@ -644,7 +644,7 @@ int vtkChainMailDeformation::RequestData(
     exchange.Share(internals.Last);
     if (!exchange.IsRoot())
     {
-      internals.Engine.Leave();
+      internals.Engine.DeleteAll();
       internals.Words.Set(std::string()); // a report that is not written yet needs the engine, which is gone
     }
     // The root prints the error; other processes only notify observers of ErrorEvent.

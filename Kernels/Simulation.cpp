@@ -334,7 +334,7 @@ std::size_t Simulation::Impl::cut(const Surface& surface)
   {
     if (this->reduction_)
     {
-      this->reduction_->follow();
+      this->reduction_->applyTopology();
     }
     this->tissueChanged();
   }
@@ -352,7 +352,7 @@ std::size_t Simulation::Impl::carve(const Surface& surface, SurfaceParts* parts)
   const std::vector<std::size_t> removed = carveElements(this->voxels(), closed);
   if (!removed.empty())
   {
-    this->handles_.forget(this->reduction_ ? this->reduction_->follow() : removed);
+    this->handles_.forget(this->reduction_ ? this->reduction_->applyTopology() : removed);
     this->softChanged();
     this->tissueChanged();
   }

@@ -150,7 +150,7 @@ void Session::Update(const Scene& scene)
   }
 }
 
-void Session::Drop()
+void Session::DeleteSimulation()
 {
   this->Done = Stage::Nothing;
   this->Interacting = false;
@@ -159,13 +159,13 @@ void Session::Drop()
   this->Tissue = TissueSource();
 }
 
-void Session::Leave()
+void Session::DeleteAll()
 {
-  this->Drop();
+  this->DeleteSimulation();
   this->ResetRequested = false;
 }
 
-void Session::Stop()
+void Session::ResetAfterStop()
 {
   try
   {
@@ -176,7 +176,7 @@ void Session::Stop()
   }
   catch (const chainmail::DeviceError&)
   {
-    this->Drop();
+    this->DeleteSimulation();
   }
 }
 
@@ -240,7 +240,7 @@ void Session::Build(const Scene& scene)
   simulation->setProgress([this](double share) { return this->Reports.Show(share); });
   simulation->setCompiling([this] { return this->Reports.ShowCompiling(); });
 
-  this->Drop();
+  this->DeleteSimulation();
   this->Doubt = scene.Doubt;
   this->EngineScalars = scalars;
   this->EngineConstraints = constraints;
@@ -294,7 +294,7 @@ void Session::Deform(const Scene& scene)
     this->Reports.Run(PROPAGATE, 0.15, 0.2,
       [&]
       {
-        this->Mend();
+        this->RestoreTopology();
         std::for_each(scene.Cuts.begin(), scene.Cuts.end(), [&](const InputSurface& one) { this->Cut(one); });
         std::for_each(scene.Carves.begin(), scene.Carves.end(), [&](const InputSurface& one) { this->Carve(one); });
       });
@@ -305,7 +305,7 @@ void Session::Deform(const Scene& scene)
   {
     std::vector<std::size_t> all(scene.Probes.size());
     std::iota(all.begin(), all.end(), 0);
-    this->Move(scene, all, true);
+    this->Simulate(scene, all, true);
     this->Done = Stage::Relaxed;
   }
 }
@@ -316,7 +316,7 @@ void Session::Interact(const Scene& scene)
   const bool startsAnew = !this->Interacting || !(*this->Space == scene.Space);
   if (startsAnew || this->ResetRequested)
   {
-    this->Mend();
+    this->RestoreTopology();
     this->Released.clear();
     this->AboutProbes.Clear();
     this->Space = std::make_unique<Frame>(scene.Space);
@@ -344,10 +344,10 @@ void Session::Interact(const Scene& scene)
         this->Carve(scene.Carves[n]);
       }
     });
-  this->Move(scene, FindNew(scene.Probes, this->Released), false);
+  this->Simulate(scene, FindNew(scene.Probes, this->Released), false);
 }
 
-void Session::Mend()
+void Session::RestoreTopology()
 {
   this->Simulation->restoreTopology();
   this->Cuts.clear();
@@ -396,7 +396,7 @@ void Session::Carve(const InputSurface& surface)
 }
 
 /// Holds exactly the probes with these numbers, lets tissue follow them, and relaxes it.
-void Session::Move(const Scene& scene, const std::vector<std::size_t>& held, bool fromRest)
+void Session::Simulate(const Scene& scene, const std::vector<std::size_t>& held, bool fromRest)
 {
   this->Last = { fromRest, scene.How, scene.Properties.PropagationTimes, {} };
   for (const std::size_t p : held)

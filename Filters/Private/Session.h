@@ -43,13 +43,13 @@ public:
   void Update(const Scene& scene);
 
   /// Deletes the model and the simulation: after a device error the state on the device cannot be trusted.
-  void Drop();
+  void DeleteSimulation();
 
   /// To be called after an update that was stopped. It stopped at an arbitrary point, so tissue is reset to rest.
-  void Stop();
+  void ResetAfterStop();
 
   /// Deletes everything, because another process computes from now on.
-  void Leave();
+  void DeleteAll();
 
   /// Makes the next interactive update begin at rest, without cuts and carves.
   void RequestReset() { this->ResetRequested = true; }
@@ -80,10 +80,10 @@ private:
   void Build(const Scene& scene);
   void Deform(const Scene& scene);
   void Interact(const Scene& scene);
-  void Mend();
+  void RestoreTopology();
   void Cut(const InputSurface& surface);
   void Carve(const InputSurface& surface);
-  void Move(const Scene& scene, const std::vector<std::size_t>& held, bool fromRest);
+  void Simulate(const Scene& scene, const std::vector<std::size_t>& held, bool fromRest);
   void Warn(const Scene& scene, const std::vector<std::size_t>& held);
   void WarnAboutRegions(const Scene& scene, const chainmail::Model& model);
 

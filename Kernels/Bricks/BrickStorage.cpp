@@ -122,17 +122,17 @@ void BrickStorage::addStates(const std::vector<int>& bricks)
   this->uploadTables();
 }
 
-void BrickStorage::follow(SharedTable& rows, std::size_t& followed) const
+void BrickStorage::applyExchanges(SharedTable& rows, std::size_t& applied) const
 {
-  for (; followed < this->exchanged_.size(); ++followed)
+  for (; applied < this->exchanged_.size(); ++applied)
   {
-    rows.exchange(this->exchanged_[followed].first, this->exchanged_[followed].second);
+    rows.exchange(this->exchanged_[applied].first, this->exchanged_[applied].second);
   }
 }
 
 // --- Fields
 
-void BrickStorage::keep(Field& field, Field::Start start)
+void BrickStorage::addField(Field& field, Field::Start start)
 {
   if (!field.buffer())
   {
@@ -142,13 +142,13 @@ void BrickStorage::keep(Field& field, Field::Start start)
   }
 }
 
-void BrickStorage::drop(Field& field)
+void BrickStorage::removeField(Field& field)
 {
   field.buffer = cl::Buffer();
   this->fields_.erase(std::remove(this->fields_.begin(), this->fields_.end(), &field), this->fields_.end());
 }
 
-void BrickStorage::keepTissue(Field& field)
+void BrickStorage::addTissueField(Field& field)
 {
   if (!field.buffer())
   {
@@ -157,7 +157,7 @@ void BrickStorage::keepTissue(Field& field)
   }
 }
 
-void BrickStorage::dropTissue(Field& field)
+void BrickStorage::removeTissueField(Field& field)
 {
   field.buffer = cl::Buffer();
   this->tissueFields_.erase(

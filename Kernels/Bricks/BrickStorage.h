@@ -23,7 +23,7 @@ struct Field
   std::size_t bytes; ///< of one value
   const char* purpose;
   cl::Buffer buffer{};
-  /// The initial content of new memory. BrickStorage::keep() sets it for a state field.
+  /// The initial content of new memory. BrickStorage::addField() sets it for a state field.
   enum class Start
   {
     Zeros,
@@ -56,19 +56,19 @@ public:
   int states() const { return this->states_; }
   bool hasState(int brick) const { return this->slot(brick) > 0 && this->slot(brick) < this->states_; }
   /// addStates() exchanges slots. This repeats, in a table with a row for each slot, all exchanges since number
-  /// `followed`, and updates `followed`. The table must already have slots() rows.
-  void follow(SharedTable& rows, std::size_t& followed) const;
-  bool isFollowed(const SharedTable& rows, std::size_t followed) const
+  /// `applied`, and updates `applied`. The table must already have slots() rows.
+  void applyExchanges(SharedTable& rows, std::size_t& applied) const;
+  bool isUpToDate(const SharedTable& rows, std::size_t applied) const
   {
-    return rows.rows() == this->slots() && followed == this->exchanged_.size();
+    return rows.rows() == this->slots() && applied == this->exchanged_.size();
   }
 
   // --- Fields
 
-  /// Allocates a state field, which has memory for all states from then on; drop() frees it. A kept field must outlive
-  /// the storage or be dropped.
-  void keep(Field& field, Field::Start start = Field::Start::Zeros);
-  void drop(Field& field);
+  /// Allocates a state field, which has memory for all states from then on; removeField() frees it. A kept field must
+  /// outlive the storage or be dropped.
+  void addField(Field& field, Field::Start start = Field::Start::Zeros);
+  void removeField(Field& field);
   /// The distance between the runs of a state field, and of a tissue field [elements].
   cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_ + skew; }
   cl_uint tissuePitch() const { return static_cast<cl_uint>(this->tissueCapacity_) * this->elements_ + skew; }
@@ -134,8 +134,8 @@ protected:
   }
 
   /// Allocates a tissue field, which has memory for all slots from then on.
-  void keepTissue(Field& field);
-  void dropTissue(Field& field);
+  void addTissueField(Field& field);
+  void removeTissueField(Field& field);
   template <typename T>
   void setTissue(const Field& field, const std::vector<std::uint32_t>& addresses, const std::vector<T>& values)
   {
@@ -192,8 +192,8 @@ private:
   int tissueCapacity_ = 0; ///< slots with memory for tissue
   int states_ = 1;
   std::vector<std::pair<int, int>> exchanged_; ///< pairs of slots whose bricks were exchanged, in order
-  std::vector<Field*> fields_;                 ///< the fields that keep() was called for
-  std::vector<Field*> tissueFields_;           ///< likewise, keepTissue()
+  std::vector<Field*> fields_;                 ///< the fields that addField() was called for
+  std::vector<Field*> tissueFields_;           ///< likewise, addTissueField()
   cl::Buffer tableBuffer_;
   cl::Buffer placeBuffer_;
   mutable Scratch addresses_{ "a list of elements" };

@@ -11,17 +11,17 @@ Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> mo
   , before_(*this, this->displacement_)
   , rotationSettings_(rotationSettings)
 {
-  this->keep(this->displacement_);
+  this->addField(this->displacement_);
   if (rotationSettings.on)
   {
     this->rotations_ = std::make_unique<Rotations>();
     this->rotations_->proportions = proportionsOf(this->model().grid());
     this->rotations_->proportions.s[3] =
       static_cast<float>(2.0 * rotationSettings.poissonRatio / (1.0 - 2.0 * rotationSettings.poissonRatio));
-    this->keep(this->rotations_->spin);
+    this->addField(this->rotations_->spin);
     if (this->rotations_->hasPressure())
     {
-      this->keep(this->rotations_->pressure);
+      this->addField(this->rotations_->pressure);
     }
   }
 }
@@ -30,14 +30,14 @@ Bricks::Bricks(std::shared_ptr<Context> context, std::shared_ptr<const Model> mo
 
 void Bricks::saveIn(Field& field)
 {
-  this->keep(field, Field::Start::Anything);
+  this->addField(field, Field::Start::Anything);
   field.start = Field::Start::Zeros; // bricks that get a state later are at rest in the saved field
   this->copy(this->displacement_, field);
 }
 
 void Bricks::saveIn(Field& field, const std::vector<int>& slots)
 {
-  this->keep(field, Field::Start::Anything);
+  this->addField(field, Field::Start::Anything);
   this->copy(this->displacement_, field, slots);
 }
 

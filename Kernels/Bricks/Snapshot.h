@@ -20,13 +20,13 @@ public:
   }
 
   /// Allocates memory, or frees it when no wave needs it any more.
-  void keep() { this->storage_.keep(this->saved_); }
-  void release() { this->storage_.drop(this->saved_); }
+  void allocate() { this->storage_.addField(this->saved_); }
+  void release() { this->storage_.removeField(this->saved_); }
 
   /// Saves the displacements of these slots. Kernels also do so, brick by brick (fixedpoint.clh).
   void save(const std::vector<int>& slots)
   {
-    this->storage_.keep(this->saved_, Field::Start::Anything);
+    this->storage_.addField(this->saved_, Field::Start::Anything);
     this->storage_.copy(this->displacement_, this->saved_, slots);
   }
   /// Restores the displacements of these slots.

@@ -33,7 +33,7 @@ Tissue::Tissue(std::shared_ptr<Context> context, std::shared_ptr<const Model> mo
       }
     }
   }
-  this->keepTissue(this->constraint_);
+  this->addTissueField(this->constraint_);
   for (int a = 0; a < this->model_->axes(); ++a)
   {
     this->writeTissue(this->constraint_, a, 0, std::vector<float>(this->elements_, air));
@@ -198,8 +198,8 @@ void Tissue::replaceByAir(const std::vector<std::size_t>& voxels)
 
 void Tissue::restoreTopology()
 {
-  this->dropTissue(this->cut_);
-  this->dropTissue(this->shownCut_);
+  this->removeTissueField(this->cut_);
+  this->removeTissueField(this->shownCut_);
   const std::set<int> carved = this->links_.carvedBricks();
   this->links_.clear();
   this->cutDistances_.clear();
@@ -227,10 +227,10 @@ void Tissue::uploadCuts()
   {
     return;
   }
-  this->keepTissue(this->cut_);
+  this->addTissueField(this->cut_);
   if (this->links_.anyAtJoint())
   {
-    this->keepTissue(this->shownCut_);
+    this->addTissueField(this->shownCut_);
   }
   for (const auto& [brick, bits] : this->links_.all())
   {

@@ -126,9 +126,9 @@ kernel void measure(global const int* list, STATE_ARGUMENTS, float slack, local 
 #endif
 #ifdef VOLUMETRIC_STRAIN
       // The volumetric energy belongs to no axis. It is added to that of x, in units of the spacing of x.
-      real bulk, middle[3];
-      const real volumetricStrain = volumetricStrainAt(s.odd, &state, &s, &bulk, middle);
-      energy[0] += 0.5f * bulk * volumetricStrain * volumetricStrain * (1.0f / state.proportions.x);
+      real lambda, middle[3];
+      const real volumetricStrain = volumetricStrainAt(s.odd, &state, &s, &lambda, middle);
+      energy[0] += 0.5f * lambda * volumetricStrain * volumetricStrain * (1.0f / state.proportions.x);
 #endif
       if (SOME(displaced))
       {

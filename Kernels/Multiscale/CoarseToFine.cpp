@@ -58,7 +58,7 @@ constexpr double tooFar = 1e-4;
 /// Saves the rotations of all elements in `before`.
 void saveRotations(Bricks& bricks, Field& before)
 {
-  bricks.keep(before);
+  bricks.addField(before);
   bricks.context().queue().enqueueCopyBuffer(
     bricks.rotations()->spin.buffer, before.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
 }
@@ -123,7 +123,7 @@ public:
     coarsenCuts(finer, this->bricks_);
     this->clusters_ = std::make_unique<RigidClusters>(this->bricks_);
   }
-  ~Level() { this->bricks_.drop(this->rotationsBefore_); }
+  ~Level() { this->bricks_.removeField(this->rotationsBefore_); }
 
   Bricks& bricks() { return this->bricks_; }
 
@@ -229,7 +229,7 @@ public:
     {
       transfer(this->bricks_.rotations()->spin.buffer, 1.0f, true, this->finer_.rotations()->spin.buffer);
       this->finer_.setRotated(true);
-      this->bricks_.drop(this->rotationsBefore_);
+      this->bricks_.removeField(this->rotationsBefore_);
     }
   }
 
@@ -293,9 +293,9 @@ CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
 
 CoarseToFine::~CoarseToFine()
 {
-  this->bricks_.drop(this->before_);
-  this->bricks_.drop(this->rotationsBefore_);
-  this->bricks_.drop(this->marks_);
+  this->bricks_.removeField(this->before_);
+  this->bricks_.removeField(this->rotationsBefore_);
+  this->bricks_.removeField(this->marks_);
 }
 
 void CoarseToFine::forget()
@@ -408,7 +408,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   {
     return;
   }
-  this->bricks_.keep(this->marks_);
+  this->bricks_.addField(this->marks_);
   context.launch(context.kernel("components.cl", defines, "markAll"), moving.size(), items,
     this->list_.holding(context, moving), this->marks_.buffer);
   context.launch(context.kernel("components.cl", defines, "mark"), others.size(), items,
@@ -448,7 +448,7 @@ void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
   {
     putBack(this->rotationsBefore_.buffer, this->bricks_.rotations()->spin.buffer);
   }
-  this->bricks_.drop(this->marks_);
+  this->bricks_.removeField(this->marks_);
 }
 
 /// A soft link holds its element, and strains it until the element is at the target place of the link. So coarser grids
@@ -550,7 +550,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
       restoreRotations(this->bricks_, this->rotationsBefore_);
       this->bricks_.setRotated(this->rotatedBefore_);
     }
-    this->bricks_.drop(this->rotationsBefore_);
+    this->bricks_.removeField(this->rotationsBefore_);
   }
   else if (whole > this->energyBefore_)
   {
@@ -568,7 +568,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
       this->goBack(0.0f);
     }
   }
-  this->bricks_.drop(this->before_);
+  this->bricks_.removeField(this->before_);
   return kept;
 }
 

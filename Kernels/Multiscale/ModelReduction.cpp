@@ -44,7 +44,7 @@ ModelReduction::ModelReduction(Bricks& whole, int factor, const RotationSettings
 
 ModelReduction::~ModelReduction()
 {
-  this->whole_.drop(this->owner_);
+  this->whole_.removeField(this->owner_);
 }
 
 /// Removes the links that are missing from the start (reducedModel).
@@ -61,7 +61,7 @@ void ModelReduction::separate()
 void ModelReduction::restoreTopology()
 {
   this->whole_.restoreTopology();
-  this->whole_.drop(this->owner_);
+  this->whole_.removeField(this->owner_);
   this->owners_.clear();
   this->bricks_.restoreTopology();
   this->separate();
@@ -342,7 +342,7 @@ void ModelReduction::removeLinks(const std::set<std::size_t>& changed)
   }
 }
 
-std::vector<std::size_t> ModelReduction::follow()
+std::vector<std::size_t> ModelReduction::applyTopology()
 {
   const std::set<std::size_t> changed = this->touched();
   const std::vector<std::size_t> gone = this->findOwners(changed);
@@ -474,7 +474,7 @@ void ModelReduction::expand()
   Context& context = this->whole_.context();
   if (!this->owners_.empty())
   {
-    this->whole_.keep(this->owner_);
+    this->whole_.addField(this->owner_);
     context.queue().enqueueFillBuffer(this->owner_.buffer, cl_int(0), 0, sizeof(cl_int) * this->whole_.pitch());
     Elements voxels(this->whole_);
     std::vector<std::int32_t> owners;

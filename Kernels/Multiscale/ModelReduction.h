@@ -58,7 +58,7 @@ public:
   void expand();
 
   /// Applies the cuts and carves of the voxels to the larger elements. Returns the larger elements removed, ascending.
-  std::vector<std::size_t> follow();
+  std::vector<std::size_t> applyTopology();
 
   /// Restores all links and elements of both grids. No element may be held at that time.
   void restoreTopology();

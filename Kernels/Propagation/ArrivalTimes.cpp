@@ -19,15 +19,15 @@ ArrivalTimes::ArrivalTimes(Bricks& bricks)
 
 ArrivalTimes::~ArrivalTimes()
 {
-  this->bricks_.drop(this->time_);
-  this->bricks_.drop(this->front_);
-  this->bricks_.drop(this->arrival_);
+  this->bricks_.removeField(this->time_);
+  this->bricks_.removeField(this->front_);
+  this->bricks_.removeField(this->arrival_);
 }
 
-void ArrivalTimes::keep()
+void ArrivalTimes::allocate()
 {
-  this->bricks_.keep(this->time_);
-  this->bricks_.keep(this->front_);
+  this->bricks_.addField(this->time_);
+  this->bricks_.addField(this->front_);
 }
 
 void ArrivalTimes::start(const Handle& source, int front)
@@ -37,11 +37,11 @@ void ArrivalTimes::start(const Handle& source, int front)
   source.elements.set(this->front_, std::vector<cl_int>(axes * source.elements.size(), front));
 }
 
-void ArrivalTimes::follow(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint)
+void ArrivalTimes::computeTimes(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint)
 {
   const cl_int states = this->bricks_.states();
-  this->keep();
-  this->bricks_.keep(this->arrival_, Field::Start::Infinity);
+  this->allocate();
+  this->bricks_.addField(this->arrival_, Field::Start::Infinity);
   Context& context = this->bricks_.context();
   const std::size_t axes = this->arrival_.runs;
   context.queue().enqueueFillBuffer(this->arrival_.buffer, std::numeric_limits<cl_float>::infinity(), 0,

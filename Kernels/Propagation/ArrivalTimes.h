@@ -6,7 +6,7 @@
 namespace chainmail
 {
 
-/// The propagation time and the id of the last wave that reached each element. Stored only on request (keep()).
+/// The propagation time and the id of the last wave that reached each element. Stored only on request (allocate()).
 ///
 /// The propagation time is the length of the shortest path of links from the probe through elements that the wave
 /// moved, as a fraction of the spacing. It is defined for elements that the wave moved and for those linked to one.
@@ -17,14 +17,14 @@ public:
   ~ArrivalTimes();
 
   /// Stores the times from now on. Timestamp propagation requires them.
-  void keep();
+  void allocate();
 
   /// Starts the wave with id `front`, with the elements of a probe at time 0.
   void start(const Handle& source, int front);
 
   /// Computes the times of an envelope wave that has ended (arrivals.cl). Bricks::before() must still be the state
   /// before that wave, for all bricks with a state. Other bricks may get a state.
-  void follow(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint);
+  void computeTimes(const std::vector<const Handle*>& sources, int front, const Checkpoint& checkpoint);
 
   void clear();
 

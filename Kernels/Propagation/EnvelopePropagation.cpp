@@ -33,8 +33,8 @@ void EnvelopePropagation::start(const std::vector<int>& bricks)
     return;
   }
   Context& context = this->bricks_.context();
-  this->bricks_.drop(this->shift_);
-  this->bricks_.keep(this->shift_);
+  this->bricks_.removeField(this->shift_);
+  this->bricks_.addField(this->shift_);
   const std::vector<int> slots = this->bricks_.slotsOf(bricks);
   context.launch(context.kernel("envelope.cl", this->bricks_.definesOfRows(), "beginShifts"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(),
@@ -75,12 +75,12 @@ void EnvelopePropagation::heldChanged()
   this->fixedPoint_.forget(VISIT_FREE | VISIT_HELD);
 }
 
-int EnvelopePropagation::run(int iterations, float enough, const Checkpoint& checkpoint)
+int EnvelopePropagation::run(int iterations, float stopThreshold, const Checkpoint& checkpoint)
 {
   const auto touch = [this] { this->bricks_.markDirty(this->fixedPoint_.changed()); };
   try
   {
-    const int done = this->fixedPoint_.run(iterations, enough, checkpoint,
+    const int done = this->fixedPoint_.run(iterations, stopThreshold, checkpoint,
       [this](ArgumentList& own)
       {
         own.add(this->bricks_.before().buffer());

@@ -17,7 +17,7 @@ public:
     , fixedPoint_(bricks, "envelope.cl", "propagate", 6)
   {
   }
-  ~EnvelopePropagation() { this->bricks_.drop(this->shift_); }
+  ~EnvelopePropagation() { this->bricks_.removeField(this->shift_); }
 
   /// How far moved tissue exceeds what held tissue allows, per axis; 0 or float rounding where the two are compatible.
   struct Conflict
@@ -45,12 +45,12 @@ public:
   void saveRest();
 
   /// Runs the wave for at most `iterations` (0: to its end). Each one visits once every brick that the wave has
-  /// reached. A conflict of more than `enough` ends the wave early; conflict() is then a lower bound of the whole
-  /// conflict. Returns the number of iterations.
-  int run(int iterations, float enough, const Checkpoint& checkpoint);
+  /// reached. A conflict of more than `stopThreshold` ends the wave early; conflict() is then a lower bound of the
+  /// whole conflict. Returns the number of iterations.
+  int run(int iterations, float stopThreshold, const Checkpoint& checkpoint);
 
   /// Frees the memory that only waves need.
-  void release() { this->bricks_.drop(this->shift_); }
+  void release() { this->bricks_.removeField(this->shift_); }
 
   bool finished() const { return this->fixedPoint_.finished(); }
   Conflict conflict() const;

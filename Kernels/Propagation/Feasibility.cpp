@@ -26,8 +26,8 @@ Feasibility::Feasibility(Bricks& bricks)
 
 Feasibility::~Feasibility()
 {
-  this->bricks_.drop(this->upper_);
-  this->bricks_.drop(this->lower_);
+  this->bricks_.removeField(this->upper_);
+  this->bricks_.removeField(this->lower_);
 }
 
 /// The bricks of those slots for which the kernel `what` sets `found`.
@@ -62,8 +62,8 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
   }
   if (rotating)
   {
-    this->bricks_.keep(this->upper_); // both are bounds of shifts, which start as 0
-    this->bricks_.keep(this->lower_);
+    this->bricks_.addField(this->upper_); // both are bounds of shifts, which start as 0
+    this->bricks_.addField(this->lower_);
   }
   else
   {
@@ -104,8 +104,8 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     feasible = !rotating || propagation.conflict().largest() <= rounding;
   }
   propagation.release();
-  this->bricks_.drop(this->upper_);
-  this->bricks_.drop(this->lower_);
+  this->bricks_.removeField(this->upper_);
+  this->bricks_.removeField(this->lower_);
   this->bricks_.before().release();
   return feasible;
 }

@@ -41,7 +41,7 @@ int FixedPoint::parityOf(int brick) const
 void FixedPoint::fit()
 {
   this->visits_.resize(this->bricks_.slots());
-  this->bricks_.follow(this->visits_, this->followed_);
+  this->bricks_.applyExchanges(this->visits_, this->exchangesApplied_);
   for (int slot = 1; slot < this->visits_.rows(); ++slot)
   {
     this->visits_[slot][VISIT_STATE] |= this->bricks_.isUpdatable(this->bricks_.brick(slot)) ? VISIT_READY : 0;
@@ -53,22 +53,22 @@ void FixedPoint::start(const std::vector<int>& bricks)
 {
   this->bricks_.makeUpdatable(bricks);
   this->visits_.clear(this->bricks_.slots());
-  this->bricks_.follow(this->visits_, this->followed_);
+  this->bricks_.applyExchanges(this->visits_, this->exchangesApplied_);
   for (const int brick : bricks)
   {
-    this->visits_[this->bricks_.slot(brick)][VISIT_FROM] = VISIT_ANY;
+    this->visits_[this->bricks_.slot(brick)][VISIT_DUE] = VISIT_ANY;
     this->visits_[this->bricks_.slot(brick)][VISIT_STATE] = VISIT_SEEN;
     // Elements that changed in this brick may have neighbours in the bricks beyond its faces.
     for (int d = 0; d < 6; ++d)
     {
-      this->visits_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][VISIT_FROM] |= 1 << Bricks::opposite(d);
+      this->visits_[this->bricks_.slot(this->bricks_.neighbour(brick, d))][VISIT_DUE] |= 1 << Bricks::opposite(d);
     }
   }
-  this->visits_[0][VISIT_FROM] = 0;
+  this->visits_[0][VISIT_DUE] = 0;
   this->finished_ = true;
   for (int slot = 1; slot < this->visits_.rows(); ++slot)
   {
-    this->finished_ = this->finished_ && this->visits_[slot][VISIT_FROM] == 0;
+    this->finished_ = this->finished_ && this->visits_[slot][VISIT_DUE] == 0;
   }
   this->fit();
   this->goesOn_[0] = this->goesOn_[1] = false;
@@ -79,13 +79,14 @@ void FixedPoint::start(const std::vector<int>& bricks)
   this->ofPass_.assign(this->extremes_.size(), 0.0f);
 }
 
-bool FixedPoint::isBeyond(float enough) const
+bool FixedPoint::isBeyond(float stopThreshold) const
 {
-  return std::any_of(this->extremes_.begin(), this->extremes_.end(), [&](float value) { return value > enough; });
+  return std::any_of(
+    this->extremes_.begin(), this->extremes_.end(), [&](float value) { return value > stopThreshold; });
 }
 
 void FixedPoint::launch(
-  const std::vector<ParityPass>& passes, float enough, const Checkpoint& checkpoint, const OwnArguments& own)
+  const std::vector<ParityPass>& passes, float stopThreshold, const Checkpoint& checkpoint, const OwnArguments& own)
 {
   Context& context = this->bricks_.context();
   this->log_.clear(1 + static_cast<int>(passes.size()));
@@ -106,20 +107,20 @@ void FixedPoint::launch(
     const cl_int4 numbers{ { static_cast<cl_int>(n) + 1, passes[n].parity, passes[n].waited ? 1 : 0,
       size[0] + size[1] + size[2] } };
     launchPass(this->bricks_, kernel, static_cast<std::size_t>(this->visits_.rows()) - 1, this->bricks_.workItems(true),
-      this->visits_.buffer(), this->log_.buffer(), numbers, enough,
+      this->visits_.buffer(), this->log_.buffer(), numbers, stopThreshold,
       this->bricks_.state(this->bricks_.activeRotations()), own);
   }
   this->log_.fromDevice(context);
 }
 
-int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, const OwnArguments& own)
+int FixedPoint::run(int iterations, float stopThreshold, const Checkpoint& checkpoint, const OwnArguments& own)
 {
   Context& context = this->bricks_.context();
   int done = 0;
   int batch = fewestPerBatch;
-  while (!this->finished_ && !this->isBeyond(enough) && (iterations == 0 || done < iterations))
+  while (!this->finished_ && !this->isBeyond(stopThreshold) && (iterations == 0 || done < iterations))
   {
-    if (!this->bricks_.isFollowed(this->visits_, this->followed_)) // other code may have allocated bricks
+    if (!this->bricks_.isUpToDate(this->visits_, this->exchangesApplied_)) // other code may have allocated bricks
     {
       this->visits_.fromDevice(context);
       this->fit();
@@ -132,7 +133,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
         passes.push_back({ parity, passes.empty() && this->waited_ });
       }
     }
-    this->launch(passes, enough, checkpoint, own);
+    this->launch(passes, stopThreshold, checkpoint, own);
 
     batch = std::min(2 * batch, mostPerBatch);
     this->parity_ = 0;
@@ -163,7 +164,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
         for (int slot = 1; slot < this->visits_.rows(); ++slot)
         {
           const int brick = this->bricks_.brick(slot);
-          if ((this->visits_[slot][VISIT_FROM] & (VISIT_AGAIN - 1)) != 0 &&
+          if ((this->visits_[slot][VISIT_DUE] & (VISIT_AGAIN - 1)) != 0 &&
               (this->visits_[slot][VISIT_STATE] & VISIT_READY) == 0 && this->parityOf(brick) == parity)
           {
             bricks.push_back(brick);
@@ -178,7 +179,7 @@ int FixedPoint::run(int iterations, float enough, const Checkpoint& checkpoint, 
         this->extremes_[m] = std::max(this->extremes_[m], this->ofPass_[m]);
         this->ofPass_[m] = 0.0f;
       }
-      const bool beyond = this->isBeyond(enough);
+      const bool beyond = this->isBeyond(stopThreshold);
       if (parity == 1 || beyond)
       {
         ++done;

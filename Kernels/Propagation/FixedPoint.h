@@ -31,12 +31,12 @@ public:
   bool finished() const { return this->finished_; }
 
   /// Continues for at most `iterations` (0: until nothing changes). Each one visits once every brick that changes have
-  /// reached. An extreme of more than `enough` ends the run early. Returns the number of iterations.
+  /// reached. An extreme of more than `stopThreshold` ends the run early. Returns the number of iterations.
   ///
   /// Every value that a kernel passes on must be that of a path of links that visits no element twice. Each iteration
   /// makes the values of paths one element longer final, so there are at most as many iterations as elements. A kernel
   /// that violates this would never end: where `iterations` is 0, Error is thrown.
-  int run(int iterations, float enough, const Checkpoint& checkpoint, const OwnArguments& own);
+  int run(int iterations, float stopThreshold, const Checkpoint& checkpoint, const OwnArguments& own);
 
   /// Clears these flags of VISIT_STATE for all bricks.
   void forget(int flags);
@@ -58,8 +58,8 @@ private:
   int parityOf(int brick) const;
   void fit();
   void launch(
-    const std::vector<ParityPass>& passes, float enough, const Checkpoint& checkpoint, const OwnArguments& own);
-  bool isBeyond(float enough) const;
+    const std::vector<ParityPass>& passes, float stopThreshold, const Checkpoint& checkpoint, const OwnArguments& own);
+  bool isBeyond(float stopThreshold) const;
   std::vector<int> slotsWith(int flags);
 
   Bricks& bricks_;
@@ -68,8 +68,8 @@ private:
   SharedTable visits_;
   SharedTable log_;
   std::vector<float> extremes_;
-  std::vector<float> ofPass_; ///< extremes of the parity pass under way
-  std::size_t followed_ = 0;  ///< see Bricks::follow()
+  std::vector<float> ofPass_;        ///< extremes of the parity pass under way
+  std::size_t exchangesApplied_ = 0; ///< see BrickStorage::applyExchanges()
   bool finished_ = true;
   bool goesOn_[2] = {}; ///< for each parity: whether its last pass left something to do
   int parity_ = 0;      ///< of the next pass

@@ -25,8 +25,8 @@ Sharing::Sharing(Bricks& bricks)
 
 void Sharing::release()
 {
-  this->bricks_.drop(this->lower_);
-  this->bricks_.drop(this->upper_);
+  this->bricks_.removeField(this->lower_);
+  this->bricks_.removeField(this->upper_);
 }
 
 /// Spreads bounds that were set in these bricks along links that count as shorter by `margin`.
@@ -74,8 +74,8 @@ std::vector<float> Sharing::run(const Elements& elements, const std::vector<int>
   const auto begin = [&](const std::array<float, 3>& least, const std::array<float, 3>& most, float shorter)
   {
     this->release();
-    this->bricks_.keep(this->lower_);
-    this->bricks_.keep(this->upper_);
+    this->bricks_.addField(this->lower_);
+    this->bricks_.addField(this->upper_);
     for (std::size_t m = 0; m < shift.size(); ++m)
     {
       low[m] = std::max(shift[m] - least[m % 3], 0.0f);

@@ -26,23 +26,23 @@ void Timestamps::clear()
   this->iteration_ = 1;
   for (Field* field : { &this->stamp_, &this->nextTime_, &this->nextFront_ })
   {
-    this->bricks_.drop(*field);
+    this->bricks_.removeField(*field);
   }
 }
 
-void Timestamps::keep()
+void Timestamps::allocate()
 {
-  this->arrivals_.keep();
-  this->bricks_.before().keep();
+  this->arrivals_.allocate();
+  this->bricks_.before().allocate();
   for (Field* field : { &this->stamp_, &this->nextTime_, &this->nextFront_ })
   {
-    this->bricks_.keep(*field);
+    this->bricks_.addField(*field);
   }
 }
 
 void Timestamps::start(const Handle& source, int front)
 {
-  this->keep();
+  this->allocate();
   this->arrivals_.start(source, front);
   source.elements.set(this->stamp_, std::vector<cl_int>(this->stamp_.runs * source.elements.size(), this->iteration_));
   for (const int brick : source.bricks)
@@ -74,7 +74,7 @@ int Timestamps::run(int iterations, const Checkpoint& checkpoint)
 
 const WavesUnderWay& Timestamps::underWay()
 {
-  this->keep();
+  this->allocate();
   this->underWay_.front = &this->arrivals_.front().buffer;
   this->underWay_.stamp = &this->stamp_.buffer;
   this->underWay_.iteration = this->iteration_;

@@ -35,7 +35,7 @@ public:
   void clear();
 
 private:
-  void keep();
+  void allocate();
   void advance();
 
   Bricks& bricks_;

@@ -182,8 +182,8 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
       this->beginNext();
       continue;
     }
-    done += this->propagation_.run(iterations == 0 ? 0 : iterations - done, this->wave_->enough, checkpoint);
-    const bool stopped = this->propagation_.conflict().largest() > this->wave_->enough;
+    done += this->propagation_.run(iterations == 0 ? 0 : iterations - done, this->wave_->stopThreshold, checkpoint);
+    const bool stopped = this->propagation_.conflict().largest() > this->wave_->stopThreshold;
     if ((stopped || this->propagation_.finished()) && this->settled(checkpoint))
     {
       if (this->times_)
@@ -194,7 +194,7 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
         {
           sources.push_back(handle.get());
         }
-        this->arrivals_.follow(sources, ++this->front_, checkpoint);
+        this->arrivals_.computeTimes(sources, ++this->front_, checkpoint);
       }
       this->countShared();
       this->end();
@@ -357,11 +357,11 @@ void Waves::attempt()
   {
     furthest[m % 3] = std::max(furthest[m % 3], std::fabs(values[m]));
   }
-  wave.enough = 0.0f;
+  wave.stopThreshold = 0.0f;
   for (int a = 0; a < 3; ++a)
   {
     wave.tolerance[a] = rounding(furthest[a]);
-    wave.enough = std::max(wave.enough, wave.tolerance[a]);
+    wave.stopThreshold = std::max(wave.stopThreshold, wave.tolerance[a]);
   }
   if (wave.rotates)
   {
@@ -381,14 +381,14 @@ void Waves::attempt()
     {
       wave.way = std::max(wave.way, std::fabs(values[m] - wave.before[m]));
     }
-    wave.enough = std::max(wave.enough, farTooFar * wave.way);
+    wave.stopThreshold = std::max(wave.stopThreshold, farTooFar * wave.way);
   }
   else if (wave.handles.size() == 1)
   {
     // A wave that is much too long would run through all tissue, so a large conflict ends it early.
     for (int a = 0; a < 3; ++a)
     {
-      wave.enough = std::max(wave.enough, 0.2f * std::fabs(wave.to[a]));
+      wave.stopThreshold = std::max(wave.stopThreshold, 0.2f * std::fabs(wave.to[a]));
     }
   }
   ++wave.attempts;
@@ -640,7 +640,7 @@ void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& ch
   this->begin({ handle });
   do
   {
-    this->propagation_.run(0, this->wave_->enough, checkpoint);
+    this->propagation_.run(0, this->wave_->stopThreshold, checkpoint);
   } while (!this->settled(checkpoint));
   const std::vector<float> values = handle->elements.displacements();
   this->takeBack();

@@ -78,7 +78,7 @@ private:
     std::array<int, 3> lastWay{};     ///< signs of the last corrections
     std::array<int, 3> signChanges{}; ///< how often these signs changed
     std::array<float, 3> tolerance{}; ///< a conflict, per axis, that is no more than rounding
-    float enough = 0.0f;              ///< a conflict of more than this ends an attempt early
+    float stopThreshold = 0.0f;       ///< a conflict of more than this ends an attempt early
     int attempts = 0;
 
     bool rotates = false;               ///< whether any of the probes prescribes a rotation

@@ -176,7 +176,7 @@ CHAINMAIL_INLINE int anyHeld(const State* state, const Stencil* s)
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-      held |= isHeld(neighbourBefore(~0u, constraintAlong(state, axis), s, d, s->odd));
+      held |= isHeld(neighbourClamped(~0u, constraintAlong(state, axis), s, d, s->odd));
     }
   }
   return SOME(held);
@@ -247,7 +247,7 @@ NOINLINE void propagateIn(const State* given, Wave wave, Launch launch, Visit vi
   const State state = *given;
   float conflict[6] = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
   const int saved = savedBeyond(&launch, &state.layout, visit.slot);
-  if (visit.from != 0 && !wasSeen(&launch, visit.slot))
+  if (visit.changes != 0 && !wasSeen(&launch, visit.slot))
   {
     saveBrick(&visit, &state, wave.before);
   }

@@ -33,10 +33,10 @@ struct Patch
   /// Where elements rotate: the rest offsets of u(next) - u, on each axis (rotations.clh).
   std::vector<std::array<float, 3>> wanted[3];
   Vector3 weights{ 1.0, 1.0, 1.0 }; ///< factors for the weights of links along each axis
-  /// Where elements resist volumetric strain d, with the energy 1/2 bulk d^2 (volumetricstrain.clh). `pressure`: their
-  /// pressure. `volumetricStrain`: on each axis, the derivatives of d by u(next) - u and by u - u(previous).
+  /// Where elements resist volumetric strain d, with the energy 1/2 lambda d^2 (volumetricstrain.clh). `pressure`:
+  /// their pressure. `volumetricStrain`: on each axis, the derivatives of d by u(next) - u and by u - u(previous).
   std::vector<float> pressure;
-  std::vector<float> bulk;
+  std::vector<float> lambda;
   std::vector<std::array<std::array<float, 2>, 3>> volumetricStrain[3];
   Vector3 scale{ 1.0, 1.0, 1.0 };      ///< the spacing, in mean spacings
   std::vector<const SoftLink*> soft;   ///< of each element, null without one; empty if there are none at all
@@ -199,7 +199,7 @@ void readRotations(Bricks& bricks, Patch& patch)
   }
 }
 
-/// Reads the pressure of elements that resist volumetric strain; relaxation keeps it up to date. Computes `bulk` and
+/// Reads the pressure of elements that resist volumetric strain; relaxation keeps it up to date. Computes `lambda` and
 /// the derivatives of the strain.
 void readVolumetricStrain(Bricks& bricks, Patch& patch)
 {
@@ -218,7 +218,7 @@ void readVolumetricStrain(Bricks& bricks, Patch& patch)
       isSoft = isSoft && c > 0.0f && !std::isinf(c);
     }
     soft[n] = isSoft ? sum / static_cast<float>(axes) : 0.0f;
-    patch.bulk.push_back(isSoft ? static_cast<float>(all.proportions.s[3] * Elasticity::weight(soft[n])) : 0.0f);
+    patch.lambda.push_back(isSoft ? static_cast<float>(all.proportions.s[3] * Elasticity::weight(soft[n])) : 0.0f);
   }
   const std::vector<float> rotations = patch.elements.rotations();
   for (int axis = 0; axis < 3; ++axis)
@@ -544,7 +544,7 @@ float moveGroup(const Group& group, PatchAxis& axis, const Elasticity& elasticit
   for (const Group::VolumetricStrain& volumetricStrain : group.volumetricStrain)
   {
     force -= scale * axis.pressure[volumetricStrain.element] * volumetricStrain.byMove;
-    weight += scale * axesAtOnce * axis.patch.bulk[volumetricStrain.element] * volumetricStrain.byMove *
+    weight += scale * axesAtOnce * axis.patch.lambda[volumetricStrain.element] * volumetricStrain.byMove *
               volumetricStrain.byMove;
   }
   const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
@@ -561,7 +561,7 @@ float moveGroup(const Group& group, PatchAxis& axis, const Elasticity& elasticit
   for (const Group::VolumetricStrain& volumetricStrain : group.volumetricStrain)
   {
     axis.pressure[volumetricStrain.element] +=
-      static_cast<float>(axesAtOnce * axis.patch.bulk[volumetricStrain.element] * volumetricStrain.byMove * way);
+      static_cast<float>(axesAtOnce * axis.patch.lambda[volumetricStrain.element] * volumetricStrain.byMove * way);
   }
   return std::fabs(way);
 }

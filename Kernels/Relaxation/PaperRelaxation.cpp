@@ -32,7 +32,7 @@ void PaperRelaxation::relaxAll(const RelaxationTask& task, int iteration, bool b
 
 RelaxResult PaperRelaxation::run(const RelaxationTask& task)
 {
-  this->bricks_.keep(this->next_);
+  this->bricks_.addField(this->next_);
   this->bricks_.context().queue().enqueueCopyBuffer(
     this->bricks_.displacement(), this->next_.buffer, 0, 0, sizeof(float) * 3 * this->bricks_.pitch());
   this->schedule_.begin({});

@@ -26,13 +26,13 @@ public:
   {
   }
 
-  ~PaperRelaxation() override { this->bricks_.drop(this->next_); }
+  ~PaperRelaxation() override { this->bricks_.removeField(this->next_); }
 
   RelaxResult run(const RelaxationTask& task) override;
   bool keepsLimits() const override { return false; }
 
   /// Frees the second copy of the state.
-  void release() override { this->bricks_.drop(this->next_); }
+  void release() override { this->bricks_.removeField(this->next_); }
 
 private:
   void relaxAll(const RelaxationTask& task, int iteration, bool back, float still);

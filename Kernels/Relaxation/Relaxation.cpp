@@ -41,7 +41,7 @@ Relaxation::Relaxation(Bricks& bricks)
 }
 
 /// Whether a single work-item does all passes of a batch in one launch.
-bool Relaxation::isSmall() const
+bool Relaxation::fitsOneLaunch() const
 {
   return this->bricks_.workItems(true) == 1 && !this->bricks_.rotations() &&
          this->schedule_.groups() * this->bricks_.elementsPerBrick() <= fewElements;
@@ -86,17 +86,17 @@ void Relaxation::relaxColour(
 /// a step that moved something, twice as many after one `atRest` that moved nothing. Returns the largest move.
 float Relaxation::activeSetStep(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest)
 {
-  this->sweepsSinceGroups_ = 0;
+  this->sweepsSinceActiveSet_ = 0;
   this->schedule_.markDirty();
   std::vector<int> moved;
   const float largest = moveBlockedGroups(this->bricks_, clusters, elasticity, still, moved);
   if (largest > 0.0f)
   {
-    this->groupPeriod_ = sweepsPerActiveSetStep;
+    this->activeSetPeriod_ = sweepsPerActiveSetStep;
   }
   else if (atRest)
   {
-    this->groupPeriod_ = std::min(2 * this->groupPeriod_, mostSweepsPerActiveSetStep);
+    this->activeSetPeriod_ = std::min(2 * this->activeSetPeriod_, mostSweepsPerActiveSetStep);
   }
   this->schedule_.note(moved);
   clusters.refresh();
@@ -116,20 +116,20 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
     waves ? 0 : *std::max_element(size.begin(), size.end()), firstSweep, iterations);
   if (firstSweep == 0)
   {
-    this->groupPeriod_ = this->sweepsSinceGroups_ = sweepsPerActiveSetStep;
+    this->activeSetPeriod_ = this->sweepsSinceActiveSet_ = sweepsPerActiveSetStep;
   }
   // The largest move of a sweep, `sweeps` from now, at which it has come to rest. An active-set step follows it, or it
   // is the last sweep.
   const auto restingMoveAfter = [&](int sweeps)
   {
-    const bool groupsMayMove = !waves && this->sweepsSinceGroups_ + sweeps >= this->groupPeriod_;
+    const bool groupsMayMove = !waves && this->sweepsSinceActiveSet_ + sweeps >= this->activeSetPeriod_;
     return std::max(static_cast<float>(tolerance), groupsMayMove ? restingMove : 0.0f);
   };
   RelaxResult result;
   int launched = 0;
   while (result.iterations < iterations && !result.converged)
   {
-    const bool atOnce = !waves && this->isSmall();
+    const bool atOnce = !waves && this->fitsOneLaunch();
     const int sweeps = std::min({ atOnce ? sweepsPerLaunch : sweepsPerBatch, iterations - result.iterations,
       plan.sweepsToTimedStep(result.iterations) });
     this->schedule_.beginBatch(sweeps);
@@ -189,7 +189,7 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       }
       else
       {
-        ++this->sweepsSinceGroups_;
+        ++this->sweepsSinceActiveSet_;
       }
       result.converged = judged && result.largestMove <= tolerance;
     }

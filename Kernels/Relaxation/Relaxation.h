@@ -30,15 +30,15 @@ public:
 private:
   void relaxColour(
     int colour, bool rotates, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
-  bool isSmall() const;
+  bool fitsOneLaunch() const;
   void relaxBatch(const RigidClusters& clusters, float still, const Elasticity& elasticity);
   float activeSetStep(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest);
 
   Bricks& bricks_;
   SweepSchedule schedule_;
-  SharedTable batch_;   ///< passes of one launch, see relaxBatch()
-  int groupPeriod_ = 0; ///< sweeps between active-set steps, see activeSetStep()
-  int sweepsSinceGroups_ = 0;
+  SharedTable batch_;       ///< passes of one launch, see relaxBatch()
+  int activeSetPeriod_ = 0; ///< sweeps between active-set steps, see activeSetStep()
+  int sweepsSinceActiveSet_ = 0;
 };
 
 }

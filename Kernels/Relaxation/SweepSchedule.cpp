@@ -34,7 +34,7 @@ void SweepSchedule::fit()
   {
     this->activity_[slot][SWEEP_NOTED] = never;
   }
-  this->bricks_.follow(this->activity_, this->followed_);
+  this->bricks_.applyExchanges(this->activity_, this->exchangesApplied_);
   for (slot = 1; slot < this->activity_.rows(); ++slot)
   {
     this->activity_[slot][SWEEP_READY] = this->bricks_.isUpdatable(this->bricks_.brick(slot)) ? 1 : 0;
@@ -72,7 +72,7 @@ void SweepSchedule::begin(Bodies bodies)
 
 void SweepSchedule::beginBatch(int sweeps)
 {
-  if (!this->bricks_.isFollowed(this->activity_, this->followed_)) // other code may have allocated bricks
+  if (!this->bricks_.isUpToDate(this->activity_, this->exchangesApplied_)) // other code may have allocated bricks
   {
     this->activity_.fromDevice(this->bricks_.context());
     this->fit();
@@ -85,11 +85,11 @@ void SweepSchedule::beginBatch(int sweeps)
   this->begun_ = 0;
 }
 
-void SweepSchedule::beginSweep(float enough)
+void SweepSchedule::beginSweep(float stopThreshold)
 {
   this->before_ = this->first_;
   this->first_ = this->begun_ == 0 && this->waited_ ? 0 : static_cast<int>(this->passes_.size()) + 1;
-  this->enough_ = this->begun_ == 0 ? goesOn : enough;
+  this->stopThreshold_ = this->begun_ == 0 ? goesOn : stopThreshold;
   ++this->begun_;
 }
 
@@ -99,8 +99,8 @@ bool SweepSchedule::takesPass(int kind)
   {
     return false;
   }
-  this->passes_.push_back({ this->sweep_ + this->begun_ - 1, kind, this->enough_ });
-  this->enough_ = goesOn;
+  this->passes_.push_back({ this->sweep_ + this->begun_ - 1, kind, this->stopThreshold_ });
+  this->stopThreshold_ = goesOn;
   return true;
 }
 
@@ -118,7 +118,7 @@ void SweepSchedule::addTo(SharedTable& batch, float omega) const
   const cl_int4 numbers = this->numbers();
   std::copy(numbers.s, numbers.s + 4, batch[row]);
   batch[row][BATCH_KIND] = this->passes_.back().kind;
-  batch.setReal(row, BATCH_ENOUGH, this->passes_.back().enough);
+  batch.setReal(row, BATCH_STOP_THRESHOLD, this->passes_.back().stopThreshold);
   batch.setReal(row, BATCH_OMEGA, omega);
 }
 
@@ -129,7 +129,7 @@ std::vector<float> SweepSchedule::endBatch()
   std::size_t n = 0;
   for (; n < this->passes_.size(); ++n)
   {
-    if (!done.empty() && done.back() <= this->passes_[n].enough)
+    if (!done.empty() && done.back() <= this->passes_[n].stopThreshold)
     {
       break;
     }

@@ -38,9 +38,9 @@ public:
 
   /// Starts a batch of at most `sweeps` sweeps.
   void beginBatch(int sweeps);
-  /// Starts a sweep. It is called off if the previous sweep of the same batch moved nothing by more than `enough`, the
-  /// stop threshold.
-  void beginSweep(float enough);
+  /// Starts a sweep. It is called off if the previous sweep of the same batch moved nothing by more than
+  /// `stopThreshold`, the stop threshold.
+  void beginSweep(float stopThreshold);
   static constexpr float goesOn = -1.0f; ///< below all moves: a sweep with this stop threshold is never called off
   /// Starts a pass of the sweep, of a kind of sweep.clh or `ofBodies`. Returns false if the last batch has already done
   /// this pass.
@@ -58,7 +58,7 @@ public:
   // --- For the launches of a pass: its arguments, and the number of work-groups
   PassArguments arguments() const
   {
-    return { this->activity(), this->log(), this->numbers(), this->passes_.back().enough };
+    return { this->activity(), this->log(), this->numbers(), this->passes_.back().stopThreshold };
   }
   const cl::Buffer& activity() const { return this->activity_.buffer(); }
   const cl::Buffer& log() const { return this->log_.buffer(); }
@@ -72,7 +72,7 @@ private:
   {
     int sweep;
     int kind;
-    float enough; ///< stop threshold of a sweep that this pass begins; negative: it is not called off
+    float stopThreshold; ///< stop threshold of a sweep that this pass begins; negative: it is not called off
   };
 
   void fit();
@@ -82,7 +82,7 @@ private:
   Bodies bodies_;
   SharedTable activity_;
   SharedTable log_;
-  std::size_t followed_ = 0; ///< see Bricks::follow()
+  std::size_t exchangesApplied_ = 0; ///< see BrickStorage::applyExchanges()
 
   int sweep_ = 0;  ///< number of the next sweep, or of the incomplete one
   int resume_ = 0; ///< kind of the pass that continues an incomplete sweep, for the bricks that waited; else 0
@@ -93,7 +93,7 @@ private:
   int begun_ = 0;                 ///< sweeps begun in the batch
   int first_ = 0;                 ///< first pass of the sweep
   int before_ = 0;                ///< first pass of the previous sweep
-  float enough_ = -1.0f;
+  float stopThreshold_ = -1.0f;
 };
 
 }

@@ -190,7 +190,7 @@ kernel void relaxBatch(global int* activity, global int* log, global const int* 
     global const int* row = batch + BATCH_ROW * n;
     const int4 numbers = vload4(0, row);
     const int kind = row[BATCH_KIND];
-    const float enough = as_float(row[BATCH_ENOUGH]), omega = as_float(row[BATCH_OMEGA]);
+    const float stopThreshold = as_float(row[BATCH_STOP_THRESHOLD]), omega = as_float(row[BATCH_OMEGA]);
     const Pass pass = PASS;
     const Method method = METHOD;
     if (kind == SWEEP_OF_BODIES)

@@ -16,7 +16,7 @@
 // With VOLUMETRIC_STRAIN, E also contains a volumetric energy (volumetricstrain.clh). d(i) is the volumetric strain, k
 // a link of i:
 //
-//   sum over i of 1/2 bulk(i) d(i)^2,   d(i) = sum over k of y(k),   y(k) = share(k) (strain of k along R(i) e(k)).
+//   sum over i of 1/2 lambda(i) d(i)^2,   d(i) = sum over k of y(k),   y(k) = share(k) (strain of k along R(i) e(k)).
 //
 // A move of an element changes d of its six neighbours. Each of these has five further neighbours of the element's
 // colour, which move in the same pass. So d^2 is replaced by a separable majorant with auxiliary variables z(k)
@@ -24,15 +24,15 @@
 //
 //   d^2 = min over z of 6 sum over k of (y(k) - z(k))^2,   sum over k of z(k) = 0;   minimiser z*(k) = y(k) - d / 6;
 //
-//   F(u, R, z) = E of the links + sum over i of 1/2 bulk(i) 6 sum over k of (y(k) - z(k))^2.
+//   F(u, R, z) = E of the links + sum over i of 1/2 lambda(i) 6 sum over k of (y(k) - z(k))^2.
 //
 // With z fixed, elements of one colour do not interact, and each lowers F by itself: block coordinate descent in u, R
 // and z. Element i updates its own z on its visits, over-relaxed like u: z = z* + (1 - omega) (z_old - z*). Of that
 // deviation from z* only the antisymmetric part along each axis a is kept: q(a) = z(a+) - z(a-), with the minimiser
 // m(a) = y(a+) - y(a-). The pressure on the neighbours along a is then:
 //
-//   lower: p + carry(a),   upper: p - carry(a),   p = bulk d,
-//   carry(a) = 3 bulk (q(a) - m(a)),   q(a) = m(a) + (1 - omega) lag(a).
+//   lower: p + carry(a),   upper: p - carry(a),   p = lambda d,
+//   carry(a) = 3 lambda (q(a) - m(a)),   q(a) = m(a) + (1 - omega) lag(a).
 //
 // lag(a) = q_old(a) - m(a), with m(a) before the element moves in this visit. In the two formulas above m(a) is that
 // after its move.
@@ -42,7 +42,7 @@
 // falls in every pass and is never below E, so E falls from the start of a relaxation to its end.
 //
 // Variables of the code, with s the rotation step (rotationOf):
-//   bulk           2 kappa / D(i), Lame's first parameter for the shear modulus 1 / D(i)
+//   lambda         2 kappa / D(i), Lame's first parameter for the shear modulus 1 / D(i)
 //   share          D(i) / (D(i) + D(j)), the part of a link's strain that is in the element's half of the link
 //   pressure       p, a field of the state
 //   carry          carry(a), a field of the state
@@ -72,6 +72,7 @@
 #pragma OPENCL FP_CONTRACT ON
 
 #include "element.clh"
+#include "method.clh"
 #include "softlinks.clh"
 #include "sweep.clh"
 #include "rotations.clh"
@@ -81,18 +82,12 @@
 
 typedef struct
 {
-  float omega; // over-relaxation factor
-  float still; // tolerance of residuals and rotation steps: what is smaller counts as 0
-} Settling;
-
-typedef struct
-{
   real limit[6][AXES];
   real weight[6][AXES]; // W of the links, without soft links and volumetric energy
   real gap[6][3];       // u(j) - u(i), minus half the rest offset (R(j) - I) h e of the neighbour
   real pull[3][3];      // for each axis, weight * (u(j) - u(i)) of its upper link minus that of its lower one
 #ifdef VOLUMETRIC_STRAIN
-  real bulk;         // 2 kappa / D(i)
+  real lambda;       // 2 kappa / D(i)
   real share[6];     // D(i) / (D(i) + D(j))
   real reach[3][3];  // as pull, of share * (u(j) - u(i))
   real force[3];     // half the force of the neighbours' pressure [mean spacings]
@@ -116,7 +111,7 @@ CHAINMAIL_INLINE void loadVolumetricStrain(const int odd, const State* state, co
   const real pressure = neighbour(state->pressure, s, d, odd) + (d & 1 ? carry : -carry);
   const real otherShare = select((real)(0.0f), other * each, isSoft(other));
   const real pull = 0.5f * perSpacing * otherShare * pressure;
-  // 3 bulk(j) share(j)^2 / h^2
+  // 3 lambda(j) share(j)^2 / h^2
   const real diagonal = 3.0f * proportions.w * perSpacing * perSpacing * otherShare * each;
   real arm[3], size[3];
   UNROLL
@@ -160,12 +155,12 @@ CHAINMAIL_INLINE void stretchOf(const RotatingLinks* links, real axes[3][3], flo
   }
 }
 
-// The pressure of an element, bulk d.
+// The pressure of an element, lambda d.
 CHAINMAIL_INLINE real pressureOf(const RotatingLinks* links, real axes[3][3], float4 proportions)
 {
   real stretch[3][3];
   stretchOf(links, axes, proportions, stretch);
-  return links->bulk * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
+  return links->lambda * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
 }
 
 // The asymmetry -dd/du(i) along each axis of the grid [1 / mean spacing]: how fast d falls where the element itself
@@ -193,7 +188,7 @@ CHAINMAIL_INLINE void torqueOfPressure(const RotatingLinks* links, real axes[3][
 {
   real stretch[3][3];
   stretchOf(links, axes, proportions, stretch);
-  const real pressure = links->bulk * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
+  const real pressure = links->lambda * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
   *arms = (real)(0.0f);
   UNROLL
   for (int a = 0; a < 3; ++a)
@@ -222,7 +217,7 @@ CHAINMAIL_INLINE void loadRotatingLinks(
   const float4 proportions = state->proportions;
 #ifdef VOLUMETRIC_STRAIN
   const real soft = meanConstraint(c);
-  links->bulk = bulkOf(soft, proportions);
+  links->lambda = lambdaOf(soft, proportions);
 #endif
   UNROLL
   for (int d = 0; d < 6; ++d)
@@ -270,8 +265,8 @@ CHAINMAIL_INLINE void loadRotatingLinks(
 // of H makes sure that the energy falls.
 //
 // With VOLUMETRIC_STRAIN, s changes d by x = (gradient s - s Q s / 2) / (1 + s^2 / 4), and the energy by
-// pressure x + bulk x^2 / 2. The first term has the same form as that of the links. The second is at most
-// bulk ((gradient s)^2 + (s Q s)^2 / 4). There the row sums of |Q| are at most `reachOfAxes`, and s is no longer than
+// pressure x + lambda x^2 / 2. The first term has the same form as that of the links. The second is at most
+// lambda ((gradient s)^2 + (s Q s)^2 / 4). There the row sums of |Q| are at most `reachOfAxes`, and s is no longer than
 // the step found without this term.
 CHAINMAIL_INLINE void rotationOf(const RotatingLinks* links, real axes[3][3], float4 proportions, real* rotation)
 {
@@ -326,7 +321,8 @@ CHAINMAIL_INLINE void rotationOf(const RotatingLinks* links, real axes[3][3], fl
   UNROLL
   for (int c = 0; c < 3; ++c)
   {
-    const real more = links->bulk * (2.0f * fabs(gradient[c]) * gradients + 0.5f * reachOfAxes * reachOfAxes * square);
+    const real more =
+      links->lambda * (2.0f * fabs(gradient[c]) * gradients + 0.5f * reachOfAxes * reachOfAxes * square);
     const real size = max(inertias[c] + more, fabs(moments[c]));
     rotation[c] = select((real)(0.0f), moments[c] / size, size > 0.0f);
   }
@@ -384,7 +380,7 @@ CHAINMAIL_INLINE RotatingNeighbours sumOverLinks(const RotatingLinks* links, rea
   {
     const real size = fabs(own[0]) + fabs(own[1]) + fabs(own[2]);
     all.pull[axis] += (links->force[axis] + 0.5f * pressure * own[axis]) * (1.0f / alongAxis(proportions, axis));
-    all.diagonal[axis] = links->diagonal[axis] + 0.5f * links->bulk * fabs(own[axis]) * size;
+    all.diagonal[axis] = links->diagonal[axis] + 0.5f * links->lambda * fabs(own[axis]) * size;
   }
 #endif
   return all;
@@ -487,7 +483,7 @@ CHAINMAIL_INLINE void lagOf(
 
 // Stores the pressure, carry(a) and q(a) of elements after a move. Where the pressure changes or carry(a) is or was
 // not 0, neighbours have to be visited: returns the faces of the brick that such elements touch.
-CHAINMAIL_INLINE int storePressure(const State* state, const Stencil* s, const Settling* settling, RotatingLinks* links,
+CHAINMAIL_INLINE int storePressure(const State* state, const Stencil* s, const Method* method, RotatingLinks* links,
   real axes[3][3], const real* move, const real* lag)
 {
   const float4 proportions = state->proportions;
@@ -505,9 +501,9 @@ CHAINMAIL_INLINE int storePressure(const State* state, const Stencil* s, const S
   for (int a = 0; a < 3; ++a)
   {
     const mask goesOn =
-      (links->share[2 * a] > 0.0f) & (links->share[2 * a + 1] > 0.0f) & (fabs(lag[a]) > max(settling->still, 1e-7f));
-    const real on = select((real)(0.0f), (1.0f - settling->omega) * lag[a], goesOn);
-    const real carry = 3.0f * links->bulk * on;
+      (links->share[2 * a] > 0.0f) & (links->share[2 * a + 1] > 0.0f) & (fabs(lag[a]) > max(method->still, 1e-7f));
+    const real on = select((real)(0.0f), (1.0f - method->omega) * lag[a], goesOn);
+    const real carry = 3.0f * links->lambda * on;
     changed |= (carry != 0.0f) | (carry != LOAD(carryAlong(state, a) + s->self));
     STORE(carry, carryAlong(state, a) + s->self);
     STORE(middleOf(links, axes, a, proportions) + on, auxiliaryAlong(state, a) + s->self);
@@ -542,13 +538,89 @@ CHAINMAIL_INLINE void addSoftLinksTo(
 }
 #endif
 
+// Rotates elements by their rotation step, unless it is at most `still`: from `own`, with the offsets `axes` of the unit
+// vectors, to `next` and `nextAxes`. Returns which elements rotate.
+CHAINMAIL_INLINE mask rotateElements(const RotatingLinks* links, float4 proportions, mask mayRotate, float still,
+  const real* own, real axes[3][3], real* next, real nextAxes[3][3])
+{
+  real rotation[3];
+  rotationOf(links, axes, proportions, rotation);
+  mask rotating = (mask)(0);
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    rotating |= mayRotate & (fabs(rotation[axis]) > still);
+  }
+  steppedSpin(own, rotation, -1.0f, next);
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    next[axis] = select(own[axis], next[axis], rotating);
+  }
+  rotationOffsetsOfAxes(next, nextAxes);
+  return rotating;
+}
+
+// The over-relaxed move of elements to where their energy is least, without limits. Returns which elements may exceed a
+// limit by it. An element without links does not move, because its residual is not a number and compares false.
+CHAINMAIL_INLINE mask unlimitedMove(
+  const RotatingNeighbours* all, const mask* relaxes, const Method* method, real* move)
+{
+  mask far = (mask)(0);
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const int which = min(axis, AXES - 1);
+#ifdef VOLUMETRIC_STRAIN
+    const real residual = all->pull[axis] * (1.0f / (all->weight[which] + all->diagonal[axis]));
+#else
+    const real residual = all->pull[axis] * (1.0f / all->weight[which]);
+#endif
+    move[axis] =
+      select((real)(STAY), method->omega * residual, relaxes[which] & (fabs(residual) > method->still));
+    far |= fabs(move[axis]) > all->room;
+  }
+  return far;
+}
+
+// Stores the places of elements after a move from u and, where they may rotate, the rotations `next` in place of `own`.
+// Returns how far the elements went, on any axis of either.
+CHAINMAIL_INLINE real storeMove(const State* state, const Stencil* s, const real* u, const real* move, bool rotations,
+  const real* own, real* next)
+{
+  real moved = (real)(0.0f), place[3];
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    place[axis] = u[axis] + move[axis];
+    moved = max(moved, fabs(place[axis] - u[axis]));
+    moved = rotations ? max(moved, fabs(next[axis] - own[axis])) : moved;
+  }
+  if (SOME(moved > 0.0f))
+  {
+    if (rotations)
+    {
+      shortestSpin(next);
+    }
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      STORE_WHOLE(place[axis], displacementAlong(state, axis) + s->self);
+      if (rotations)
+      {
+        STORE_WHOLE(next[axis], spinAlong(state, axis) + s->self);
+      }
+    }
+  }
+  return moved;
+}
+
 // Relaxes one lane group and updates the largest moves and the faces. `rotations`: whether elements may rotate; it is a
 // compile-time constant, so it takes no register.
-CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Halo* halo, const Settling* settling,
+CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Halo* halo, const Method* method,
   bool rotations, real* most, int* faces)
 {
   const float4 proportions = state->proportions;
-  const float omega = settling->omega, still = settling->still;
   real c[AXES], u[3], own[3], axes[3][3];
   mask relaxes[AXES];
   mask does = (mask)(0), mayRotate = (mask)(-1);
@@ -588,20 +660,7 @@ CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Hal
   }
   if (rotations)
   {
-    real rotation[3];
-    rotationOf(&links, axes, proportions, rotation);
-    UNROLL
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      rotating |= mayRotate & (fabs(rotation[axis]) > still);
-    }
-    steppedSpin(own, rotation, -1.0f, next);
-    UNROLL
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      next[axis] = select(own[axis], next[axis], rotating);
-    }
-    rotationOffsetsOfAxes(next, nextAxes);
+    rotating = rotateElements(&links, proportions, mayRotate, method->still, own, axes, next, nextAxes);
   }
 
   RotatingNeighbours all = sumOverLinks(&links, nextAxes, proportions);
@@ -616,60 +675,26 @@ CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Hal
   addSoftLinksTo(&all, state, s, u);
 #endif
   real move[3];
-  mask far = (mask)(0);
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    const int which = min(axis, AXES - 1);
-#ifdef VOLUMETRIC_STRAIN
-    const real residual = all.pull[axis] * (1.0f / (all.weight[which] + all.diagonal[axis]));
-#else
-    const real residual = all.pull[axis] * (1.0f / all.weight[which]);
-#endif
-    // An element without links does not move, because its residual is not a number and compares false.
-    move[axis] = select((real)(STAY), omega * residual, relaxes[which] & (fabs(residual) > still));
-    far |= fabs(move[axis]) > all.room;
-  }
+  const mask far = unlimitedMove(&all, relaxes, method, move);
 #ifndef UNLIMITED
   if (SOME(far))
   {
     moveWithin(&links, nextAxes, proportions, move);
   }
 #endif
-  real moved = (real)(0.0f);
-  real nextPlace[3];
-  UNROLL
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    nextPlace[axis] = u[axis] + move[axis];
-    moved = max(moved, fabs(nextPlace[axis] - u[axis]));
-    moved = rotations ? max(moved, fabs(next[axis] - own[axis])) : moved;
-  }
 #ifdef VOLUMETRIC_STRAIN
-  *faces |= storePressure(state, s, settling, &links, nextAxes, move, lag);
+  *faces |= storePressure(state, s, method, &links, nextAxes, move, lag);
 #endif
+  const real moved = storeMove(state, s, u, move, rotations, own, next);
   if (SOME(moved > 0.0f))
   {
-    if (rotations)
-    {
-      shortestSpin(next);
-    }
-    UNROLL
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      STORE_WHOLE(nextPlace[axis], displacementAlong(state, axis) + s->self);
-      if (rotations)
-      {
-        STORE_WHOLE(next[axis], spinAlong(state, axis) + s->self);
-      }
-    }
     *faces |= movedFaces(s, moved > 0.0f);
     *most = max(*most, moved);
   }
 }
 
 // Relaxes a share of a brick and returns the largest move.
-NOINLINE float relaxShare(const State* given, Settling settling, bool rotations, Share share, int* faces)
+NOINLINE float relaxShare(const State* given, Method method, bool rotations, Share share, int* faces)
 {
   const State state = *given;
   HALO_MEMORY(memory);
@@ -680,11 +705,11 @@ NOINLINE float relaxShare(const State* given, Settling settling, bool rotations,
     const Halo halo = haloOf(memory, &state, &s, share.slot, share.last, share.colour);
     if (rotations)
     {
-      relaxGroup(&state, &s, &halo, &settling, true, &most, faces);
+      relaxGroup(&state, &s, &halo, &method, true, &most, faces);
     }
     else
     {
-      relaxGroup(&state, &s, &halo, &settling, false, &most, faces);
+      relaxGroup(&state, &s, &halo, &method, false, &most, faces);
     }
   }
   return largestOf(most);
@@ -695,7 +720,7 @@ kernel void relaxRotating(PASS_ARGUMENTS, STATE_ARGUMENTS, int colour, int rotat
 {
   const Pass pass = PASS;
   const State state = STATE;
-  const Settling settling = { omega, still };
+  const Method method = { omega, still, 0.0f, true }; // no other combines with rotations
   local Visit visit;
   const uint slot = get_group_id(0) + 1;
   beginVisit(&visit, &pass, &state.layout, slot, colour, pass.sweep - max(rotating, 1));
@@ -704,7 +729,7 @@ kernel void relaxRotating(PASS_ARGUMENTS, STATE_ARGUMENTS, int colour, int rotat
   if (visit.due == DUE_AND_READY)
   {
     const Share share = { get_local_id(0), get_local_size(0), slot, get_num_groups(0), colour };
-    move = relaxShare(&state, settling, rotating != 0, share, &faces);
+    move = relaxShare(&state, method, rotating != 0, share, &faces);
   }
   endVisit(&visit, &pass, slot, colour, faces, move, rotating ? SWEEP_EVER : SWEEP_EVER | SWEEP_FACES);
 }

@@ -28,9 +28,9 @@ kernel void volumetricStrains(global const int* list, STATE_ARGUMENTS NOTED_ARGU
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
     const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
-    real bulk, middle[3];
-    const real volumetricStrain = volumetricStrainAt(s.odd, &state, &s, &bulk, middle);
-    const real next = bulk * volumetricStrain;
+    real lambda, middle[3];
+    const real volumetricStrain = volumetricStrainAt(s.odd, &state, &s, &lambda, middle);
+    const real next = lambda * volumetricStrain;
 #ifdef NOTED
     if (SOME((next != 0.0f) | (LOAD(state.pressure + s.self) != 0.0f)))
     {

@@ -92,12 +92,12 @@ TEST_F(ElementsOfBricks, ValuesAreThoseOfTheVoxelsInTheOrderOfTheList)
   EXPECT_EQ(elements.constraints(), held);
 
   Field field{ 2, sizeof(float), "a test" };
-  this->bricks->keep(field);
+  this->bricks->addField(field);
   const std::vector<float> own{ 1, 2, 3, 4, 5, 6, 7, 8, 9, 10 };
   elements.set(field, own);
   EXPECT_EQ(elements.values(field), own);
   EXPECT_EQ(others.values(field), (std::vector<float>{ 9, 10, 7, 8, 5, 6, 3, 4, 1, 2 }));
-  this->bricks->drop(field);
+  this->bricks->removeField(field);
 }
 
 TEST_F(ElementsOfBricks, RotationsCountOnceOneIsNotZero)
