@@ -71,6 +71,63 @@ CHAINMAIL_INLINE mask isFollowed(real next, real u, real u0, real other, real li
   return !(raised | lowered) | (raised & (next - limit > other)) | (lowered & (next + limit < other));
 }
 
+// The links of a lane group to its neighbours, on one axis.
+typedef struct
+{
+  Link link[6];
+  mask held[6];  // whether the neighbour is held
+  real other[6]; // the neighbour's displacement or, where elements rotate, its shift
+#ifdef ROTATIONS
+  real restOffset[6];
+#endif
+} WaveLinks;
+
+// Loads the links on an axis, of elements with the constraints c. `nearHeld`: see updateWave().
+CHAINMAIL_INLINE void loadWaveLinks(
+  const int odd, const int nearHeld, const State* state, const Stencil* s, int axis, real c, WaveLinks* links)
+{
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    const real other = neighbourConstraint(state, axis, s, d, odd);
+    links->link[d] = linkOf(c, other, d, axis);
+    links->held[d] = nearHeld ? isHeld(other) : (mask)(0);
+  }
+}
+
+// The bounds that neighbours put on the displacement of elements or, where elements rotate, on their shift. `saved`:
+// see neighbourSaved(). `own`: which elements are held. links->other gets the neighbours' values.
+CHAINMAIL_INLINE Envelope envelopeOf(const int odd, const State* state, const Wave* wave, const Stencil* s, int saved,
+  int axis, mask own, WaveLinks* links)
+{
+  const uint run = axis * state->layout.pitch;
+  Envelope e = unbounded();
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    const real limit = links->link[d].limit;
+    const mask held = links->held[d];
+    const real was = neighbourSaved(wave->before, state, axis, saved, s, d, odd);
+#ifdef ROTATIONS
+    const real strain = was - LOAD_WHOLE(wave->before + run + s->self) - links->restOffset[d];
+    const real none = (real)(0.0f), below = limit - strain, above = limit + strain;
+    const mask rigid = links->link[d].rigid;
+    const real least = select(none, (real)(-INFINITY), held & (mask)(wave->poses));
+    const real shift = neighbour(wave->shift + run, s, d, odd);
+    envelopeAddMoved(&e, shift, none, held, select(select(max(below, least), none, rigid), below, own),
+      select(select(max(above, least), none, rigid), above, own));
+    envelopeAddStill(&e, shift, none, held, below, above);
+    links->other[d] = shift;
+#else
+    const real u = neighbour(displacementAlong(state, axis), s, d, odd);
+    envelopeAddMoved(&e, u, was, held, limit, limit);
+    envelopeAddStill(&e, u, was, held, limit, limit);
+    links->other[d] = u;
+#endif
+  }
+  return e;
+}
+
 // Updates one lane group. `odd`: see BY_PARITY. `nearHeld`, a constant: whether an element of it or a neighbour may be
 // held. `savedOutside`: savedBeyond(). `conflict` is raised to the extremes.
 CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* state, const Wave* wave,
@@ -78,13 +135,12 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
 {
   const int saved = savedOutside | within(s);
   const uint pitch = state->layout.pitch;
+  WaveLinks links;
 #ifdef ROTATIONS
   real restOffsets[6][3];
   loadRestOffsets(odd, state, s, restOffsets);
 #endif
   real c;
-  Link link[6];
-  mask held[6];
   mask moved = (mask)(0);
   mask followed[6] = { moved, moved, moved, moved, moved, moved };
   NO_UNROLL
@@ -93,38 +149,17 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
     if (axis < AXES)
     {
       c = LOAD_WHOLE(constraintAlong(state, axis) + s->self);
-      UNROLL
-      for (int d = 0; d < 6; ++d)
-      {
-        const real cd = neighbourConstraint(state, axis, s, d, odd);
-        link[d] = linkOf(c, cd, d, axis);
-        held[d] = nearHeld ? isHeld(cd) : (mask)(0);
-      }
+      loadWaveLinks(odd, nearHeld, state, s, axis, c, &links);
     }
-    const mask own = nearHeld ? isHeld(c) : (mask)(0);
-    Envelope e = unbounded();
-    real other[6];
+#ifdef ROTATIONS
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
-#ifdef ROTATIONS
-      const real difference = neighbourSaved(wave->before, state, axis, saved, s, d, odd) -
-                              LOAD_WHOLE(wave->before + axis * pitch + s->self);
-      const real strain = difference - restOffsets[d][axis], none = (real)(0.0f);
-      const real below = link[d].limit - strain, above = link[d].limit + strain;
-      const mask rigid = link[d].rigid;
-      const real least = select(none, (real)(-INFINITY), held[d] & (mask)(wave->poses));
-      other[d] = neighbour(wave->shift + axis * pitch, s, d, odd);
-      envelopeAddMoved(&e, other[d], none, held[d], select(select(max(below, least), none, rigid), below, own),
-        select(select(max(above, least), none, rigid), above, own));
-      envelopeAddStill(&e, other[d], none, held[d], below, above);
-#else
-      other[d] = neighbour(displacementAlong(state, axis), s, d, odd);
-      const real was = neighbourSaved(wave->before, state, axis, saved, s, d, odd);
-      envelopeAddMoved(&e, other[d], was, held[d], link[d].limit, link[d].limit);
-      envelopeAddStill(&e, other[d], was, held[d], link[d].limit, link[d].limit);
-#endif
+      links.restOffset[d] = restOffsets[d][axis];
     }
+#endif
+    const mask own = nearHeld ? isHeld(c) : (mask)(0);
+    const Envelope e = envelopeOf(odd, state, wave, s, saved, axis, own, &links);
 #ifdef ROTATIONS
     const real u = LOAD_WHOLE(wave->shift + axis * pitch + s->self);
     const real u0 = (real)(0.0f);
@@ -153,7 +188,7 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
       UNROLL
       for (int d = 0; d < 6; ++d)
       {
-        followed[d] |= goes & isFollowed(next, u, u0, other[d], link[d].limit);
+        followed[d] |= goes & isFollowed(next, u, u0, links.other[d], links.link[d].limit);
       }
 #endif
     }

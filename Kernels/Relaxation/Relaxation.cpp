@@ -33,6 +33,17 @@ constexpr std::size_t fewElements = 1 << 15;
 
 }
 
+/// What stays the same while a relaxation runs.
+struct Relaxation::Run
+{
+  RigidClusters& clusters;
+  const Elasticity& elasticity;
+  const WavesUnderWay* waves; ///< null: none
+  SweepPlan plan;
+  float tolerance;
+  float still; ///< see stillResidual()
+};
+
 Relaxation::Relaxation(Bricks& bricks)
   : bricks_(bricks)
   , schedule_(bricks)
@@ -47,49 +58,92 @@ bool Relaxation::fitsOneLaunch() const
          this->schedule_.groups() * this->bricks_.elementsPerBrick() <= fewElements;
 }
 
-void Relaxation::relaxBatch(const RigidClusters& clusters, float still, const Elasticity& elasticity)
+void Relaxation::relaxBatch(const Run& run)
 {
   Context& context = this->bricks_.context();
   this->batch_.toDevice(context);
-  const std::string defines = this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks();
+  const std::string defines = this->bricks_.definesOfRows() + run.elasticity.ofLinks() + this->bricks_.ofSoftLinks();
   launchPass(this->bricks_, context.kernel("relax.cl", defines, "relaxBatch"), 1, 1, this->schedule_.activity(),
     this->schedule_.log(), this->batch_.buffer(), static_cast<cl_int>(this->batch_.rows()),
     static_cast<cl_int>(this->schedule_.groups()),
-    this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()), clusters.arguments(), clusters.counts(),
-    still, elasticity.slack, static_cast<cl_int>(elasticity.limited));
+    this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()), run.clusters.arguments(),
+    run.clusters.counts(), run.still, run.elasticity.slack, static_cast<cl_int>(run.elasticity.limited));
 }
 
-void Relaxation::relaxColour(
-  int colour, bool rotates, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves)
+void Relaxation::relaxColour(const Run& run, int colour, int sweep)
 {
   Context& context = this->bricks_.context();
+  const Elasticity& elasticity = run.elasticity;
   if (this->bricks_.rotations())
   {
-    const cl_int rotating = rotates ? SweepPlan::mostSweepsPerRotation : 0;
+    const cl_int rotating = run.plan.rotates(sweep) ? SweepPlan::mostSweepsPerRotation : 0;
     const std::string defines = this->bricks_.definesOfRows() + elasticity.defines() +
                                 this->bricks_.ofVolumetricStrain() + this->bricks_.ofSoftLinks();
     launchPass(this->bricks_, context.kernel("relaxrotations.cl", defines, "relaxRotating"), this->schedule_.groups(),
       this->bricks_.workItems(true), this->schedule_,
       this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()), static_cast<cl_int>(colour), rotating,
-      omega, still);
+      run.plan.omega(sweep), run.still);
     return;
   }
   const std::string defines =
-    this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks() + (waves ? " -DWAVES" : "");
+    this->bricks_.definesOfRows() + elasticity.ofLinks() + this->bricks_.ofSoftLinks() + (run.waves ? " -DWAVES" : "");
   launchPass(this->bricks_, context.kernel("relax.cl", defines, "relax"), this->schedule_.groups(),
     this->bricks_.workItems(true), this->schedule_,
-    this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()), static_cast<cl_int>(colour), omega,
-    still, elasticity.slack, static_cast<cl_int>(elasticity.limited), waves);
+    this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()), static_cast<cl_int>(colour),
+    run.plan.omega(sweep), run.still, elasticity.slack, static_cast<cl_int>(elasticity.limited), run.waves);
+}
+
+/// The passes of a sweep: both colours, then the rigid clusters.
+void Relaxation::addSweep(const Run& run, int sweep, float stopThreshold, bool inOneLaunch)
+{
+  this->schedule_.beginSweep(stopThreshold);
+  for (int colour = 0; colour < 2; ++colour)
+  {
+    if (!this->schedule_.takesPass(colour))
+    {
+      continue;
+    }
+    if (inOneLaunch)
+    {
+      this->schedule_.addTo(this->batch_, run.plan.omega(sweep));
+    }
+    else
+    {
+      this->relaxColour(run, colour, sweep);
+    }
+  }
+  if (!run.waves && run.clusters.anyActive() && this->schedule_.takesPass(SweepSchedule::ofBodies))
+  {
+    // Without limits, members of a cluster may have different displacements. With a factor of 1 the result does not
+    // depend on the current place of the cluster.
+    const float omega = run.elasticity.limited ? run.plan.omega(sweep) : 1.0f;
+    if (inOneLaunch)
+    {
+      this->schedule_.addTo(this->batch_, omega);
+    }
+    else
+    {
+      run.clusters.relax(omega, run.still, run.elasticity, this->schedule_.arguments());
+    }
+  }
+}
+
+/// The largest move of a sweep, `sweeps` from now, at which it has come to rest. An active-set step follows it, or it
+/// is the last sweep.
+float Relaxation::restingMoveAfter(const Run& run, int sweeps) const
+{
+  const bool groupsMayMove = !run.waves && this->sweepsSinceActiveSet_ + sweeps >= this->activeSetPeriod_;
+  return std::max(run.tolerance, groupsMayMove ? restingMove : 0.0f);
 }
 
 /// Moves blocked groups (moveBlockedGroups) and adapts the number of sweeps to the next such step: the least one after
 /// a step that moved something, twice as many after one `atRest` that moved nothing. Returns the largest move.
-float Relaxation::activeSetStep(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest)
+float Relaxation::activeSetStep(const Run& run, bool atRest)
 {
   this->sweepsSinceActiveSet_ = 0;
   this->schedule_.markDirty();
   std::vector<int> moved;
-  const float largest = moveBlockedGroups(this->bricks_, clusters, elasticity, still, moved);
+  const float largest = moveBlockedGroups(this->bricks_, run.clusters, run.elasticity, run.still, moved);
   if (largest > 0.0f)
   {
     this->activeSetPeriod_ = sweepsPerActiveSetStep;
@@ -99,7 +153,7 @@ float Relaxation::activeSetStep(RigidClusters& clusters, const Elasticity& elast
     this->activeSetPeriod_ = std::min(2 * this->activeSetPeriod_, mostSweepsPerActiveSetStep);
   }
   this->schedule_.note(moved);
-  clusters.refresh();
+  run.clusters.refresh();
   return largest;
 }
 
@@ -110,70 +164,34 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
                               : SweepSchedule::Bodies{ [&] { return clusters.inactiveBricks(); },
                                   [&](const std::vector<int>& bricks) { clusters.activate(bricks); } });
   this->bricks_.setRotated(true);
-  const float still = stillResidual(tolerance);
   const Index3& size = this->bricks_.model().grid().size;
   const SweepPlan plan(range, this->bricks_.rotations() != nullptr, this->bricks_.rotationSettings().poissonRatio,
     waves ? 0 : *std::max_element(size.begin(), size.end()), firstSweep, iterations);
+  const Run run{ clusters, elasticity, waves, plan, static_cast<float>(tolerance), stillResidual(tolerance) };
   if (firstSweep == 0)
   {
     this->activeSetPeriod_ = this->sweepsSinceActiveSet_ = sweepsPerActiveSetStep;
   }
-  // The largest move of a sweep, `sweeps` from now, at which it has come to rest. An active-set step follows it, or it
-  // is the last sweep.
-  const auto restingMoveAfter = [&](int sweeps)
-  {
-    const bool groupsMayMove = !waves && this->sweepsSinceActiveSet_ + sweeps >= this->activeSetPeriod_;
-    return std::max(static_cast<float>(tolerance), groupsMayMove ? restingMove : 0.0f);
-  };
   RelaxResult result;
   int launched = 0;
   while (result.iterations < iterations && !result.converged)
   {
-    const bool atOnce = !waves && this->fitsOneLaunch();
-    const int sweeps = std::min({ atOnce ? sweepsPerLaunch : sweepsPerBatch, iterations - result.iterations,
+    const bool inOneLaunch = !waves && this->fitsOneLaunch();
+    const int sweeps = std::min({ inOneLaunch ? sweepsPerLaunch : sweepsPerBatch, iterations - result.iterations,
       plan.sweepsToTimedStep(result.iterations) });
     this->schedule_.beginBatch(sweeps);
     this->batch_.clear(0);
     for (int n = 0; n < sweeps; ++n)
     {
-      launched = std::max(launched, result.iterations + n);
+      const int sweep = result.iterations + n;
+      launched = std::max(launched, sweep);
       checkpoint(launched);
-      const int done = result.iterations + n;
-      const float omega = plan.omega(done);
-      this->schedule_.beginSweep(plan.showsRest(done - 1) ? restingMoveAfter(n) : SweepSchedule::goesOn);
-      for (int colour = 0; colour < 2; ++colour)
-      {
-        if (!this->schedule_.takesPass(colour))
-        {
-          continue;
-        }
-        if (atOnce)
-        {
-          this->schedule_.addTo(this->batch_, omega);
-        }
-        else
-        {
-          this->relaxColour(colour, plan.rotates(done), omega, still, elasticity, waves);
-        }
-      }
-      if (!waves && clusters.anyActive() && this->schedule_.takesPass(SweepSchedule::ofBodies))
-      {
-        // Without limits, members of a cluster may have different displacements. With a factor of 1 the result does not
-        // depend on the current place of the cluster.
-        const float ofClusters = elasticity.limited ? omega : 1.0f;
-        if (atOnce)
-        {
-          this->schedule_.addTo(this->batch_, ofClusters);
-        }
-        else
-        {
-          clusters.relax(ofClusters, still, elasticity, this->schedule_.arguments());
-        }
-      }
+      this->addSweep(
+        run, sweep, plan.showsRest(sweep - 1) ? this->restingMoveAfter(run, n) : SweepSchedule::goesOn, inOneLaunch);
     }
-    if (atOnce)
+    if (inOneLaunch)
     {
-      this->relaxBatch(clusters, still, elasticity);
+      this->relaxBatch(run);
     }
 
     for (const float largest : this->schedule_.endBatch())
@@ -181,11 +199,10 @@ RelaxResult Relaxation::run(RigidClusters& clusters, const Elasticity& elasticit
       const int sweep = result.iterations++;
       result.largestMove = largest;
       const bool judged = plan.showsRest(sweep);
-      const bool atRest = judged && largest <= restingMoveAfter(1);
+      const bool atRest = judged && largest <= this->restingMoveAfter(run, 1);
       if (!waves && elasticity.limited && (atRest || plan.isTimedStepAfter(sweep)))
       {
-        const float ofGroups = this->activeSetStep(clusters, elasticity, still, atRest);
-        result.largestMove = std::max(result.largestMove, static_cast<double>(ofGroups));
+        result.largestMove = std::max(result.largestMove, static_cast<double>(this->activeSetStep(run, atRest)));
       }
       else
       {

@@ -28,11 +28,14 @@ public:
     int firstSweep, int iterations, double tolerance, const std::function<void(int)>& checkpoint);
 
 private:
-  void relaxColour(
-    int colour, bool rotates, float omega, float still, const Elasticity& elasticity, const WavesUnderWay* waves);
+  struct Run;
+
+  void addSweep(const Run& run, int sweep, float stopThreshold, bool inOneLaunch);
+  void relaxColour(const Run& run, int colour, int sweep);
   bool fitsOneLaunch() const;
-  void relaxBatch(const RigidClusters& clusters, float still, const Elasticity& elasticity);
-  float activeSetStep(RigidClusters& clusters, const Elasticity& elasticity, float still, bool atRest);
+  void relaxBatch(const Run& run);
+  float restingMoveAfter(const Run& run, int sweeps) const;
+  float activeSetStep(const Run& run, bool atRest);
 
   Bricks& bricks_;
   SweepSchedule schedule_;
