@@ -2,9 +2,7 @@
 // An update does again what its inputs changed, and no more: the rows of Milliseconds of the other stages are 0.
 // However a state is reached, the output is that of a new filter.
 
-#include "FilterTest.h"
-
-#include "vtkDataArraySelection.h"
+#include "DeformationProperties.h"
 
 #include "vtkFloatArray.h"
 #include "vtkIntArray.h"
@@ -68,49 +66,6 @@ struct Scene
   }
 };
 
-/// All that users can set.
-void CopyProperties(vtkChainMailDeformation* from, vtkChainMailDeformation* to)
-{
-  to->SetMaterialPreset(from->GetMaterialPreset());
-  to->SetConstraintArray(from->GetConstraintArray());
-  to->SetBodyArray(from->GetBodyArray());
-  to->SetJointSize(from->GetJointSize());
-  to->SetJointConstraint(from->GetJointConstraint());
-  to->SetJointMargin(from->GetJointMargin());
-  to->SetTissueThreshold(from->GetTissueThreshold());
-  to->SetAnchorRigid(from->GetAnchorRigid());
-  to->SetAnchoredFaces(from->GetAnchoredFaces());
-  to->SetMode(from->GetMode());
-  to->SetPropagationMethod(from->GetPropagationMethod());
-  to->SetPropagationIterations(from->GetPropagationIterations());
-  to->SetConflictPolicy(from->GetConflictPolicy());
-  to->SetPropagationTimes(from->GetPropagationTimes());
-  to->GetModelArraySelection()->CopySelections(from->GetModelArraySelection());
-  to->SetRelaxationMethod(from->GetRelaxationMethod());
-  to->SetRelaxationPreset(from->GetRelaxationPreset());
-  to->SetCoarseToFine(from->GetCoarseToFine());
-  to->SetElasticRecovery(from->GetElasticRecovery());
-  to->SetRotations(from->GetRotations());
-  to->SetPoissonRatio(from->GetPoissonRatio());
-  to->SetRelaxationIterations(from->GetRelaxationIterations());
-  to->SetRelaxationTolerance(from->GetRelaxationTolerance());
-  to->SetInterpolation(from->GetInterpolation());
-  to->SetBackgroundValue(from->GetBackgroundValue());
-  to->SetOutputPadding(from->GetOutputPadding());
-  to->SetOutputMagnification(from->GetOutputMagnification());
-  to->SetUseOutputBounds(from->GetUseOutputBounds());
-  to->SetOutputBounds(from->GetOutputBounds());
-  to->SetPullBack(from->GetPullBack());
-  to->SetScalarSmoothing(from->GetScalarSmoothing());
-  to->SetDevice(from->GetDevice());
-  to->SetBrickSize(from->GetBrickSize());
-  to->SetModelReduction(from->GetModelReduction());
-  for (int n = 0; n < from->GetNumberOfLabelArrays(); ++n)
-  {
-    to->AddLabelArray(from->GetLabelArray(n));
-  }
-}
-
 }
 
 int TestChainMailUpdates(int, char*[])
@@ -122,12 +77,17 @@ int TestChainMailUpdates(int, char*[])
   filter->SetTissueThreshold(15.0);
   filter->SetRelaxationIterations(20);
 
+  const std::vector<DeformationProperty> properties = DeformationProperties();
+
   // Both outputs are those of a filter that has no past.
   const auto compare = [&](const std::string& where)
   {
     vtkNew<vtkChainMailDeformation> fresh;
     scene.Connect(fresh);
-    CopyProperties(filter, fresh);
+    for (const DeformationProperty& property : properties)
+    {
+      property.Copy(filter, fresh);
+    }
     fresh->Update();
     for (int port : { 0, 1 })
     {
