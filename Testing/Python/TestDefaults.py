@@ -2,15 +2,15 @@
 
 import numpy as np
 from chainmail.ChainMailFilters import vtkChainMailDeformation
-from harness import Reports, make_image, produce, require, update
+from harness import Reports, make_image, produce, require, settable, update
 from paraview.simple import *
 
-FIXED = {"MaterialPreset": 0, "AnchorRigid": 0, "AnchoredFaces": (1,) * 6, "RelaxationIterations": 40,
-         "RelaxationTolerance": 1e-3, "Interpolation": 0, "OutputPadding": 0, "OutputMagnification": 1, "UseOutputBounds": False, "SmoothCuts": True, "PullBack": False, "ScalarSmoothing": 0.0, "Device": "", "BrickSize": (0, 0, 0),
-         "ModelReduction": 1, "BodyArray": "", "JointSize": 0, "JointConstraint": 0.5, "JointMargin": 4,
-         "ConstraintArray": "", "Mode": 0, "PropagationMethod": 0, "PropagationIterations": 0, "ConflictPolicy": 0,
-         "PropagationTimes": False, "RelaxationMethod": 0, "RelaxationPreset": 0, "CoarseToFine": False,
-         "ElasticRecovery": 1.0, "Rotations": False, "PoissonRatio": 0.0}
+# The defaults of these depend on the data.
+FITTED = {"Scalars", "TissueThreshold", "MaterialFunction", "BackgroundValue", "OutputBounds"}
+# These are lists, which no single function of the class gives.
+LISTS = {"ModelArrays", "LabelArrays"}
+# What the class has besides properties of the deformation: the processes that compute, and warnings of the whole process.
+NO_PROPERTIES = {"Controller", "GlobalProbeWarnings"}
 
 
 def nodes(function):
@@ -47,10 +47,14 @@ def like_ct(kind):
 image = like_ct(np.int16)
 deformation = ChainMailDeformation(Input=produce(image))
 plain = vtkChainMailDeformation()
-for name, value in FIXED.items():
-    require(getattr(plain, "Get" + name)() == value, "the class's %s is %s", name, getattr(plain, "Get" + name)())
-    proxy = deformation.GetClientSideObject()
-    require(getattr(proxy, "Get" + name)() == value, "the proxy's %s is %s", name, getattr(proxy, "Get" + name)())
+properties = set(settable(deformation))
+require(FITTED | LISTS <= properties, "the filter no longer has %s", (FITTED | LISTS) - properties)
+for name in sorted(properties - FITTED - LISTS):
+    ours, theirs = (getattr(filter, "Get" + name)() for filter in (plain, deformation.GetClientSideObject()))
+    require(ours == theirs, "%s of the class is %s, of the proxy %s", name, ours, theirs)
+members = vars(vtkChainMailDeformation)
+of_class = {name[3:] for name in members if name.startswith("Set") and "Get" + name[3:] in members}
+require(of_class - NO_PROPERTIES <= properties, "the proxy lacks %s", of_class - NO_PROPERTIES - properties)
 require(list(deformation.ModelArrays) == ["Displacement", "Element"], "the model's arrays are %s", deformation.ModelArrays)
 for filter in (plain, deformation.GetClientSideObject()):
     chosen = filter.GetModelArraySelection()

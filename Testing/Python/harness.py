@@ -80,6 +80,17 @@ def expect_error(proxy, reports, *parts):
         require(part in text, "the error does not say '%s':\n%s", part, text)
 
 
+def settable(proxy):
+    """The properties of a proxy that users set, by name: all but inputs, information and buttons."""
+    found = {}
+    properties = servermanager.PropertyIterator(proxy.SMProxy)
+    for property in properties:
+        is_button = property.GetClassName() == "vtkSMProperty"
+        if not (is_button or property.GetInformationOnly() or property.IsA("vtkSMInputProperty")):
+            found[properties.GetKey()] = property
+    return found
+
+
 def make_image(values, name="scalars", spacing=(1.0, 1.0, 1.0), origin=(0.0, 0.0, 0.0), first=(0, 0, 0), direction=None):
     """An image from an array [z, y, x] or [z, y, x, component]."""
     size = values.shape[2::-1]
