@@ -1,6 +1,7 @@
 #include "Readout.h"
 
 #include "ElementRule.h"
+#include "ElementRuns.h"
 #include "Elements.h"
 #include "Threads.h"
 #include "VolumetricStrain.h"
@@ -325,11 +326,11 @@ void Readout::clusters(int* out) const
   std::fill(out, out + axes * this->voxels_.model().grid().voxels(), -1);
   for (std::size_t a = 0; a < axes; ++a)
   {
-    for (const RigidClusters::Run& run : RigidClusters::runs(this->voxels_, static_cast<int>(a)))
+    for (const ElementRun& run : connectedRuns(this->voxels_, static_cast<int>(a), true))
     {
       for (std::size_t n = run.first; n < run.first + run.count; ++n)
       {
-        out[n * axes + a] = run.cluster;
+        out[n * axes + a] = run.component;
       }
     }
   }

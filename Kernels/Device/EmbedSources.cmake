@@ -24,6 +24,7 @@ foreach (source IN LISTS SOURCES)
 endforeach ()
 
 string(SHA256 hash "${table}")
+list(JOIN names "\", \"" names)
 file(WRITE "${OUTPUT}" "// Made from the OpenCL files of Kernels by EmbedSources.cmake.
 #include \"KernelSources.h\"
 
@@ -33,6 +34,11 @@ namespace chainmail::detail
 const char* kernelSource(const std::string& fileName)
 {
 ${table}  return nullptr;
+}
+
+std::vector<std::string> kernelFiles()
+{
+  return { \"${names}\" };
 }
 
 const char* kernelsHash()

@@ -1,15 +1,12 @@
 #include "CoarseToFine.h"
 
 #include "CoarseModel.h"
-#include "Components.h"
 #include "ElementRule.h"
 #include "Measurement.h"
 #include "Pass.h"
-#include "pieces.clh"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -287,7 +284,6 @@ CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
   , propagation_(bricks)
   , feasibility_(bricks)
   , relaxation_(bricks)
-  , pieces_(bricks, "components.cl", "join")
 {
 }
 
@@ -295,16 +291,17 @@ CoarseToFine::~CoarseToFine()
 {
   this->bricks_.removeField(this->before_);
   this->bricks_.removeField(this->rotationsBefore_);
-  this->bricks_.removeField(this->marks_);
 }
 
 void CoarseToFine::forget()
 {
   this->levels_.clear();
+  this->components_.reset();
 }
 
 void CoarseToFine::build()
 {
+  this->components_ = std::make_unique<TissueComponents>(this->bricks_);
   Bricks* finest = &this->bricks_;
   for (;;)
   {
@@ -357,7 +354,7 @@ void CoarseToFine::cycle(
     }
     else
     {
-      this->putOthersBack(checkpoint);
+      this->putOthersBack();
       Elasticity unlimited = elasticity;
       unlimited.limited = false;
       clusters.begin(this->handles_.voxels(), this->handles_.rotatingVoxels());
@@ -381,134 +378,147 @@ void CoarseToFine::cycle(
   }
 }
 
-/// Restores the state before the cycle in connected components of tissue that no link joins to moving tissue
-/// (components.cl).
-void CoarseToFine::putOthersBack(const Checkpoint& checkpoint)
+/// Of each connected component, whether coarser grids may move it: an element in it is held and a link is strained. A
+/// soft link counts as both: it strains its element until that is at the link's target place.
+std::vector<char> CoarseToFine::movingComponents()
 {
+  const TissueComponents& components = *this->components_;
+  std::vector<char> isHeld(components.count(), 0);
+  std::vector<char> moves(components.count(), 0);
+  for (int n = 0; n < components.count(); ++n)
+  {
+    isHeld[n] = components.isAnchored(n) ? 1 : 0;
+  }
+  for (const std::size_t voxel : this->handles_.voxels())
+  {
+    isHeld[components.of(voxel)] = 1;
+  }
+  if (const SoftLinks* soft = this->bricks_.softLinks())
+  {
+    for (const SoftLink& link : soft->all())
+    {
+      moves[components.of(link.voxel)] = 1;
+    }
+  }
+
   Context& context = this->bricks_.context();
-  const std::string defines = this->bricks_.definesOfRows();
-  const std::size_t items = this->bricks_.workItems(true);
-  const std::vector<int> touched = this->bricks_.dirtySlots();
-  std::vector<cl_int> found(touched.size());
+  const std::vector<int> dirty = this->bricks_.dirtySlots();
+  std::vector<cl_int> found(dirty.size());
   const cl::Buffer& foundBuffer = this->found_.sized(context, sizeof(cl_int) * std::max<std::size_t>(1, found.size()));
-  context.launch(context.kernel("components.cl", defines, "wholes"), touched.size(), items,
-    this->list_.holding(context, touched), this->bricks_.stateWith(this->before_.buffer, this->bricks_.rotations()),
+  context.launch(context.kernel("strained.cl", this->bricks_.definesOfRows(), "strained"), dirty.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, dirty), this->bricks_.state(this->bricks_.rotations()),
     foundBuffer);
   context.read(foundBuffer, found);
-  const Elements soft = this->markSoft(touched, found);
-
-  const std::vector<char> moves = this->mayMove(touched, found);
-  std::vector<int> moving;
-  std::vector<int> others;
-  for (std::size_t n = 0; n < touched.size(); ++n)
+  std::vector<char> hasStrain(this->bricks_.numbers(), 0);
+  for (const int brick : this->bricks_.bricksWhere(dirty, found))
   {
-    (moves[touched[n]] ? moving : others).push_back(touched[n]);
+    hasStrain[brick] = 1;
   }
-  if (others.empty())
+  for (int n = 0; n < components.count(); ++n)
   {
-    return;
-  }
-  this->bricks_.addField(this->marks_);
-  context.launch(context.kernel("components.cl", defines, "markAll"), moving.size(), items,
-    this->list_.holding(context, moving), this->marks_.buffer);
-  context.launch(context.kernel("components.cl", defines, "mark"), others.size(), items,
-    this->list_.holding(context, others), this->bricks_.stateWith(this->before_.buffer, this->bricks_.rotations()),
-    this->marks_.buffer);
-  soft.set(this->marks_, std::vector<cl_int>(soft.size(), PIECE_HELD | PIECE_STRAINED));
-  std::vector<int> bricks = this->bricks_.bricksOf(others);
-  std::vector<char> isTouched(this->bricks_.slots(), 0);
-  for (const int slot : touched)
-  {
-    isTouched[slot] = 1;
-  }
-  for (const int slot : moving) // marks spread from these to tissue at rest, which may link to `others`
-  {
-    const int brick = this->bricks_.brick(slot);
-    for (int d = 0; d < 6; ++d)
-    {
-      const int beside = this->bricks_.slot(this->bricks_.neighbour(brick, d));
-      if (beside > 0 && !isTouched[beside])
-      {
-        bricks.push_back(brick);
-        break;
-      }
-    }
-  }
-  this->pieces_.start(bricks);
-  this->pieces_.run(
-    0, std::numeric_limits<float>::infinity(), checkpoint, [this](ArgumentList& own) { own.add(this->marks_.buffer); });
-  const cl::Buffer& list = this->list_.holding(context, others);
-  const auto putBack = [&](const cl::Buffer& before, const cl::Buffer& field)
-  {
-    context.launch(context.kernel("components.cl", defines, "putBack"), others.size(), items, list,
-      this->bricks_.pitch(), this->marks_.buffer, before, field);
-  };
-  putBack(this->before_.buffer, this->bricks_.displacement());
-  if (this->bricks_.rotations())
-  {
-    putBack(this->rotationsBefore_.buffer, this->bricks_.rotations()->spin.buffer);
-  }
-  this->bricks_.removeField(this->marks_);
-}
-
-/// A soft link holds its element, and strains it until the element is at the target place of the link. So coarser grids
-/// may move tissue with soft links. Adds this to the marks of whole bricks in `found` (components.cl). Returns these
-/// elements.
-Elements CoarseToFine::markSoft(const std::vector<int>& slots, std::vector<cl_int>& found) const
-{
-  Elements elements(this->bricks_);
-  if (!this->bricks_.softLinks())
-  {
-    return elements;
-  }
-  std::set<int> soft;
-  for (const SoftLink& link : this->bricks_.softLinks()->all())
-  {
-    const Index3 at = this->bricks_.model().grid().indexOf(link.voxel);
-    elements.add(at);
-    soft.insert(this->bricks_.slot(this->bricks_.brickAt(at[0], at[1], at[2])));
-  }
-  for (std::size_t n = 0; n < slots.size(); ++n)
-  {
-    if ((found[n] & PIECE_WHOLE) != 0 && soft.count(slots[n]) > 0)
-    {
-      found[n] |= PIECE_HELD | PIECE_STRAINED;
-    }
-  }
-  return elements;
-}
-
-/// For each slot: whether its brick is whole and coarser grids may move its connected component. Only links between
-/// whole bricks are considered. `found`: the results of components.cl for these slots.
-std::vector<char> CoarseToFine::mayMove(const std::vector<int>& slots, const std::vector<cl_int>& found) const
-{
-  std::vector<cl_int> marks(this->bricks_.slots(), 0);
-  for (std::size_t n = 0; n < slots.size(); ++n)
-  {
-    marks[slots[n]] = found[n];
-  }
-  DisjointSets pieces(marks.size());
-  for (const int slot : slots)
-  {
-    for (int d = 1; d < 6; d += 2)
-    {
-      const int beside = this->bricks_.slot(this->bricks_.neighbour(this->bricks_.brick(slot), d));
-      if ((marks[slot] & marks[beside] & PIECE_WHOLE) != 0)
-      {
-        pieces.join(slot, beside);
-      }
-    }
-  }
-  for (const int slot : slots)
-  {
-    marks[pieces.root(slot)] |= marks[slot];
-  }
-  std::vector<char> moves(marks.size(), 0);
-  for (const int slot : slots)
-  {
-    moves[slot] = marks[pieces.root(slot)] == (PIECE_WHOLE | PIECE_HELD | PIECE_STRAINED) ? 1 : 0;
+    moves[n] = moves[n] || (isHeld[n] && this->isStrained(n, hasStrain)) ? 1 : 0;
   }
   return moves;
+}
+
+/// Whether a link in a component is strained. `hasStrain`: of each brick whether one of its elements has a strained
+/// link.
+bool CoarseToFine::isStrained(int component, const std::vector<char>& hasStrain)
+{
+  const Grid& grid = this->bricks_.model().grid();
+  std::set<int> examined;
+  return this->components_->anyRun(component,
+    [&](const ElementRun& run)
+    {
+      const Index3 first = grid.indexOf(run.first);
+      const int last = first[0] + static_cast<int>(run.count) - 1;
+      bool any = false;
+      for (int brick = this->bricks_.brickAt(first[0], first[1], first[2]);
+           !any && brick <= this->bricks_.brickAt(last, first[1], first[2]); ++brick)
+      {
+        any = hasStrain[brick] && examined.insert(brick).second && this->isStrained(component, brick);
+      }
+      return any;
+    });
+}
+
+/// Whether an element of a component in a brick has a strained link. An element of the brick has one.
+bool CoarseToFine::isStrained(int component, int brick)
+{
+  const Grid& grid = this->bricks_.model().grid();
+  if (this->components_->inBrick(brick).size() == 1)
+  {
+    return true;
+  }
+  Elements from(this->bricks_);
+  Elements to(this->bricks_);
+  for (const std::size_t voxel : this->components_->elementsIn(brick, component))
+  {
+    const Index3 at = grid.indexOf(voxel);
+    this->bricks_.forNeighbours(at,
+      [&](int, const Index3& next)
+      {
+        if (this->bricks_.isElement(next))
+        {
+          from.add(at);
+          to.add(next);
+        }
+      });
+  }
+  return from.displacements() != to.displacements();
+}
+
+/// Restores the state before the cycle in components that do not move.
+void CoarseToFine::putOthersBack()
+{
+  const bool most = this->moves_[this->components_->largest()] != 0; // whether most elements move
+  Elements few(this->bricks_);                                       // all that do not move, or all that do
+  for (int n = 0; n < this->components_->count(); ++n)
+  {
+    if ((this->moves_[n] != 0) != most)
+    {
+      this->addElements(n, few);
+    }
+  }
+  const Rotations* rotations = this->bricks_.rotations();
+  if (most)
+  {
+    few.setDisplacements(few.values(this->before_));
+    if (rotations)
+    {
+      few.setRotations(few.values(this->rotationsBefore_));
+    }
+    return;
+  }
+  const std::vector<float> u = few.displacements();
+  this->bricks_.context().queue().enqueueCopyBuffer(
+    this->before_.buffer, this->bricks_.displacement(), 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
+  few.setDisplacements(u);
+  if (rotations)
+  {
+    const std::vector<float> spin = few.rotations();
+    restoreRotations(this->bricks_, this->rotationsBefore_);
+    few.setRotations(spin);
+  }
+}
+
+/// Adds those elements of a component that are in bricks with a state.
+void CoarseToFine::addElements(int component, Elements& elements) const
+{
+  const Grid& grid = this->bricks_.model().grid();
+  this->components_->anyRun(component,
+    [&](const ElementRun& run)
+    {
+      const Index3 first = grid.indexOf(run.first);
+      for (int i = first[0]; i < first[0] + static_cast<int>(run.count); ++i)
+      {
+        if (this->bricks_.hasState(this->bricks_.brickAt(i, first[1], first[2])))
+        {
+          elements.add({ i, first[1], first[2] });
+        }
+      }
+      return false;
+    });
 }
 
 bool CoarseToFine::run(
@@ -520,6 +530,11 @@ bool CoarseToFine::run(
   }
   this->energyBefore_ = this->energy(elasticity);
   if (this->levels_.empty() || this->energyBefore_ == 0.0)
+  {
+    return false;
+  }
+  this->moves_ = this->movingComponents();
+  if (std::find(this->moves_.begin(), this->moves_.end(), 1) == this->moves_.end())
   {
     return false;
   }

@@ -3,6 +3,7 @@
 #include "Feasibility.h"
 #include "Handles.h"
 #include "Relaxation.h"
+#include "TissueComponents.h"
 
 #include <memory>
 #include <vector>
@@ -17,8 +18,9 @@ namespace chainmail
 /// An element of a coarser grid stands for 2 x 2 x 2 finer ones. Its constraint is about their mean. It is rigid if at
 /// least half of them are rigid, and held if one of them is held. A handle that is displaced further than a coarser
 /// grid can stretch is set back there to a feasible place. Displacements are interpolated, smoothed without the limits
-/// of links, and projected to a feasible state (Feasibility). Connected components of tissue that no link joins to
-/// moving tissue do not move, however close to it they are.
+/// of links, and projected to a feasible state (Feasibility). Only connected components of tissue in which an element
+/// is held and a link is strained move. Others are at rest as they are, or nothing holds them. But coarser grids cannot
+/// distinguish them from tissue close by, so they are put back.
 ///
 /// The result is rough, above all where links were beyond their limits. Its energy may be higher than before although
 /// it is close to the optimum. So judge() compares energies only after the first sweeps on the finest grid have
@@ -50,9 +52,11 @@ private:
   double energy(const Elasticity& elasticity) const;
   void cycle(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   void goBack(float share);
-  void putOthersBack(const Checkpoint& checkpoint);
-  Elements markSoft(const std::vector<int>& slots, std::vector<cl_int>& found) const;
-  std::vector<char> mayMove(const std::vector<int>& slots, const std::vector<cl_int>& found) const;
+  std::vector<char> movingComponents();
+  bool isStrained(int component, const std::vector<char>& hasStrain);
+  bool isStrained(int component, int brick);
+  void putOthersBack();
+  void addElements(int component, Elements& elements) const;
 
   Bricks& bricks_;
   Handles& handles_;
@@ -60,15 +64,15 @@ private:
   EnvelopePropagation propagation_;
   Feasibility feasibility_;
   Relaxation relaxation_;
-  FixedPoint pieces_;
+  std::unique_ptr<TissueComponents> components_; ///< made together with the levels
+  std::vector<char> moves_;                      ///< of each component whether this cycle may move it
   Field before_{ 3, sizeof(cl_float), "the displacement before a relaxation" };
   Field rotationsBefore_{ 3, sizeof(cl_float), "the rotations before a relaxation" };
   bool rotatedBefore_ = false; ///< whether there were any rotations
   double energyBefore_ = 0.0;
   bool feasible_ = true; ///< whether the finest grid could be made feasible
-  Field marks_{ 1, sizeof(cl_int), "the connected components" };
   Scratch list_{ "the list of bricks" };
-  Scratch found_{ "the connected components" };
+  Scratch found_{ "the list of bricks" };
 };
 
 }

@@ -1,6 +1,6 @@
 #include "RigidClusters.h"
 
-#include "Components.h"
+#include "ElementRuns.h"
 #include "Pass.h"
 
 #include <algorithm>
@@ -16,91 +16,6 @@ namespace
 /// The number of links that one work-item sums up. It is fixed, so sums do not depend on the layout of the state.
 constexpr int chunkLength = 16;
 
-using Run = RigidClusters::Run;
-
-bool isLinked(const Bricks& bricks, int i, int j, int k, int direction)
-{
-  return !bricks.anyCut() || (bricks.cutBits(i, j, k) & CUT_BIT(direction)) == 0;
-}
-
-/// Joins runs of a row, [run, end), with the runs linked to them in the neighbouring row in `direction`, [other, last).
-void joinRows(const Bricks& bricks, const std::vector<Run>& runs, std::size_t run, std::size_t end, std::size_t other,
-  std::size_t last, int direction, DisjointSets& joined)
-{
-  const Grid& grid = bricks.model().grid();
-  const std::size_t width = static_cast<std::size_t>(grid.size[0]);
-  while (run < end && other < last)
-  {
-    const int first = static_cast<int>(std::max(runs[run].first % width, runs[other].first % width));
-    const int endOfRun = static_cast<int>(runs[run].first % width + runs[run].count);
-    const int endOfOther = static_cast<int>(runs[other].first % width + runs[other].count);
-    const Index3 at = grid.indexOf(runs[run].first);
-    for (int i = first; i < std::min(endOfRun, endOfOther); ++i)
-    {
-      if (isLinked(bricks, i, at[1], at[2], direction))
-      {
-        joined.join(run, other);
-        break;
-      }
-    }
-    (endOfRun < endOfOther ? run : other) += 1;
-  }
-}
-
-}
-
-std::vector<Run> RigidClusters::runs(const Bricks& bricks, int axis)
-{
-  const Grid& grid = bricks.model().grid();
-  const int axes = bricks.model().axes();
-  const std::size_t rowsInLayer = static_cast<std::size_t>(grid.size[1]);
-  std::vector<Run> runs;
-  std::vector<std::size_t> firstOf; // the first run of each row
-  std::vector<float> row(static_cast<std::size_t>(grid.size[0]) * axes);
-  for (int k = 0; k < grid.size[2]; ++k)
-  {
-    for (int j = 0; j < grid.size[1]; ++j)
-    {
-      firstOf.push_back(runs.size());
-      bricks.row(0, j, k, grid.size[0], row.data());
-      bool goesOn = false;
-      for (int i = 0; i < grid.size[0]; ++i)
-      {
-        const bool rigid = row[static_cast<std::size_t>(i) * axes + axis] == 0.0f;
-        if (rigid && goesOn && isLinked(bricks, i, j, k, 0))
-        {
-          ++runs.back().count;
-        }
-        else if (rigid)
-        {
-          runs.push_back({ grid.at(i, j, k), 1, 0 });
-        }
-        goesOn = rigid;
-      }
-    }
-  }
-  firstOf.push_back(runs.size());
-
-  DisjointSets joined(runs.size());
-  for (std::size_t r = 0; r + 1 < firstOf.size(); ++r)
-  {
-    if (r % rowsInLayer > 0)
-    {
-      joinRows(bricks, runs, firstOf[r], firstOf[r + 1], firstOf[r - 1], firstOf[r], 2, joined);
-    }
-    if (r >= rowsInLayer)
-    {
-      const std::size_t below = r - rowsInLayer;
-      joinRows(bricks, runs, firstOf[r], firstOf[r + 1], firstOf[below], firstOf[below + 1], 4, joined);
-    }
-  }
-  int count = 0;
-  for (std::size_t n = 0; n < runs.size(); ++n)
-  {
-    const std::size_t root = joined.root(n); // the first run of the cluster
-    runs[n].cluster = root == n ? count++ : runs[root].cluster;
-  }
-  return runs;
 }
 
 RigidClusters::RigidClusters(Bricks& bricks)
@@ -114,14 +29,14 @@ RigidClusters::RigidClusters(Bricks& bricks)
   {
     const std::size_t before = this->clusters_.size();
     const std::size_t firstVoxel = this->voxels_.size();
-    const std::vector<Run> found = runs(bricks, axis);
+    const std::vector<ElementRun> found = connectedRuns(bricks, axis, true);
 
     // A counting sort leaves the members of each cluster in the order of voxels.
     std::vector<std::size_t> ends(1, firstVoxel);
-    for (const Run& run : found)
+    for (const ElementRun& run : found)
     {
-      ends.resize(std::max<std::size_t>(ends.size(), static_cast<std::size_t>(run.cluster) + 2), 0);
-      ends[run.cluster + 1] += run.count;
+      ends.resize(std::max<std::size_t>(ends.size(), static_cast<std::size_t>(run.component) + 2), 0);
+      ends[run.component + 1] += run.count;
     }
     const std::size_t count = ends.size() - 1;
     for (std::size_t id = 0; id < count; ++id)
@@ -131,14 +46,18 @@ RigidClusters::RigidClusters(Bricks& bricks)
         { axes == 1 ? -1 : axis, ends[id], ends[id + 1] - ends[id], false, false, false, {}, {} });
     }
     this->voxels_.resize(ends[count]);
-    for (const Run& run : found)
+    for (const ElementRun& run : found)
     {
       for (std::uint32_t n = 0; n < run.count; ++n)
       {
-        this->voxels_[ends[run.cluster]++] = static_cast<std::uint32_t>(run.first + n);
+        this->voxels_[ends[run.component]++] = static_cast<std::uint32_t>(run.first + n);
       }
     }
-    std::vector<float> c(axes);
+    for (const ElementRun& run : found)
+    {
+      Cluster& cluster = this->clusters_[before + run.component];
+      cluster.anchored = cluster.anchored || run.anchored;
+    }
     for (std::size_t id = before; id < this->clusters_.size(); ++id)
     {
       Cluster& cluster = this->clusters_[id];
@@ -146,11 +65,6 @@ RigidClusters::RigidClusters(Bricks& bricks)
       {
         const Index3 at = grid.indexOf(this->voxels_[n]);
         cluster.bricks.push_back(bricks.brickAt(at[0], at[1], at[2]));
-        if (!cluster.anchored)
-        {
-          bricks.row(at[0], at[1], at[2], 1, c.data());
-          cluster.anchored = std::signbit(c[axis]);
-        }
       }
       std::sort(cluster.bricks.begin(), cluster.bricks.end());
       cluster.bricks.erase(std::unique(cluster.bricks.begin(), cluster.bricks.end()), cluster.bricks.end());

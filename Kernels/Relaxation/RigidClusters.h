@@ -19,17 +19,6 @@ class RigidClusters
 public:
   explicit RigidClusters(Bricks& bricks);
 
-  /// Consecutive rigid voxels along x that are joined by links.
-  struct Run
-  {
-    std::size_t first; ///< Grid::at
-    std::uint32_t count;
-    int cluster;
-  };
-  /// All runs for one axis of the constraint, in the order of voxels. Clusters are numbered in the order of their first
-  /// voxels.
-  static std::vector<Run> runs(const Bricks& bricks, int axis);
-
   /// The cluster of an axis that a voxel belongs to; -1 if there is none.
   int clusterOf(std::size_t voxel, int axis) const;
   bool isAnchored(int cluster) const { return this->clusters_[cluster].anchored; }

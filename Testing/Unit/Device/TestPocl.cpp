@@ -7,8 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
-#include <filesystem>
-#include <set>
 
 namespace
 {
@@ -36,21 +34,6 @@ std::string namesIn(const std::string& bitcode)
   return longest;
 }
 
-/// The files with kernels, in the folder that this test was built from.
-std::set<std::string> kernelFiles()
-{
-  std::set<std::string> files;
-  const auto rooms = std::filesystem::path(__FILE__).parent_path() / "../../../Kernels";
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(rooms))
-  {
-    if (entry.path().extension() == ".cl")
-    {
-      files.insert(entry.path().filename().string());
-    }
-  }
-  return files;
-}
-
 class Pocl : public testing::Test
 {
 protected:
@@ -72,13 +55,15 @@ protected:
 
 TEST_F(Pocl, KernelsCallTheFunctionsOfTheWholeHeader)
 {
-  const std::set<std::string> files = kernelFiles();
-  ASSERT_GT(files.size(), 10u);
   const char* const kinds[] = { " -DWIDTH=8 -DAXES=1 -DPLASTIC -DWAVES",
     " -DWIDTH=8 -DAXES=3 -DROTATIONS -DVOLUMETRIC_STRAIN",
     " -DWIDTH=1 -DAXES=3 -DROTATIONS -DVOLUMETRIC_STRAIN -DFX=2 -DFY=2 -DFZ=2 -DOWNERS" };
-  for (const std::string& file : files)
+  for (const std::string& file : detail::kernelFiles())
   {
+    if (file.substr(file.rfind('.')) != ".cl")
+    {
+      continue;
+    }
     int compiles = 0;
     for (const std::string kind : kinds) // some files have fewer kinds
     {

@@ -374,6 +374,24 @@ TEST(CoarseToFine, ARoughCorrectionIsSmoothedNotDropped)
   }
 }
 
+TEST(CoarseToFine, WhereNothingMayMoveTheFineGridIsAlone)
+{
+  // Tissue that was let go settles, but nothing holds it.
+  Scene scene = randomScene({ 28, 24, 20 }, 1, 4400, 0.1, 0.0);
+  std::vector<std::vector<oracle::Vector3>> states;
+  for (const bool coarse : { false, true })
+  {
+    Simulation simulation = simulate(scene);
+    simulation.setCoarseToFine(coarse);
+    simulation.pull({ probeAt(scene, { 14, 12, 10 }, { 4.0, -3.0, 2.0 }, 2.0) });
+    simulation.hold({});
+    EXPECT_GT(simulation.measure().energy, 0.0);
+    EXPECT_FALSE(simulation.relax(10, 0.0).coarseStep);
+    states.push_back(state(simulation));
+  }
+  EXPECT_EQ(states[0], states[1]);
+}
+
 TEST(CoarseToFine, TheEnergyNeverRises)
 {
   // If the first sweeps are too few to smooth the correction of coarser grids, a part of it is applied.
