@@ -310,6 +310,8 @@ void Session::Deform(const Scene& scene)
   }
 }
 
+/// Continues the interactive state, or begins one at rest. Each surface is applied once. A reset makes the connected
+/// surfaces and probes ineffective until they change.
 void Session::Interact(const Scene& scene)
 {
   this->Done = Stage::Built;
@@ -344,6 +346,7 @@ void Session::Interact(const Scene& scene)
         this->Carve(scene.Carves[n]);
       }
     });
+  // All probes are held, except those that a reset released and that have not changed since.
   this->Simulate(scene, FindNew(scene.Probes, this->Released), false);
 }
 

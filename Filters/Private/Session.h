@@ -45,10 +45,11 @@ public:
   /// Deletes the model and the simulation: after a device error the state on the device cannot be trusted.
   void DeleteSimulation();
 
-  /// To be called after an update that was stopped. It stopped at an arbitrary point, so tissue is reset to rest.
+  /// To be called after an update that was stopped, at an arbitrary point. An interactive state is reset to rest. Other
+  /// updates begin again with the stage that was not completed.
   void ResetAfterStop();
 
-  /// Deletes everything, because another process computes from now on.
+  /// Deletes the model and the simulation and forgets a requested reset, because another process computes from now on.
   void DeleteAll();
 
   /// Makes the next interactive update begin at rest, without cuts and carves.
@@ -108,8 +109,8 @@ private:
   std::shared_ptr<const chainmail::Model> Model;
   std::unique_ptr<chainmail::Simulation> Simulation;
 
-  // The surfaces of the stages Cut and Relaxed. In an interactive state: the surfaces of the last update that have been
-  // applied.
+  // The surfaces of the stages Cut and Relaxed. In an interactive state: the connected surfaces that are not to be
+  // applied (again), because they have been applied or were connected at a reset.
   std::vector<InputSurface> Cuts;
   std::vector<InputSurface> Carves;
   chainmail::Update Last; // what the engine was given last

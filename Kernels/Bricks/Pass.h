@@ -9,8 +9,8 @@ namespace chainmail
 /// parity, or of all clusters. A pass writes fields of the state that the next pass reads.
 ///
 /// Every pass of a propagation, of a relaxation or between grids is launched here. So what has to happen between two
-/// passes has one place, for example an exchange of values between processes. Kernels that write an element from its own
-/// values alone are no passes. Small grids do many passes in one launch (relaxBatch in relax.cl).
+/// passes has one place, for example an exchange of values between processes. Kernels that write an element from its
+/// own values alone are no passes. Small grids do many passes in one launch (relaxBatch in relax.cl).
 template <typename... Arguments>
 void launchPass(
   const Bricks& bricks, const Kernel& kernel, std::size_t groups, std::size_t items, const Arguments&... arguments)

@@ -168,6 +168,7 @@ public:
   {
     if (!this->feasibility_.run(this->propagation_, checkpoint) && this->propagation_.conflict().largest() == 0.0)
     {
+      // Infeasible, but no conflict between held elements: the rotations are incompatible with each other.
       restoreRotations(this->bricks_, this->rotationsBefore_);
       this->clusters_->begin(this->held_);
       this->clusters_->projectToRigid(false);
@@ -302,16 +303,16 @@ void CoarseToFine::forget()
 void CoarseToFine::build()
 {
   this->components_ = std::make_unique<TissueComponents>(this->bricks_);
-  Bricks* finest = &this->bricks_;
+  Bricks* coarsest = &this->bricks_;
   for (;;)
   {
-    const Index3& size = finest->model().grid().size;
+    const Index3& size = coarsest->model().grid().size;
     if (*std::max_element(size.begin(), size.end()) <= coarsestSize)
     {
       return;
     }
-    this->levels_.push_back(std::make_unique<Level>(*finest));
-    finest = &this->levels_.back()->bricks();
+    this->levels_.push_back(std::make_unique<Level>(*coarsest));
+    coarsest = &this->levels_.back()->bricks();
   }
 }
 
@@ -442,7 +443,8 @@ bool CoarseToFine::isStrained(int component, const std::vector<char>& hasStrain)
     });
 }
 
-/// Whether an element of a component in a brick has a strained link. An element of the brick has one.
+/// Whether an element of a component in a brick has a strained link. To be called only where some element of the brick
+/// has one.
 bool CoarseToFine::isStrained(int component, int brick)
 {
   const Grid& grid = this->bricks_.model().grid();
@@ -471,8 +473,8 @@ bool CoarseToFine::isStrained(int component, int brick)
 /// Restores the state before the cycle in components that do not move.
 void CoarseToFine::putOthersBack()
 {
-  const bool most = this->moves_[this->components_->largest()] != 0; // whether most elements move
-  Elements few(this->bricks_);                                       // all that do not move, or all that do
+  const bool most = this->moves_[this->components_->largest()] != 0; // whether the largest component moves
+  Elements few(this->bricks_);                                       // of all components for which the opposite is true
   for (int n = 0; n < this->components_->count(); ++n)
   {
     if ((this->moves_[n] != 0) != most)
@@ -576,7 +578,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
     const double bend = whole - 2.0 * half + this->energyBefore_;
     const double lowest = bend > 0.0 ? 0.5 - 0.25 * (whole - this->energyBefore_) / bend : 0.0;
     kept = std::max(0.0, shareStep * std::floor(lowest / shareStep));
-    this->goBack(static_cast<float>(2.0 * kept));
+    this->goBack(static_cast<float>(2.0 * kept));                     // the state is half way already
     if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // in plastic tissue E is not quadratic
     {
       kept = 0.0;
@@ -587,7 +589,8 @@ double CoarseToFine::judge(const Elasticity& elasticity)
   return kept;
 }
 
-/// Scales the change of every displacement since the state before run() by `share`. Equal changes stay equal.
+/// Scales the change of every displacement since the state before run() by `share`. Elements with equal changes, such
+/// as those of a rigid cluster, keep equal changes.
 void CoarseToFine::goBack(float share)
 {
   Context& context = this->bricks_.context();

@@ -15,12 +15,13 @@ namespace chainmail
 /// state on grids with 1/8, 1/64, ... of the elements, and each result is the start on the next finer grid
 /// (coarsen.cl). A sweep propagates a displacement by one element, which on a coarser grid is many voxels.
 ///
-/// An element of a coarser grid stands for 2 x 2 x 2 finer ones. Its constraint is about their mean. It is rigid if at
-/// least half of them are rigid, and held if one of them is held. A handle that is displaced further than a coarser
-/// grid can stretch is set back there to a feasible place. Displacements are interpolated, smoothed without the limits
-/// of links, and projected to a feasible state (Feasibility). Only connected components of tissue in which an element
-/// is held and a link is strained move. Others are at rest as they are, or nothing holds them. But coarser grids cannot
-/// distinguish them from tissue close by, so they are put back.
+/// An element of a coarser grid stands for 2 x 2 x 2 finer ones. Its constraint follows from the rows of links in it
+/// (CoarseModel.cpp). It is rigid if at least half of its tissue is rigid and it contains no joint. It is held if one
+/// of the finer elements is held. A handle that is displaced further than a coarser grid can stretch is set back there
+/// to a feasible place. Displacements are interpolated, smoothed without the limits of links, and projected to a
+/// feasible state (Feasibility). Only connected components of tissue in which an element is held and a link is strained
+/// move. Others are at rest as they are, or nothing holds them. But coarser grids cannot distinguish them from tissue
+/// close by, so they are put back.
 ///
 /// The result is rough, above all where links were beyond their limits. Its energy may be higher than before although
 /// it is close to the optimum. So judge() compares energies only after the first sweeps on the finest grid have

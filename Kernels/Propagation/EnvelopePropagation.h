@@ -8,7 +8,7 @@ namespace chainmail
 
 /// Envelope propagation (envelope.cl), a method of this project. It starts from a feasible state in which handles have
 /// been moved, and clamps every element to the bounds of its neighbours until nothing changes. The caller has saved the
-/// bricks of these handles (Bricks::saveBefore()). Every other brick is saved when the wave reaches it.
+/// bricks of these handles (Snapshot::save()). Every other brick is saved when the wave reaches it.
 class EnvelopePropagation
 {
 public:

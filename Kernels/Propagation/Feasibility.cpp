@@ -103,6 +103,10 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
     feasible = !rotating || propagation.conflict().largest() <= rounding;
   }
+  else
+  {
+    propagation.start({}); // resets conflict() to 0
+  }
   propagation.release();
   this->bricks_.removeField(this->upper_);
   this->bricks_.removeField(this->lower_);

@@ -151,7 +151,7 @@ int FixedPoint::run(int iterations, float stopThreshold, const Checkpoint& check
       {
         this->goesOn_[parity] = false;
       }
-      this->goesOn_[parity] = this->goesOn_[parity] || (flags & LOG_WENT_AGAIN) != 0;
+      this->goesOn_[parity] = this->goesOn_[parity] || (flags & LOG_GOES_AGAIN) != 0;
       // A brick of parity 1 that changes its neighbours, of parity 0, leaves work for the next iteration.
       this->goesOn_[0] = this->goesOn_[0] || (parity == 1 && (flags & LOG_PASSED_ON) != 0);
       if (flags & LOG_CALLED_OFF)

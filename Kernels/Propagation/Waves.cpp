@@ -70,7 +70,7 @@ void Waves::clear()
   this->end();
   this->disturbed_ = false;
   this->latest_.reset();
-  this->front_ = 0;
+  this->lastWaveId_ = 0;
   this->timestamps_.clear();
   this->arrivals_.clear();
   this->bricks_.before().release();
@@ -104,11 +104,11 @@ void Waves::add(const Handles::Change& change)
   Group moved;
   std::copy_if(change.moved.begin(), change.moved.end(), std::back_inserter(moved),
     [](const Handles::Pointer& handle) { return !handle->waits; });
-  this->wait(std::move(moved), false);
+  this->enqueue(std::move(moved), false);
 }
 
 /// Puts a group at the front or the back of the queue.
-void Waves::wait(Group handles, bool first)
+void Waves::enqueue(Group handles, bool first)
 {
   if (handles.empty())
   {
@@ -184,7 +184,7 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
     }
     done += this->propagation_.run(iterations == 0 ? 0 : iterations - done, this->wave_->stopThreshold, checkpoint);
     const bool stopped = this->propagation_.conflict().largest() > this->wave_->stopThreshold;
-    if ((stopped || this->propagation_.finished()) && this->settled(checkpoint))
+    if ((stopped || this->propagation_.finished()) && this->endAttempt(checkpoint))
     {
       if (this->times_)
       {
@@ -194,7 +194,7 @@ int Waves::runEnvelopes(int iterations, const Checkpoint& checkpoint)
         {
           sources.push_back(handle.get());
         }
-        this->arrivals_.computeTimes(sources, ++this->front_, checkpoint);
+        this->arrivals_.computeTimes(sources, ++this->lastWaveId_, checkpoint);
       }
       this->countShared();
       this->end();
@@ -242,11 +242,11 @@ void Waves::begin(Group handles)
     if (handle->rotates())
     {
       wave.rotates = true;
-      wave.longest = std::min(wave.longest, 1.0 / wavesFor(*handle));
+      wave.largestFraction = std::min(wave.largestFraction, 1.0 / wavesFor(*handle));
       wave.rotating.add(handle->elements);
     }
   }
-  wave.share = wave.longest;
+  wave.fraction = wave.largestFraction;
   if (wave.rotates)
   {
     wave.rotationsBefore = wave.rotating.rotations();
@@ -336,7 +336,7 @@ std::vector<float> Waves::target() const
       to[a] = static_cast<float>(handle->probe.displacement[a] / spacing[a]);
     }
     const std::vector<float> displaced =
-      handle->rotates() ? handle->displacedBy(between(handle->pose, handle->asked(), wave.share), spacing)
+      handle->rotates() ? handle->displacedBy(between(handle->pose, handle->asked(), wave.fraction), spacing)
                         : handle->displacedBy(to);
     values.insert(values.end(), displaced.begin(), displaced.end());
   }
@@ -370,7 +370,7 @@ void Waves::attempt()
     {
       if (handle->rotates())
       {
-        const std::vector<float> more = handle->rotationsIn(between(handle->pose, handle->asked(), wave.share));
+        const std::vector<float> more = handle->rotationsIn(between(handle->pose, handle->asked(), wave.fraction));
         rotations.insert(rotations.end(), more.begin(), more.end());
       }
     }
@@ -410,7 +410,7 @@ void Waves::attempt()
 /// so the others are limited by them. A conflict with held tissue is the length by which the probe went too far, or a
 /// lower bound of it if the wave has not yet arrived by the shortest path. Where, on an axis, other handles hold the
 /// probe's elements too far apart for a common displacement, these elements stay where they are.
-bool Waves::settled(const Checkpoint& checkpoint)
+bool Waves::endAttempt(const Checkpoint& checkpoint)
 {
   Wave& wave = *this->wave_;
   const EnvelopePropagation::Conflict conflict = this->propagation_.conflict();
@@ -429,8 +429,8 @@ bool Waves::settled(const Checkpoint& checkpoint)
     {
       if (handle->rotates())
       {
-        handle->isOnItsWay = wave.share == wave.longest && wave.share < 1.0;
-        handle->pose = between(handle->pose, handle->asked(), wave.share);
+        handle->isOnItsWay = wave.fraction == wave.largestFraction && wave.fraction < 1.0;
+        handle->pose = between(handle->pose, handle->asked(), wave.fraction);
       }
     }
     return true;
@@ -450,8 +450,8 @@ bool Waves::settled(const Checkpoint& checkpoint)
     }
     const auto half = handles.begin() + static_cast<std::ptrdiff_t>(handles.size() / 2);
     this->end();
-    this->wait(Group(half, handles.end()), true);
-    this->wait(Group(handles.begin(), half), true);
+    this->enqueue(Group(half, handles.end()), true);
+    this->enqueue(Group(handles.begin(), half), true);
     return false;
   }
   if (wave.rotates)
@@ -516,13 +516,14 @@ bool Waves::shorten(const EnvelopePropagation::Conflict& conflict)
     return false;
   }
   const double excess = conflict.largest() / wave.way;
+  // A little shorter than the conflict says. From the third attempt on at least a tenth shorter, so the attempts end.
   constexpr double margin = 1.02;
-  const double least = wave.attempts > 2 ? 0.9 : 1.0;
-  const double share = wave.share * (excess > farTooFar ? 0.5 : std::min(least, 1.0 - margin * excess));
+  const double most = wave.attempts > 2 ? 0.9 : 1.0;
+  const double share = wave.fraction * (excess > farTooFar ? 0.5 : std::min(most, 1.0 - margin * excess));
   // Rounded down to a few values, so that float rounding, which depends on the bricks, makes no difference.
   constexpr double stepsOfLongest = 64.0;
-  wave.share = std::floor(share / wave.longest * stepsOfLongest) / stepsOfLongest * wave.longest;
-  if (wave.share <= 0.0)
+  wave.fraction = std::floor(share / wave.largestFraction * stepsOfLongest) / stepsOfLongest * wave.largestFraction;
+  if (wave.fraction <= 0.0)
   {
     return false;
   }
@@ -604,7 +605,8 @@ int Waves::runTimestamps(int iterations, const Checkpoint& checkpoint)
         this->startTimestamps(handle, checkpoint);
       }
     }
-    // The probe of a wave need not be marked as held: no other wave moves it, unless the policy is Latest.
+    // Unless the policy is Latest, this also holds the probes of the waves under way, which no longer wait. With Latest
+    // only anchors are held, so a later wave may move the probe of an earlier one.
     this->markHeld();
     done += this->timestamps_.run(iterations == 0 ? 0 : iterations - done, checkpoint);
     if (iterations != 0 && done >= iterations)
@@ -641,13 +643,13 @@ void Waves::startTimestamps(const Handles::Pointer& handle, const Checkpoint& ch
   do
   {
     this->propagation_.run(0, this->wave_->stopThreshold, checkpoint);
-  } while (!this->settled(checkpoint));
+  } while (!this->endAttempt(checkpoint));
   const std::vector<float> values = handle->elements.displacements();
   this->takeBack();
   this->end();
   this->place(handle->elements, handle->bricks, values);
   this->latest_ = handle;
-  this->timestamps_.start(*handle, ++this->front_);
+  this->timestamps_.start(*handle, ++this->lastWaveId_);
   // The earliest time gives an element correct bounds only where all elements of the probe have the same displacement.
   for (std::size_t n = 3; n < values.size(); ++n)
   {

@@ -57,8 +57,8 @@ private:
   using Group = std::deque<Handles::Pointer>;
 
   /// An envelope wave. The target of a single probe is corrected by the conflict until it fits. Several probes share,
-  /// or are split into two halves. If any probe prescribes a rotation, all of the wave first go the same share of their
-  /// motions, less in each attempt.
+  /// or are split into two halves. If probes prescribe rotations, these first go the same fraction of their motions,
+  /// less in each attempt. The other probes of the wave go their whole way.
   struct Wave
   {
     explicit Wave(Bricks& bricks)
@@ -82,8 +82,8 @@ private:
     int attempts = 0;
 
     bool rotates = false;               ///< whether any of the probes prescribes a rotation
-    double share = 1.0;                 ///< share of their motions that such probes go in this attempt
-    double longest = 1.0;               ///< largest share that they may go in one wave
+    double fraction = 1.0;              ///< fraction of their motions that such probes go in this attempt
+    double largestFraction = 1.0;       ///< largest fraction that they may go in one wave
     float way = 0.0f;                   ///< largest shift of an element in this attempt [fractions of the spacing]
     Elements rotating;                  ///< the elements of such probes
     std::vector<float> rotationsBefore; ///< the rotations of these elements before the wave
@@ -96,7 +96,7 @@ private:
   void joinBodies();
   void end();
   void attempt();
-  bool settled(const Checkpoint& checkpoint);
+  bool endAttempt(const Checkpoint& checkpoint);
   bool shorten(const EnvelopePropagation::Conflict& conflict);
   void takeBack();
   bool share(const Checkpoint& checkpoint);
@@ -104,7 +104,7 @@ private:
   template <typename F> void projectToFeasible(const F& isHeld, const Checkpoint& checkpoint);
   void startTimestamps(const Handles::Pointer& handle, const Checkpoint& checkpoint);
   void markHeld();
-  void wait(Group handles, bool first);
+  void enqueue(Group handles, bool first);
   void letGo();
   void place(const Elements& elements, const std::vector<int>& bricks, const std::vector<float>& values);
   std::vector<float> target() const;
@@ -121,7 +121,7 @@ private:
   std::optional<Wave> wave_;
   bool disturbed_ = false;  ///< whether links may be beyond their limits when the waves have come to their end
   Handles::Pointer latest_; ///< the probe of the last Timestamp wave
-  int front_ = 0;           ///< the id of the last wave
+  int lastWaveId_ = 0;      ///< the id of the last wave
 
   EnvelopePropagation propagation_;
   ArrivalTimes arrivals_;

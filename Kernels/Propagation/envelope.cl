@@ -1,7 +1,7 @@
 // Envelope propagation: every element is clamped to the bounds that its moved neighbours set (element.clh), until
 // nothing in the brick changes. Raised values only grow and lowered ones only fall, so elements are updated in place,
-// in any order. A wave updates an element again only where one of
-// that element's links exceeds its limit.
+// in any order. An element is updated again only where one of its links exceeds its limit. With ROTATIONS, and in lane
+// groups beside held tissue, it is updated again whenever a neighbour has moved.
 //
 // With ROTATIONS the rotations of elements stay constant during a wave. The unknowns are the shifts s = u - before. The
 // strain of a link before the wave is e(i, j) = before(j) - before(i) - w(i, j). The rest offset w is the mean of those
@@ -24,7 +24,8 @@
 //
 // The host guarantees:
 // - The state before the wave is feasible. `before` holds it for the bricks in which the wave starts.
-// - Moved elements differ from `before` or are held.
+// - The elements that start the wave are held, and their displacement (or shift) differs from that before the wave. A
+//   held element without a difference counts as not moved.
 // - All 26 neighbours of an updatable brick have a slot (brick.clh).
 //
 // The extremes are, for each axis, by how much moved tissue is too high and too low for held tissue.
@@ -128,8 +129,9 @@ CHAINMAIL_INLINE Envelope envelopeOf(const int odd, const State* state, const Wa
   return e;
 }
 
-// Updates one lane group. `odd`: see BY_PARITY. `nearHeld`, a constant: whether an element of it or a neighbour may be
-// held. `savedOutside`: savedBeyond(). `conflict` is raised to the extremes.
+// Updates one lane group. Returns where neighbours need an update, as changedBeyond() does. `odd`: see BY_PARITY.
+// `nearHeld`, a constant: whether an element of it or a neighbour may be held. `savedOutside`: savedBeyond().
+// `conflict` is raised to the extremes.
 CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* state, const Wave* wave,
   const Stencil* s, int savedOutside, float* conflict)
 {

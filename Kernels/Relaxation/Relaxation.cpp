@@ -15,9 +15,10 @@ namespace
 
 /// After a sweep in which no element moves further than restingMove [fractions of the spacing], tissue counts as at
 /// rest: at the optimum, or because chains of links at their limits block each other. Then an active-set step moves
-/// blocked groups (moveBlockedGroups). Such steps are at least sweepsPerActiveSetStep sweeps apart, and each one that
-/// moves nothing doubles this number. There are also steps at fixed intervals (SweepPlan), and one before a relaxation
-/// counts as converged. While waves are under way, and without limits, there are none.
+/// blocked groups (moveBlockedGroups). Such steps are at least sweepsPerActiveSetStep sweeps apart. Each such step that
+/// moves nothing doubles this number, and one that moves something resets it. There are also steps at fixed intervals
+/// (SweepPlan), and one before a relaxation counts as converged. While waves are under way, and without limits, there
+/// are none.
 constexpr float restingMove = 1e-3f;
 constexpr int sweepsPerActiveSetStep = 8;
 constexpr int mostSweepsPerActiveSetStep = 1 << 20; // relaxations of tissue at rest double it again and again
@@ -128,16 +129,17 @@ void Relaxation::addSweep(const Run& run, int sweep, float stopThreshold, bool i
   }
 }
 
-/// The largest move of a sweep, `sweeps` from now, at which it has come to rest. An active-set step follows it, or it
-/// is the last sweep.
+/// If the largest move of the sweep that is `sweeps` from now (1: the next one) is at most this, tissue counts as at
+/// rest after it. An active-set step then follows, or the relaxation ends.
 float Relaxation::restingMoveAfter(const Run& run, int sweeps) const
 {
   const bool groupsMayMove = !run.waves && this->sweepsSinceActiveSet_ + sweeps >= this->activeSetPeriod_;
   return std::max(run.tolerance, groupsMayMove ? restingMove : 0.0f);
 }
 
-/// Moves blocked groups (moveBlockedGroups) and adapts the number of sweeps to the next such step: the least one after
-/// a step that moved something, twice as many after one `atRest` that moved nothing. Returns the largest move.
+/// Moves blocked groups (moveBlockedGroups) and adapts the least number of sweeps to the next such step. It is
+/// sweepsPerActiveSetStep after a step that moved something, and doubles after one `atRest` that moved nothing. Returns
+/// the largest move.
 float Relaxation::activeSetStep(const Run& run, bool atRest)
 {
   this->sweepsSinceActiveSet_ = 0;

@@ -21,8 +21,8 @@ struct RelaxationTask
   std::function<void(int)> checkpoint; ///< called with the number of iterations done; throws to stop
 };
 
-/// A relaxation method. To add one, derive a class and add a value to RelaxationMethod (Types.h). Simulation::Impl keeps
-/// it as a member, which relaxer() returns and tissueChanged() tells of changes. In the filter it is a value of
+/// A relaxation method. To add one, derive a class and add a value to RelaxationMethod (Types.h). Simulation::Impl
+/// keeps it as a member, which relaxer() returns and tissueChanged() tells of changes. In the filter it is a value of
 /// RelaxationMethod: in its header, in Choices.h, and in the panel's XML.
 class Relaxer
 {

@@ -38,27 +38,30 @@
 // after its move.
 //
 // Without over-relaxing z, over-relaxing u gains nothing, because z resists moves that have the same direction
-// everywhere. Sweeps per digit at Poisson's ratio 0.3: 200 instead of 20. A relaxation starts at z = z*, where F = E. F
-// falls in every pass and is never below E, so E falls from the start of a relaxation to its end.
+// everywhere. At Poisson's ratio 0.3 a tenfold smaller error would take 200 sweeps instead of 20. A relaxation starts
+// at z = z*, where F = E. F falls in every pass and is never below E, so E falls from the start of a relaxation to its
+// end.
 //
 // Variables of the code, with s the rotation step (rotationOf):
 //   lambda         2 kappa / D(i), Lame's first parameter for the shear modulus 1 / D(i)
 //   share          D(i) / (D(i) + D(j)), the part of a link's strain that is in the element's half of the link
 //   pressure       p, a field of the state
 //   carry          carry(a), a field of the state
-//   lag, on        lag(a), and (1 - omega) times it
+//   lag, keptLag   lag(a), and (1 - omega) times it
 //   middleOf()     m(a) up to a term of R(i) alone; the field `auxiliary` stores q(a) up to that term
 //   stretch[b][a]  strain of the element's halves of its links along a, along R(i) b; its trace is d
 //   reach, middle  share (u(j) - u(i)) of the two links along an axis: upper minus lower link, and their sum
-//   force          half the force of the neighbours' pressure; `pull` and `weight` are halves, too
-//   diagonal       half the diagonal of the neighbours' volumetric energy
+//   force          half the force of the neighbours' pressure. In RotatingNeighbours `pull` is half of minus the
+//                  derivative of E by u(i), and `weight` half of the second derivative
+//   diagonal       half the row sums of magnitudes of the Hessian of the neighbours' volumetric energy. They replace
+//                  its diagonal, so a step that treats the axes one by one lowers the energy
 //   asymmetryOf()  the asymmetry -dd/du(i)
 //   gradient       the rotation gradient dd/ds
 //
 // A sweep with rotations takes 1.6 times as long as one in which elements only move. So elements rotate in some sweeps
-// only, and keep their rotation in the others. After equally many sweeps the energy is at most 1 or 2 % higher.
+// only (SweepPlan), and keep their rotation in the others. Data/Method.md says what this costs.
 //
-// With SOFT, E also contains soft links (softlinks.clh). Their energy does not depend on the rotation of an element.
+// With SOFT, E also contains soft links (softlinks.clh). Their energy mayMove not depend on the rotation of an element.
 //
 // The limits of links apply to the strain, |u(j) - u(i) - rest offset| <= D, on every axis of the grid.
 //
@@ -91,7 +94,7 @@ typedef struct
   real share[6];     // D(i) / (D(i) + D(j))
   real reach[3][3];  // as pull, of share * (u(j) - u(i))
   real force[3];     // half the force of the neighbours' pressure [mean spacings]
-  real diagonal[3];  // half the diagonal of the neighbours' volumetric energy
+  real diagonal[3];  // half the row sums of magnitudes of the Hessian of the neighbours' volumetric energy
   real middle[3][3]; // for each axis, the sum of share * (u(j) - u(i)) of its two links
 #endif
 } RotatingLinks;
@@ -180,16 +183,15 @@ CHAINMAIL_INLINE void asymmetryOf(const RotatingLinks* links, real axes[3][3], f
   }
 }
 
-// Adds the term `pressure x` of the volumetric energy (rotationOf) to the torque and stiffness of the links, which it
-// lowers. Returns
-// the rotation gradient in `gradient` and a bound for the row sums of |Q| in `arms`.
+// Subtracts the term pressure x of the volumetric energy (rotationOf) from the torque and stiffness of the links.
+// Returns the rotation gradient in `gradient` and a bound for the row sums of |Q| in `reachOfAxes`.
 CHAINMAIL_INLINE void torqueOfPressure(const RotatingLinks* links, real axes[3][3], float4 proportions, real* stiffness,
-  real torque[3][3], real* gradient, real* arms)
+  real torque[3][3], real* gradient, real* reachOfAxes)
 {
   real stretch[3][3];
   stretchOf(links, axes, proportions, stretch);
   const real pressure = links->lambda * (stretch[0][0] + stretch[1][1] + stretch[2][2]);
-  *arms = (real)(0.0f);
+  *reachOfAxes = (real)(0.0f);
   UNROLL
   for (int a = 0; a < 3; ++a)
   {
@@ -199,7 +201,7 @@ CHAINMAIL_INLINE void torqueOfPressure(const RotatingLinks* links, real axes[3][
     for (int b = 0; b < 3; ++b)
     {
       torque[b][a] -= pressure * stretch[b][a];
-      *arms += a == b ? both + fabs(stretch[b][a]) : fabs(stretch[b][a]);
+      *reachOfAxes += a == b ? both + fabs(stretch[b][a]) : fabs(stretch[b][a]);
     }
   }
   UNROLL
@@ -259,15 +261,21 @@ CHAINMAIL_INLINE void loadRotatingLinks(
 }
 
 // The rotation step s of an element about its own rotated axes (Rodrigues vector, spin.clh), towards the rotation of
-// its links. It is one Newton step with a diagonal majorant (Jacobi). axes[a]: (R(i) - I) times the unit vector along
-// axis a. Where constraints are the same for all axes, s changes the energy by (s H s / 2 - moment s) / (1 + s^2 / 4).
-// Where they differ by axis, H is an upper bound. Adding the magnitudes of the rest of its row to each diagonal entry
-// of H makes sure that the energy falls.
+// its links. axes[a]: (R(i) - I) times the unit vector along axis a. Where constraints are the same for all axes, s
+// changes the energy by (s H s / 2 - moment s) / (1 + s^2 / 4). With T = `torque`, and c, a, b in cyclic order:
+//
+//   moment[c] = T[b][a] - T[a][b],
+//   H = S + trace(T) I - (T + T^T) / 2,   S diagonal with S[c] = stiffness[a] + stiffness[b].
+//
+// Where constraints differ by axis, H is an upper bound. s is one Newton step with a diagonal matrix in place of H
+// (Jacobi): `inertia`, the diagonal of H plus the magnitudes of the rest of each row. This is an upper bound of H, so
+// the energy falls.
 //
 // With VOLUMETRIC_STRAIN, s changes d by x = (gradient s - s Q s / 2) / (1 + s^2 / 4), and the energy by
-// pressure x + lambda x^2 / 2. The first term has the same form as that of the links. The second is at most
-// lambda ((gradient s)^2 + (s Q s)^2 / 4). There the row sums of |Q| are at most `reachOfAxes`, and s is no longer than
-// the step found without this term.
+// pressure x + lambda x^2 / 2. Here Q = trace(G) I - (G + G^T) / 2. G is `stretch` plus, on the diagonal, the sum of
+// the shares of the two links along the axis. The first term has the same form as that of the links. The second is at
+// most lambda ((gradient s)^2 + (s Q s)^2 / 4). In its bound `reachOfAxes` stands for the row sums of |Q|, which are no
+// larger. One factor s^2 is that of the step without this term, which is no shorter.
 CHAINMAIL_INLINE void rotationOf(const RotatingLinks* links, real axes[3][3], float4 proportions, real* rotation)
 {
   real stiffness[3], arms[3][3];
@@ -406,7 +414,7 @@ CHAINMAIL_INLINE real shareWithin(const RotatingLinks* links, real axes[3][3], r
 }
 
 // Shortens rotation steps that would take a link beyond its limit, or further beyond it than before. Where the
-// shortened step still does, the element keeps its rotation. Other elements are unchanged. `beyond`: elements whose
+// shortened step still mayMove, the element keeps its rotation. Other elements are unchanged. `beyond`: elements whose
 // whole step leaves a negative room.
 CHAINMAIL_INLINE void shortenRotation(const RotatingLinks* links, const real* own, real axes[3][3], float4 proportions,
   mask beyond, real* next, real nextAxes[3][3], RotatingNeighbours* all)
@@ -500,13 +508,15 @@ CHAINMAIL_INLINE int storePressure(const State* state, const Stencil* s, const M
   UNROLL
   for (int a = 0; a < 3; ++a)
   {
+    // A lag up to the residual tolerance is dropped, so tissue comes to rest. Along an axis with a free half nothing is
+    // carried, because there is no second half to balance it.
     const mask goesOn =
       (links->share[2 * a] > 0.0f) & (links->share[2 * a + 1] > 0.0f) & (fabs(lag[a]) > max(method->still, 1e-7f));
-    const real on = select((real)(0.0f), (1.0f - method->omega) * lag[a], goesOn);
-    const real carry = 3.0f * links->lambda * on;
+    const real keptLag = select((real)(0.0f), (1.0f - method->omega) * lag[a], goesOn);
+    const real carry = 3.0f * links->lambda * keptLag;
     changed |= (carry != 0.0f) | (carry != LOAD(carryAlong(state, a) + s->self));
     STORE(carry, carryAlong(state, a) + s->self);
-    STORE(middleOf(links, axes, a, proportions) + on, auxiliaryAlong(state, a) + s->self);
+    STORE(middleOf(links, axes, a, proportions) + keptLag, auxiliaryAlong(state, a) + s->self);
   }
   if (SOME(changed))
   {
@@ -538,8 +548,8 @@ CHAINMAIL_INLINE void addSoftLinksTo(
 }
 #endif
 
-// Rotates elements by their rotation step, unless it is at most `still`: from `own`, with the offsets `axes` of the unit
-// vectors, to `next` and `nextAxes`. Returns which elements rotate.
+// Rotates elements by their rotation step, unless it is at most `still`: from `own`, with the offsets `axes` of the
+// unit vectors, to `next` and `nextAxes`. Returns which elements rotate.
 CHAINMAIL_INLINE mask rotateElements(const RotatingLinks* links, float4 proportions, mask mayRotate, float still,
   const real* own, real axes[3][3], real* next, real nextAxes[3][3])
 {
@@ -562,7 +572,7 @@ CHAINMAIL_INLINE mask rotateElements(const RotatingLinks* links, float4 proporti
 }
 
 // The over-relaxed move of elements to where their energy is least, without limits. Returns which elements may exceed a
-// limit by it. An element without links does not move, because its residual is not a number and compares false.
+// limit by it. An element without links mayMove not move, because its residual is not a number and compares false.
 CHAINMAIL_INLINE mask unlimitedMove(
   const RotatingNeighbours* all, const mask* relaxes, const Method* method, real* move)
 {
@@ -623,17 +633,18 @@ CHAINMAIL_INLINE void relaxGroup(const State* state, const Stencil* s, const Hal
   const float4 proportions = state->proportions;
   real c[AXES], u[3], own[3], axes[3][3];
   mask relaxes[AXES];
-  mask does = (mask)(0), mayRotate = (mask)(-1);
+  mask mayMove = (mask)(0), mayRotate = (mask)(-1);
   RotatingLinks links;
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
     c[axis] = LOAD_WHOLE(constraintAlong(state, axis) + s->self);
     relaxes[axis] = c[axis] > 0.0f;
-    mayRotate &= (c[axis] != 0.0f) & (c[axis] != -INFINITY); // rigid elements rotate with their clusters
-    does |= relaxes[axis];
+    // Held elements rotate, too; only their places are held. Rigid elements rotate with their clusters.
+    mayRotate &= (c[axis] != 0.0f) & (c[axis] != -INFINITY);
+    mayMove |= relaxes[axis];
   }
-  if (!SOME(does | mayRotate))
+  if (!SOME(mayMove | mayRotate))
   {
     return;
   }
@@ -715,21 +726,21 @@ NOINLINE float relaxShare(const State* given, Method method, bool rotations, Sha
   return largestOf(most);
 }
 
-// rotating: in a sweep with rotations, the most sweeps since the previous one with rotations; else 0.
-kernel void relaxRotating(PASS_ARGUMENTS, STATE_ARGUMENTS, int colour, int rotating, float omega, float still)
+// sweepsPerRotation: in a sweep with rotations, the most sweeps since the previous one with rotations; else 0.
+kernel void relaxRotating(PASS_ARGUMENTS, STATE_ARGUMENTS, int colour, int sweepsPerRotation, float omega, float still)
 {
   const Pass pass = PASS;
   const State state = STATE;
-  const Method method = { omega, still, 0.0f, true }; // no other combines with rotations
+  const Method method = { omega, still, 0.0f, true }; // the last two are not read: there is no slack; see UNLIMITED
   local Visit visit;
   const uint slot = get_group_id(0) + 1;
-  beginVisit(&visit, &pass, &state.layout, slot, colour, pass.sweep - max(rotating, 1));
+  beginVisit(&visit, &pass, &state.layout, slot, colour, pass.sweep - max(sweepsPerRotation, 1));
   int faces = 0;
   float move = 0.0f;
   if (visit.due == DUE_AND_READY)
   {
     const Share share = { get_local_id(0), get_local_size(0), slot, get_num_groups(0), colour };
-    move = relaxShare(&state, method, rotating != 0, share, &faces);
+    move = relaxShare(&state, method, sweepsPerRotation != 0, share, &faces);
   }
-  endVisit(&visit, &pass, slot, colour, faces, move, rotating ? SWEEP_EVER : SWEEP_EVER | SWEEP_FACES);
+  endVisit(&visit, &pass, slot, colour, faces, move, sweepsPerRotation ? SWEEP_EVER : SWEEP_EVER | SWEEP_FACES);
 }

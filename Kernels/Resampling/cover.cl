@@ -859,7 +859,7 @@ kernel void cover(global const int* list, STATE_ARGUMENTS, int4 size, int4 flat,
   {
     const int3 first = (int3)(n % (BX / TILE_X), n / (BX / TILE_X) % (BY / TILE_Y), n / (BX / TILE_X * (BY / TILE_Y))) *
                        (int3)(TILE_X, TILE_Y, TILE_Z);
-    if (lookAround(&tissue, origin + first - 1, &tile))
+    if (loadTile(&tissue, origin + first - 1, &tile))
     {
       for (int work = get_local_id(0); work < TILE_WORK; work += get_local_size(0))
       {
@@ -867,7 +867,7 @@ kernel void cover(global const int* list, STATE_ARGUMENTS, int4 size, int4 flat,
         coverCells(&tissue, &output, &tile, at + 1, origin + first + at);
       }
     }
-    ALL_HAVE_COME
+    TILE_BARRIER
   }
 }
 
