@@ -3,57 +3,8 @@
 
 #include "Scans.h"
 
-#include "vtkFloatArray.h"
-
-#include <cmath>
-
 namespace
 {
-
-/// Port 1's displacements [mm].
-std::vector<float> displacementsOf(vtkChainMailDeformation* filter)
-{
-  filter->Update(1);
-  auto atRest = vtkImageData::SafeDownCast(filter->GetOutputDataObject(1));
-  auto array = atRest ? vtkFloatArray::SafeDownCast(atRest->GetPointData()->GetArray("Displacement")) : nullptr;
-  if (!array)
-  {
-    throw std::runtime_error("the filter has no displacements");
-  }
-  return std::vector<float>(array->GetPointer(0), array->GetPointer(0) + array->GetNumberOfValues());
-}
-
-double length(const float* v)
-{
-  return std::sqrt(double(v[0]) * v[0] + double(v[1]) * v[1] + double(v[2]) * v[2]);
-}
-
-/// The root mean square distance between two states, over what moves in the second by more than a thousandth of its
-/// longest way, as a fraction of that way.
-double distance(const std::vector<float>& state, const std::vector<float>& optimum)
-{
-  double pull = 0.0;
-  for (std::size_t v = 0; v < optimum.size(); v += 3)
-  {
-    pull = std::max(pull, length(&optimum[v]));
-  }
-  double sum = 0.0;
-  double touched = 0.0;
-  for (std::size_t v = 0; v < optimum.size(); v += 3)
-  {
-    if (length(&optimum[v]) > 1e-3 * pull)
-    {
-      const float away[3] = { state[v] - optimum[v], state[v + 1] - optimum[v + 1], state[v + 2] - optimum[v + 2] };
-      sum += std::pow(length(away), 2);
-      touched += 1.0;
-    }
-  }
-  if (touched == 0.0)
-  {
-    throw std::runtime_error("nothing moves");
-  }
-  return std::sqrt(sum / touched) / pull;
-}
 
 /// A pull from rest with both presets, and with tissue that turns, in turns.
 void presets(bench::Session& session, const std::string& name, bench::Drag& drag, double far)
@@ -84,7 +35,7 @@ void presets(bench::Session& session, const std::string& name, bench::Drag& drag
     task.check = [&, n]
     {
       drag.requireSound(false);
-      states[n] = displacementsOf(filter);
+      states[n] = bench::displacementsOf(filter);
       relax[n] = drag.field("Milliseconds", FilterTest::RELAX);
     };
     tasks.push_back(task);
@@ -99,7 +50,7 @@ void presets(bench::Session& session, const std::string& name, bench::Drag& drag
   filter->SetRelaxationTolerance(1e-7);
   drag.rest();
   drag.to(far);
-  const std::vector<float> optimum = displacementsOf(filter);
+  const std::vector<float> optimum = bench::displacementsOf(filter);
 
   for (std::size_t n = 0; n < std::size(rows); ++n)
   {
@@ -107,7 +58,7 @@ void presets(bench::Session& session, const std::string& name, bench::Drag& drag
       { "times Balanced", bench::median(milliseconds[n]) / bench::median(milliseconds[0]) } };
     if (!rows[n].rotations)
     {
-      figures["distance from the optimum [% of the pull]"] = 100.0 * distance(states[n], optimum);
+      figures["distance from the optimum [% of the pull]"] = 100.0 * bench::distance(states[n], optimum);
     }
     session.report({ name, rows[n].name, milliseconds[n], figures });
   }

@@ -3,9 +3,11 @@
 #include "../Filters/FilterTest.h"
 #include "Session.h"
 
+#include "vtkFloatArray.h"
 #include "vtkMetaImageReader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 
@@ -119,5 +121,50 @@ private:
   double radius_ = 0.0;
   double far_ = 0.0;
 };
+
+/// Port 1's displacements [mm].
+inline std::vector<float> displacementsOf(vtkChainMailDeformation* filter)
+{
+  filter->Update(1);
+  auto atRest = vtkImageData::SafeDownCast(filter->GetOutputDataObject(1));
+  auto array = atRest ? vtkFloatArray::SafeDownCast(atRest->GetPointData()->GetArray("Displacement")) : nullptr;
+  if (!array)
+  {
+    throw std::runtime_error("the filter has no displacements");
+  }
+  return std::vector<float>(array->GetPointer(0), array->GetPointer(0) + array->GetNumberOfValues());
+}
+
+template <typename T> double length(const T* v)
+{
+  return std::sqrt(double(v[0]) * v[0] + double(v[1]) * v[1] + double(v[2]) * v[2]);
+}
+
+/// The root mean square distance between two states, over what moves in the second by more than a thousandth of its
+/// longest way, as a fraction of that way.
+inline double distance(const std::vector<float>& state, const std::vector<float>& optimum)
+{
+  double pull = 0.0;
+  for (std::size_t v = 0; v < optimum.size(); v += 3)
+  {
+    pull = std::max(pull, length(&optimum[v]));
+  }
+  double sum = 0.0;
+  double touched = 0.0;
+  for (std::size_t v = 0; v < optimum.size(); v += 3)
+  {
+    if (length(&optimum[v]) > 1e-3 * pull)
+    {
+      const float away[3] = { state[v] - optimum[v], state[v + 1] - optimum[v + 1], state[v + 2] - optimum[v + 2] };
+      sum += std::pow(length(away), 2);
+      touched += 1.0;
+    }
+  }
+  if (touched == 0.0)
+  {
+    throw std::runtime_error("nothing moves");
+  }
+  return std::sqrt(sum / touched) / pull;
+}
 
 }

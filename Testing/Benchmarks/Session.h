@@ -3,6 +3,7 @@
 #include "Machine.h"
 #include "Simulation.h"
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <stdexcept>
@@ -42,12 +43,15 @@ double median(std::vector<double> values);
 class Session
 {
 public:
-  /// Options: --small, --size=N, --repeats=N, --device=NAME, --json=FILE. `id` is that of the table of targets.
+  /// Options: --small, --size=N, --repeats=N, --seed=N, --device=NAME, --json=FILE. `id` is that of the table of
+  /// targets.
   Session(int argc, char** argv, std::string id, std::string title);
 
   bool small() const { return this->small_; } ///< seconds are what it may take: shows that it runs, not how fast
   /// Sizes of blocks to measure: these, or the one that --size asks for, or a small one.
   std::vector<int> sizes(const std::vector<int>& all) const;
+  /// Of scenes that are drawn at random.
+  std::uint64_t seed() const { return this->seed_; }
   const std::string& device() const { return this->device_; }
   /// On the device of this run.
   chainmail::Simulation simulate(std::shared_ptr<const chainmail::Model> model, chainmail::Settings settings = {});
@@ -80,6 +84,7 @@ private:
   bool small_ = false;
   int size_ = 0;
   int repeats_ = 5;
+  std::uint64_t seed_ = 1;
   std::string device_;
   std::string json_;
   Machine machine_;
