@@ -160,9 +160,22 @@ struct CoarserJoints
   }
 };
 
+/// Reads all rows of a grid once. Returns a reader of what was read.
+Model::RowReader inMemoryReader(const Grid& grid, int axes, const Model::RowReader& read)
+{
+  auto all = std::make_shared<std::vector<float>>(grid.voxels() * axes);
+  const std::size_t width = static_cast<std::size_t>(grid.size[0]);
+  for (std::size_t first = 0; first < grid.voxels(); first += width)
+  {
+    read(first, grid.size[0], all->data() + first * axes);
+  }
+  return [all, axes](std::size_t first, int count, float* out)
+  { std::copy_n(all->begin() + first * axes, static_cast<std::size_t>(count) * axes, out); };
 }
 
-std::shared_ptr<const Model> coarserModel(const Bricks& finer)
+}
+
+std::shared_ptr<const Model> coarserModel(const Bricks& finer, bool inMemory)
 {
   const Grid fine = finer.model().grid();
   const Grid grid = halved(fine);
@@ -170,39 +183,37 @@ std::shared_ptr<const Model> coarserModel(const Bricks& finer)
   const CoarserJoints found(finer.model(), grid);
   const std::vector<std::size_t>& joints = found.elements;
   const float softness = finer.model().linksOfJoints().empty() ? 0.0f : softnessOfFreeJoints;
-  return finer.model().derived(
-    grid,
-    [&finer, fine, grid, axes, joints, softness](std::size_t first, int count, float* out)
+  const Model::RowReader read = [&finer, fine, grid, axes, joints, softness](std::size_t first, int count, float* out)
+  {
+    const Index3 at = grid.indexOf(first);
+    const int begin = 2 * at[0];
+    const int length = std::min(2 * count, fine.size[0] - begin);
+    std::vector<Children> children(static_cast<std::size_t>(count) * axes);
+    std::vector<float> row(static_cast<std::size_t>(length) * axes);
+    for (int k = 2 * at[2]; k < std::min(2 * at[2] + 2, fine.size[2]); ++k)
     {
-      const Index3 at = grid.indexOf(first);
-      const int begin = 2 * at[0];
-      const int length = std::min(2 * count, fine.size[0] - begin);
-      std::vector<Children> children(static_cast<std::size_t>(count) * axes);
-      std::vector<float> row(static_cast<std::size_t>(length) * axes);
-      for (int k = 2 * at[2]; k < std::min(2 * at[2] + 2, fine.size[2]); ++k)
+      for (int j = 2 * at[1]; j < std::min(2 * at[1] + 2, fine.size[1]); ++j)
       {
-        for (int j = 2 * at[1]; j < std::min(2 * at[1] + 2, fine.size[1]); ++j)
+        finer.row(begin, j, k, length, row.data());
+        for (int n = 0; n < length * axes; ++n)
         {
-          finer.row(begin, j, k, length, row.data());
-          for (int n = 0; n < length * axes; ++n)
-          {
-            const int place = (n / axes & 1) | (j & 1) << 1 | (k & 1) << 2;
-            children[static_cast<std::size_t>(n / axes / 2 * axes + n % axes)].add(place, row[n]);
-          }
+          const int place = (n / axes & 1) | (j & 1) << 1 | (k & 1) << 2;
+          children[static_cast<std::size_t>(n / axes / 2 * axes + n % axes)].add(place, row[n]);
         }
       }
-      const auto begins = std::lower_bound(joints.begin(), joints.end(), first);
-      for (auto joint = begins; joint != joints.end() && *joint < first + count; ++joint)
+    }
+    const auto begins = std::lower_bound(joints.begin(), joints.end(), first);
+    for (auto joint = begins; joint != joints.end() && *joint < first + count; ++joint)
+    {
+      for (int a = 0; a < axes; ++a)
       {
-        for (int a = 0; a < axes; ++a)
-        {
-          children[(*joint - first) * axes + a].addJoint(softness);
-        }
+        children[(*joint - first) * axes + a].addJoint(softness);
       }
-      std::transform(
-        children.begin(), children.end(), out, [&finer](const Children& c) { return c.signedConstraint(finer); });
-    },
-    joints, found.links);
+    }
+    std::transform(
+      children.begin(), children.end(), out, [&finer](const Children& c) { return c.signedConstraint(finer); });
+  };
+  return finer.model().derived(grid, inMemory ? inMemoryReader(grid, axes, read) : read, joints, found.links);
 }
 
 void coarsenCuts(const Bricks& finer, Bricks& coarser)

@@ -109,9 +109,12 @@ std::vector<SoftLink> coarserSoftLinks(const Bricks& finer, const Grid& grid)
 class CoarseToFine::Level
 {
 public:
-  explicit Level(Bricks& finer)
+  /// `depth`: as for sweepsOn(). The constraints of depth 0 would take half a byte for every voxel, so they are
+  /// computed from the voxels when they are needed. Those of further levels take less, and reading one again and again
+  /// would read all voxels that it stands for.
+  Level(Bricks& finer, std::size_t depth)
     : finer_(finer)
-    , model_(coarserModel(finer))
+    , model_(coarserModel(finer, depth > 0))
     , bricks_(finer.sharedContext(), this->model_, finer.size(), finer.rotationSettings())
     , propagation_(this->bricks_)
     , feasibility_(this->bricks_)
@@ -311,7 +314,7 @@ void CoarseToFine::build()
     {
       return;
     }
-    this->levels_.push_back(std::make_unique<Level>(*coarsest));
+    this->levels_.push_back(std::make_unique<Level>(*coarsest, this->levels_.size()));
     coarsest = &this->levels_.back()->bricks();
   }
 }
