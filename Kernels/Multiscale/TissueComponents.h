@@ -45,7 +45,7 @@ private:
   const Tissue& tissue_;
   std::vector<ElementRun> runs_;           ///< in the order of voxels
   std::vector<std::uint32_t> byComponent_; ///< numbers of runs, component by component
-  std::vector<std::size_t> firstOf_;       ///< of each component, its first place in byComponent_
+  std::vector<std::size_t> firstOf_{ 0 };  ///< of each component, its first place in byComponent_; then the end
   std::vector<char> isAnchored_;
   int largest_ = 0;
 };

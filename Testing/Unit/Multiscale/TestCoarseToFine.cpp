@@ -1,6 +1,7 @@
 // Relaxation that starts on coarser grids. The result is feasible, with lower energy than without them. Probes, anchors
 // and rigid tissue keep their places and shapes, and cuts stay open. It needs far fewer sweeps.
 
+#include "Blades.h"
 #include "Scene.h"
 
 #include <cmath>
@@ -199,6 +200,18 @@ TEST(CoarseToFine, CarvesAndReleasesAreFollowed)
   EXPECT_EQ(simulation.measure().displaced, 0u);
   simulation.relax(20, 0.0);
   EXPECT_EQ(simulation.measure().displaced, 0u);
+}
+
+TEST(CoarseToFine, WhereAllIsCarvedNothingHappens)
+{
+  const Scene scene({ 20, 18, 16 }, 0.3f);
+  Simulation simulation = simulate(scene);
+  simulation.setCoarseToFine(true);
+  simulation.carve(box({ -10.0, -10.0, -10.0 }, { 40.0, 40.0, 40.0 }));
+  EXPECT_FALSE(simulation.relax(5, 0.0).coarseStep);
+  simulation.restoreTopology();
+  simulation.pull({ probeAt(scene, { 10, 9, 8 }, { 3.0, 0.0, 0.0 }) });
+  EXPECT_TRUE(simulation.relax(5, 0.0).coarseStep);
 }
 
 TEST(CoarseToFine, ComponentsWithoutLinksToMovingTissueStay)
