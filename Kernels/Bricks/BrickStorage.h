@@ -65,8 +65,8 @@ public:
 
   // --- Fields
 
-  /// Allocates a state field, which has memory for all states from then on; removeField() frees it. A kept field must
-  /// outlive the storage or be dropped.
+  /// Allocates a state field, which has memory for all states from then on; removeField() frees it. The field must
+  /// outlive the storage or be removed.
   void addField(Field& field, Field::Start start = Field::Start::Zeros);
   void removeField(Field& field);
   /// The distance between the runs of a state field, and of a tissue field [elements].
@@ -113,7 +113,7 @@ public:
   template <typename T, typename Visit>
   void readSlots(const std::vector<Runs>& fields, const std::vector<int>& slots, const Visit& visit) const;
 
-  /// Sets all values of a state field to 0; does nothing where it is not kept.
+  /// Sets all values of a state field to 0; does nothing where it has no memory.
   void clear(const Field& field) const;
   /// Copies the first three runs of one float field of the state to another: those of all slots, or of some.
   void copy(const Field& from, const Field& to) const;

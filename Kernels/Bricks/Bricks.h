@@ -44,9 +44,9 @@ public:
   }
   /// float [axis][address].
   const cl::Buffer& displacement() const { return this->displacement_.buffer; }
-  /// Exchanges the displacements with those in another field, which has to be kept.
+  /// Exchanges the displacements with those in another field, which has to have memory.
   void swapDisplacements(Field& other) { std::swap(this->displacement_.buffer, other.buffer); }
-  /// Copies all displacements to a field, which is kept from then on. States that are allocated later start at 0.
+  /// Copies all displacements to a field, which has memory from then on. States that are allocated later start at 0.
   void saveIn(Field& field);
   /// Copies those of some slots; the values in other slots are undefined.
   void saveIn(Field& field, const std::vector<int>& slots);

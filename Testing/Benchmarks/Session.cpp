@@ -68,6 +68,17 @@ std::string number(double value)
   return text.str();
 }
 
+/// An option that is a whole number of 0 or more.
+std::uint64_t numberOf(int argc, char** argv, const std::string& name, const std::string& otherwise)
+{
+  const std::string text = optionOf(argc, argv, name, otherwise);
+  if (text.empty() || text.size() > 18 || text.find_first_not_of("0123456789") != std::string::npos)
+  {
+    throw std::runtime_error("--" + name + "=" + text + " is no whole number of at most 18 digits");
+  }
+  return std::stoull(text);
+}
+
 std::string now()
 {
   const std::time_t seconds = std::time(nullptr);
@@ -93,9 +104,9 @@ Session::Session(int argc, char** argv, std::string id, std::string title)
   : id_(std::move(id))
   , title_(std::move(title))
   , small_(hasOption(argc, argv, "small"))
-  , size_(std::stoi(optionOf(argc, argv, "size", "0")))
-  , repeats_(std::max(1, std::stoi(optionOf(argc, argv, "repeats", this->small_ ? "2" : "5"))))
-  , seed_(std::stoull(optionOf(argc, argv, "seed", "1")))
+  , size_(static_cast<int>(numberOf(argc, argv, "size", "0")))
+  , repeats_(std::max(1, static_cast<int>(numberOf(argc, argv, "repeats", this->small_ ? "2" : "5"))))
+  , seed_(numberOf(argc, argv, "seed", "1"))
   , device_(optionOf(argc, argv, "device", environment("CHAINMAIL_TEST_DEVICE")))
   , json_(optionOf(argc, argv, "json", ""))
   , machine_(this->device_, this->small_)

@@ -55,6 +55,17 @@ template <typename T> std::string Texts(const T* numbers, int size, int digits =
   return text;
 }
 
+/// Names as the documentation lists them.
+inline std::string Listed(const std::vector<std::string>& names)
+{
+  std::string text;
+  for (const std::string& name : names)
+  {
+    text += (text.empty() ? "" : " and ") + name;
+  }
+  return text.empty() ? "none" : text;
+}
+
 /// What makes a row from the functions of a property. Macros pass these to it, see below.
 namespace Rows
 {
@@ -176,13 +187,15 @@ inline DeformationProperty ModelArrays()
   row.Value = [](Deformation* filter)
   {
     vtkDataArraySelection* const arrays = filter->GetModelArraySelection();
-    std::string chosen;
+    std::vector<std::string> chosen;
     for (int n = 0; n < arrays->GetNumberOfArrays(); ++n)
     {
-      chosen +=
-        arrays->GetArraySetting(n) ? (chosen.empty() ? "" : " and ") + std::string(arrays->GetArrayName(n)) : "";
+      if (arrays->GetArraySetting(n))
+      {
+        chosen.emplace_back(arrays->GetArrayName(n));
+      }
     }
-    return chosen;
+    return Listed(chosen);
   };
   row.Copy = [](Deformation* from, Deformation* to)
   { to->GetModelArraySelection()->CopySelections(from->GetModelArraySelection()); };
@@ -198,12 +211,12 @@ inline DeformationProperty LabelArrays()
   row.Getter = "int GetNumberOfLabelArrays()";
   row.Value = [](Deformation* filter)
   {
-    std::string names;
+    std::vector<std::string> names;
     for (int n = 0; n < filter->GetNumberOfLabelArrays(); ++n)
     {
-      names += (n > 0 ? " and " : "") + std::string(filter->GetLabelArray(n));
+      names.emplace_back(filter->GetLabelArray(n));
     }
-    return names.empty() ? "none" : names;
+    return Listed(names);
   };
   row.Copy = [](Deformation* from, Deformation* to)
   {
