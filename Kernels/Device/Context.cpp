@@ -121,6 +121,7 @@ Context::Context(const FoundDevice& found)
   , info_(found.info)
   , context_(device_)
   , queue_(context_, device_)
+  , staging_(context_, queue_)
   , programs_(device_, context_)
 {
 }
@@ -177,6 +178,23 @@ void Context::letCopiesGo(const std::function<void()>& wait)
     std::move(copies.begin(), copies.end(), std::back_inserter(this->copies_));
     throw;
   }
+}
+
+/// Maps the bytes. Where that would copy them, into memory that must first be allocated and locked, they are copied to
+/// memory that is kept for this.
+Context::HostBytes Context::view(const cl::Buffer& buffer, std::size_t offset, std::size_t bytes)
+{
+  if (!this->info_.sharesMemory)
+  {
+    if (Staging::Memory copy = this->staging_.take(bytes))
+    {
+      this->queue_.enqueueReadBuffer(buffer, CL_TRUE, offset, bytes, copy.get());
+      const Staging::GiveBack giveBack = copy.get_deleter();
+      return { copy.release(), giveBack };
+    }
+  }
+  char* const mapped = static_cast<char*>(this->queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, offset, bytes));
+  return { mapped, [this, buffer](char* values) { this->unmap(buffer, values); } };
 }
 
 void Context::unmap(const cl::Buffer& buffer, void* values) noexcept

@@ -6,6 +6,7 @@
 #include "Device.h"
 #include "Pages.h"
 #include "Programs.h"
+#include "Staging.h"
 
 #include <algorithm>
 #include <atomic>
@@ -130,27 +131,21 @@ public:
     }
   }
 
-  /// Maps some of a buffer's current values for the host to read, for the lifetime of this object. If the device shares
-  /// the host's memory, nothing is copied.
+  using HostBytes = std::unique_ptr<char, std::function<void(char*)>>;
+
+  /// Some of a buffer's current values for the host to read, for the lifetime of this object. If the device shares the
+  /// host's memory, nothing is copied.
   template <typename T> class View
   {
   public:
     View(Context& context, const cl::Buffer& buffer, std::size_t first, std::size_t count)
-      : values_(static_cast<T*>(
-                  context.queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, sizeof(T) * first, sizeof(T) * count)),
-          Unmap{ &context, buffer })
+      : values_(context.view(buffer, sizeof(T) * first, sizeof(T) * count))
     {
     }
-    const T* get() const { return this->values_.get(); }
+    const T* get() const { return reinterpret_cast<const T*>(this->values_.get()); }
 
   private:
-    struct Unmap
-    {
-      Context* context;
-      cl::Buffer buffer;
-      void operator()(T* values) const { this->context->unmap(this->buffer, values); }
-    };
-    std::unique_ptr<T, Unmap> values_;
+    HostBytes values_;
   };
 
 private:
@@ -160,6 +155,7 @@ private:
   void write(const cl::Buffer& buffer, std::size_t offset, const char* values, std::size_t bytes);
   void read(const cl::Buffer& buffer, std::size_t bytes, void* values);
   void letCopiesGo(const std::function<void()>& wait);
+  HostBytes view(const cl::Buffer& buffer, std::size_t offset, std::size_t bytes);
   void unmap(const cl::Buffer& buffer, void* values) noexcept;
   void enqueue(const Kernel& kernel, std::size_t groups, std::size_t items);
   struct PooledAllocation;
@@ -170,6 +166,7 @@ private:
   DeviceInfo info_;
   cl::Context context_;
   cl::CommandQueue queue_;
+  Staging staging_;
   Programs programs_;
   bool poisons_ = std::getenv("CHAINMAIL_POISON_BUFFERS") != nullptr;
 

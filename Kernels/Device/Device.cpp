@@ -53,6 +53,7 @@ DeviceInfo describe(const cl::Device& device)
   info.platform = trimmed(cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>());
   info.driver = trimmed(device.getInfo<CL_DRIVER_VERSION>());
   info.gpu = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0;
+  info.sharesMemory = !info.gpu || device.getInfo<CL_DEVICE_HOST_UNIFIED_MEMORY>() != CL_FALSE;
   info.globalMemory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
   info.maxAllocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   info.computeUnits = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();

@@ -16,6 +16,7 @@ struct DeviceInfo
   std::string platform;
   std::string driver; ///< its version
   bool gpu = false;
+  bool sharesMemory = true; ///< whether it uses the host's memory: a processor, or a GPU without a memory of its own
   /// Whether the engine is known to work on it: processors of PoCL, GPUs with the driver of their maker, and GPUs that
   /// passed a trial on this machine (Trial.h).
   bool proven = false;

@@ -11,8 +11,8 @@
 #include <iostream>
 #include <sstream>
 
-// Replaces OpenCL's function, and calls it: with CHAINMAIL_TEST_AS_GPU in the environment every device is a GPU. So all
-// tests can be run with the kernels of GPUs.
+// Replaces OpenCL's function, and calls it: with CHAINMAIL_TEST_AS_GPU in the environment every device is a GPU with a
+// memory of its own. So all tests can be run with the kernels and copies of GPUs.
 extern "C" cl_int clGetDeviceInfo(cl_device_id device, cl_device_info name, size_t size, void* value, size_t* sizeOut)
 {
   static const auto ask = reinterpret_cast<decltype(&clGetDeviceInfo)>(dlsym(RTLD_NEXT, "clGetDeviceInfo"));
@@ -20,6 +20,10 @@ extern "C" cl_int clGetDeviceInfo(cl_device_id device, cl_device_info name, size
   if (status == CL_SUCCESS && value && name == CL_DEVICE_TYPE && std::getenv("CHAINMAIL_TEST_AS_GPU"))
   {
     *static_cast<cl_device_type*>(value) = CL_DEVICE_TYPE_GPU;
+  }
+  if (status == CL_SUCCESS && value && name == CL_DEVICE_HOST_UNIFIED_MEMORY && std::getenv("CHAINMAIL_TEST_AS_GPU"))
+  {
+    *static_cast<cl_bool*>(value) = CL_FALSE;
   }
   return status;
 }
