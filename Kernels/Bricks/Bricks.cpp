@@ -132,4 +132,10 @@ void Bricks::setSoftLinks(std::vector<SoftLink> links)
   }
 }
 
+void Bricks::makeSoftLinks(const std::vector<int>& bricks)
+{
+  this->soft_.reset();
+  this->soft_ = std::make_unique<SoftLinks>(this->context(), *this, this->model().grid(), bricks);
+}
+
 }

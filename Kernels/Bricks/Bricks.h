@@ -90,6 +90,8 @@ public:
   /// Replaces all soft links by these: in ascending order of voxels, at most one per voxel, in bricks with a state.
   /// These bricks count as touched, because the tissue that the links pull has to settle again.
   void setSoftLinks(std::vector<SoftLink> links);
+  /// Replaces them by soft links of all elements of these bricks, for a kernel to write (SoftLinks).
+  void makeSoftLinks(const std::vector<int>& bricks);
   /// Null where there are none.
   const SoftLinks* softLinks() const { return this->soft_.get(); }
 

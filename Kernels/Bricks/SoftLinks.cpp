@@ -8,6 +8,15 @@
 namespace chainmail
 {
 
+namespace
+{
+
+/// Components of a row of soft links (softlinks.clh).
+constexpr std::size_t runs = 4;
+constexpr const char* purpose = "the soft probes";
+
+}
+
 cl_float4 proportionsOf(const Grid& grid)
 {
   const double mean = std::cbrt(grid.spacing[0] * grid.spacing[1] * grid.spacing[2]);
@@ -23,8 +32,6 @@ SoftLinks::SoftLinks(Context& context, const BrickTable& table, const Grid& grid
   : links_(std::move(links))
   , proportions_(proportionsOf(grid))
 {
-  constexpr std::size_t runs = 4;
-  const char* purpose = "the soft probes";
   const std::size_t elements = static_cast<std::size_t>(table.elementsPerBrick());
   std::vector<cl_int> rows(static_cast<std::size_t>(table.numbers()), -1);
   std::vector<cl_uint> addresses;
@@ -42,14 +49,34 @@ SoftLinks::SoftLinks(Context& context, const BrickTable& table, const Grid& grid
     std::transform(link.place.begin(), link.place.end(), std::back_inserter(values),
       [](double place) { return static_cast<cl_float>(place); });
   }
-  const std::size_t bytes = sizeof(cl_float) * runs * elements * static_cast<std::size_t>(count);
-  this->rows_ = context.upload(rows, purpose);
+  const std::size_t bytes = this->makeRows(context, rows, elements, static_cast<std::size_t>(count));
   this->values_ = context.allocate(bytes, purpose);
-  this->bytes_ = sizeof(cl_int) * rows.size() + bytes;
   const cl::Buffer list = context.upload(addresses, purpose);
   context.launchOver(context.kernel("scatter.cl", "", "scatter"), addresses.size(), this->values_,
     static_cast<cl_uint>(elements), static_cast<cl_int>(runs), list, context.upload(values, purpose));
   context.queue().finish();
+}
+
+SoftLinks::SoftLinks(Context& context, const BrickTable& table, const Grid& grid, const std::vector<int>& bricks)
+  : proportions_(proportionsOf(grid))
+{
+  std::vector<cl_int> rows(static_cast<std::size_t>(table.numbers()), -1);
+  for (std::size_t n = 0; n < bricks.size(); ++n)
+  {
+    rows[static_cast<std::size_t>(bricks[n])] = static_cast<cl_int>(n);
+  }
+  const std::size_t elements = static_cast<std::size_t>(table.elementsPerBrick());
+  this->values_ = context.allocate(this->makeRows(context, rows, elements, bricks.size()), purpose, 1);
+}
+
+/// Uploads the rows. Returns the bytes that their values take.
+std::size_t SoftLinks::makeRows(
+  Context& context, const std::vector<cl_int>& rows, std::size_t elements, std::size_t count)
+{
+  const std::size_t bytes = sizeof(cl_float) * runs * elements * count;
+  this->rows_ = context.upload(rows, purpose);
+  this->bytes_ = sizeof(cl_int) * rows.size() + bytes;
+  return bytes;
 }
 
 const SoftLink* SoftLinks::of(std::size_t voxel) const

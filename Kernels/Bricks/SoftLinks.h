@@ -28,7 +28,11 @@ class SoftLinks
 public:
   /// Takes links in ascending order of voxels, at most one per voxel.
   SoftLinks(Context& context, const BrickTable& table, const Grid& grid, std::vector<SoftLink> links);
+  /// Soft links of all elements of these bricks, on the device alone: a kernel writes values() before anything reads
+  /// them, with a row for each brick in this order.
+  SoftLinks(Context& context, const BrickTable& table, const Grid& grid, const std::vector<int>& bricks);
 
+  const cl::Buffer& values() const { return this->values_; }
   const std::vector<SoftLink>& all() const { return this->links_; }
   /// The link of an element; null where it has none.
   const SoftLink* of(std::size_t voxel) const;
@@ -48,6 +52,8 @@ public:
   std::size_t bytes() const { return this->bytes_; }
 
 private:
+  std::size_t makeRows(Context& context, const std::vector<cl_int>& rows, std::size_t elements, std::size_t count);
+
   std::vector<SoftLink> links_;
   cl::Buffer rows_;
   cl::Buffer values_;

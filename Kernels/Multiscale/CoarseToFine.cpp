@@ -45,8 +45,15 @@ constexpr int coarsestSize = 8;
 /// Sweeps on the finest grid that smooth the interpolated displacements. They ignore the limits of links.
 constexpr int smoothingSweeps = 2;
 
-/// The share of a correction that is kept is a multiple of this, so rounding of energies does not change it.
+/// The share of a step that is kept is a multiple of this, so rounding of energies does not change it.
 constexpr double shareStep = 1.0 / 16.0;
+
+/// A correction is added this many times. Elements of coarser grids near fixed ones are fixed themselves, so
+/// corrections are too small: the best factor for pulls at random in scans was between 1.1 and 3.
+constexpr float timesAdded = 1.5f;
+
+/// Sweeps on each coarser grid of a correction.
+constexpr int correctionSweeps = 30;
 
 /// A handle is displaced further than a coarser grid can stretch if the excess is above this [fractions of that grid's
 /// spacing].
@@ -123,7 +130,11 @@ public:
     coarsenCuts(finer, this->bricks_);
     this->clusters_ = std::make_unique<RigidClusters>(this->bricks_);
   }
-  ~Level() { this->bricks_.removeField(this->rotationsBefore_); }
+  ~Level()
+  {
+    this->bricks_.removeField(this->rotationsBefore_);
+    this->bricks_.removeField(this->residual_);
+  }
 
   Bricks& bricks() { return this->bricks_; }
 
@@ -132,16 +143,7 @@ public:
   {
     this->bricks_.clearDisplacements();
     this->hold(held);
-    std::set<int> needed;
-    for (const int slot : this->finer_.dirtySlots())
-    {
-      const Index3 origin = this->finer_.origin(this->finer_.brick(slot));
-      needed.insert(this->bricks_.brickAt(origin[0] / 2, origin[1] / 2, origin[2] / 2));
-    }
-    const std::vector<int> bricks(needed.begin(), needed.end());
-    this->bricks_.makeUpdatable(bricks);
-    const std::vector<int> slots = this->bricks_.slotsOf(bricks);
-    this->bricks_.markDirty(slots);
+    const std::vector<int> slots = this->bricks_.slotsOf(this->touchBricks());
     this->bricks_.setSoftLinks(
       this->finer_.softLinks() ? coarserSoftLinks(this->finer_, this->model_->grid()) : std::vector<SoftLink>());
     Context& context = this->bricks_.context();
@@ -241,7 +243,64 @@ public:
     this->clusters_->projectToRigid();
   }
 
+  // --- Corrections, see correction.cl
+
+  /// Restricts the residual of the finer grid to this one, as a force on its elements. `any`: whether one fixed child
+  /// fixes an element; otherwise all are needed. Held elements are those of coarsen().
+  void restrictResidual(const Field& residual, bool any)
+  {
+    this->bricks_.clearDisplacements();
+    const std::vector<int> bricks = this->touchBricks();
+    const std::vector<int> slots = this->bricks_.slotsOf(bricks);
+    this->bricks_.makeSoftLinks(bricks);
+    this->bricks_.addField(this->residual_);
+    // The energy of a coarser link is that of the finer ones that it stands for, divided by their number, and its
+    // displacement is half as large. The residual is a derivative of the energy.
+    float share = 2.0f;
+    for (const int size : this->finer_.model().grid().size)
+    {
+      share *= size > 1 ? 0.5f : 1.0f;
+    }
+    Context& context = this->bricks_.context();
+    launchPass(this->bricks_, context.kernel("correction.cl", this->bricks_.definesOfRows(), "restrictResiduals"),
+      slots.size(), this->bricks_.workItems(true), this->list_.holding(context, slots),
+      this->bricks_.state(nullptr, nullptr), this->finer_.layout(), residual.buffer, this->finer_.constraint(), share,
+      static_cast<cl_int>(any), this->residual_.buffer, this->bricks_.softLinks()->values(),
+      this->bricks_.softLinks()->proportions());
+  }
+  const Field& residual() const { return this->residual_; }
+
+  /// Relaxes the correction, from what the coarser grids found.
+  void relaxCorrection(const Elasticity& unlimited, const Checkpoint& checkpoint)
+  {
+    Context& context = this->bricks_.context();
+    const std::vector<int> slots = this->bricks_.dirtySlots();
+    context.launch(context.kernel("correction.cl", this->bricks_.definesOfRows(), "restFixed"), slots.size(),
+      this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), this->residual_.buffer,
+      this->bricks_.displacement());
+    this->clusters_->beginAtRest();
+    this->relaxation_.run(
+      *this->clusters_, unlimited, nullptr, Range::Far, 0, correctionSweeps, 0.0, [&](int) { checkpoint(); });
+    this->bricks_.setSoftLinks({});
+    this->bricks_.removeField(this->residual_);
+  }
+
 private:
+  /// Makes the bricks that stand for dirty ones of the finer grid updatable and dirty, and returns them.
+  std::vector<int> touchBricks()
+  {
+    std::set<int> needed;
+    for (const int slot : this->finer_.dirtySlots())
+    {
+      const Index3 origin = this->finer_.origin(this->finer_.brick(slot));
+      needed.insert(this->bricks_.brickAt(origin[0] / 2, origin[1] / 2, origin[2] / 2));
+    }
+    std::vector<int> bricks(needed.begin(), needed.end());
+    this->bricks_.makeUpdatable(bricks);
+    this->bricks_.markDirty(this->bricks_.slotsOf(bricks));
+    return bricks;
+  }
+
   void hold(const std::vector<std::size_t>& voxels)
   {
     this->mark(this->held_, false);
@@ -280,6 +339,7 @@ private:
   std::unique_ptr<RigidClusters> clusters_;
   Scratch list_{ "the list of bricks" };
   Field rotationsBefore_{ 3, sizeof(cl_float), "the rotations" };
+  Field residual_{ 3, sizeof(cl_float), "the residuals of a relaxation" };
 };
 
 CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
@@ -295,6 +355,7 @@ CoarseToFine::~CoarseToFine()
 {
   this->bricks_.removeField(this->before_);
   this->bricks_.removeField(this->rotationsBefore_);
+  this->bricks_.removeField(this->residual_);
 }
 
 void CoarseToFine::forget()
@@ -553,10 +614,50 @@ bool CoarseToFine::run(
   return true;
 }
 
+bool CoarseToFine::correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint)
+{
+  if (this->levels_.empty() || this->bricks_.rotations() || this->bricks_.softLinks() || elasticity.slack > 0.0f)
+  {
+    return false;
+  }
+  this->bricks_.saveIn(this->before_);
+  this->bricks_.addField(this->residual_);
+  Context& context = this->bricks_.context();
+  const std::vector<int> dirty = this->bricks_.dirtySlots();
+  launchPass(this->bricks_, context.kernel("correction.cl", this->bricks_.definesOfRows(), "residuals"), dirty.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, dirty), this->bricks_.state(nullptr, nullptr),
+    this->residual_.buffer);
+  const Field* residual = &this->residual_;
+  for (const std::unique_ptr<Level>& level : this->levels_)
+  {
+    level->restrictResidual(*residual, level == this->levels_.front());
+    residual = &level->residual();
+  }
+  this->bricks_.clearDisplacements();
+  this->bricks_.markDirty(dirty);
+  Elasticity unlimited = elasticity;
+  unlimited.limited = false;
+  for (std::size_t n = this->levels_.size(); n-- > 0;)
+  {
+    this->levels_[n]->relaxCorrection(unlimited, checkpoint);
+    this->levels_[n]->refine();
+  }
+  const std::vector<int> slots = this->bricks_.dirtySlots();
+  context.launch(context.kernel("correction.cl", this->bricks_.definesOfRows(), "addCorrection"), slots.size(),
+    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), timesAdded,
+    this->residual_.buffer, this->before_.buffer, this->bricks_.displacement());
+  this->bricks_.removeField(this->residual_);
+  this->putOthersBack();
+  clusters.begin(this->handles_.voxels());
+  this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
+  return true;
+}
+
 double CoarseToFine::judge(const Elasticity& elasticity)
 {
   double kept = 1.0;
   const double whole = this->energy(elasticity);
+  double energy = whole; // of what is kept
   if (this->bricks_.rotations())
   {
     // If the rotation of a bone differs between two feasible states, not all states between them are feasible. So the
@@ -564,6 +665,7 @@ double CoarseToFine::judge(const Elasticity& elasticity)
     if (!this->feasible_ || whole > this->energyBefore_)
     {
       kept = 0.0;
+      energy = this->energyBefore_;
       Context& context = this->bricks_.context();
       const std::size_t bytes = sizeof(cl_float) * 3 * this->bricks_.pitch();
       context.queue().enqueueCopyBuffer(this->before_.buffer, this->bricks_.displacement(), 0, 0, bytes);
@@ -581,13 +683,16 @@ double CoarseToFine::judge(const Elasticity& elasticity)
     const double bend = whole - 2.0 * half + this->energyBefore_;
     const double lowest = bend > 0.0 ? 0.5 - 0.25 * (whole - this->energyBefore_) / bend : 0.0;
     kept = std::max(0.0, shareStep * std::floor(lowest / shareStep));
-    this->goBack(static_cast<float>(2.0 * kept));                     // the state is half way already
-    if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // in plastic tissue E is not quadratic
+    this->goBack(static_cast<float>(2.0 * kept)); // the state is half way already
+    energy = kept > 0.0 ? this->energy(elasticity) : this->energyBefore_;
+    if (energy > this->energyBefore_) // in plastic tissue E is not quadratic
     {
       kept = 0.0;
+      energy = this->energyBefore_;
       this->goBack(0.0f);
     }
   }
+  this->energyBefore_ = energy; // of a correction that follows
   this->bricks_.removeField(this->before_);
   return kept;
 }

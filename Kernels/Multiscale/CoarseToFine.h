@@ -37,9 +37,16 @@ public:
   bool run(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   static constexpr int sweepsToJudge = 4;
 
-  /// If the energy is higher than before run(), goes back along the straight line to the state before run(). It stops
-  /// at the lowest energy on this line; all states on it are feasible. Where elements rotate, it goes back to the state
-  /// before run() itself, also if the current state is infeasible.
+  /// Directly after judge(): runs one more cycle, for what the sweeps have left (correction.cl). Coarser grids solve
+  /// for a correction here, not for the state itself, so what they show less well than the finest grid does no harm.
+  /// Elements that are rigid, or kept by the limits of links, stay where they are. Returns whether there was anything
+  /// to do. If so, judge() has to follow, as after run(). There is nothing where elements rotate or strain costs no
+  /// energy at first, nor with soft links.
+  bool correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint);
+
+  /// If the energy is higher than before run() or correct(), goes back along the straight line to the state before it.
+  /// It stops at the lowest energy on this line; all states on it are feasible. Where elements rotate, it goes back to
+  /// the state before run() itself, also if the current state is infeasible.
   /// Returns the share of the step that is kept, in [0, 1].
   double judge(const Elasticity& elasticity);
 
@@ -69,9 +76,10 @@ private:
   std::vector<char> moves_;                      ///< of each component whether this cycle may move it
   Field before_{ 3, sizeof(cl_float), "the displacement before a relaxation" };
   Field rotationsBefore_{ 3, sizeof(cl_float), "the rotations before a relaxation" };
+  Field residual_{ 3, sizeof(cl_float), "the residuals of a relaxation" };
   bool rotatedBefore_ = false; ///< whether there were any rotations
-  double energyBefore_ = 0.0;
-  bool feasible_ = true; ///< whether the finest grid could be made feasible
+  double energyBefore_ = 0.0;  ///< the energy before run() or correct()
+  bool feasible_ = true;       ///< whether the finest grid could be made feasible
   Scratch list_{ "the list of bricks" };
   Scratch found_{ "the list of bricks" };
 };

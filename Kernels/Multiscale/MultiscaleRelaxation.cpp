@@ -5,6 +5,21 @@
 namespace chainmail
 {
 
+namespace
+{
+
+/// A correction counts as so many sweeps, because it takes about as long. So a limit to the number of sweeps limits the
+/// time, whatever the sweeps are spent on.
+constexpr int sweepsOfCorrection = 12;
+
+/// Further corrections find less than sweeps do: what is left is near limits of links, and in rigid clusters.
+constexpr int mostCorrections = 3;
+
+/// The last correction is one of which a smaller share is kept.
+constexpr double leastKept = 0.25;
+
+}
+
 void MultiscaleRelaxation::tissueChanged()
 {
   this->coarseToFine_.forget();
@@ -38,6 +53,21 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
     result.coarseStep = this->coarseToFine_.judge(task.elasticity);
     this->range_ = result.coarseStep > 0.0 ? Range::Near : Range::Far;
     result.converged = result.converged && result.coarseStep == 1.0;
+    double kept = *result.coarseStep;
+    for (int n = 0; n < mostCorrections && kept >= leastKept && !result.converged &&
+                    task.iterations - result.iterations >= sweepsOfCorrection + CoarseToFine::sweepsToJudge;
+         ++n)
+    {
+      if (!this->coarseToFine_.correct(clusters, task.elasticity, [&] { task.checkpoint(result.iterations); }))
+      {
+        break;
+      }
+      result.iterations += sweepsOfCorrection;
+      this->sweep_ = 0; // the correction is rough, so the plan of sweeps begins anew
+      sweep(CoarseToFine::sweepsToJudge);
+      kept = this->coarseToFine_.judge(task.elasticity);
+      result.converged = result.converged && kept == 1.0;
+    }
   }
   if (result.iterations < task.iterations && !result.converged)
   {

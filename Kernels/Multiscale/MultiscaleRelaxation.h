@@ -6,7 +6,8 @@
 namespace chainmail
 {
 
-/// Relaxation by sweeps over the elements (Relaxation), which may start on coarser grids (CoarseToFine).
+/// Relaxation by sweeps over the elements (Relaxation), which may start on coarser grids and be corrected there
+/// (CoarseToFine).
 class MultiscaleRelaxation : public Relaxer
 {
 public:
@@ -35,7 +36,7 @@ private:
   CoarseToFine coarseToFine_;
   bool startsCoarse_ = false;
   bool mayStartCoarse_ = true;
-  int sweep_ = 0;            ///< sweeps since the last wave, cut or carve
+  int sweep_ = 0;            ///< sweeps since the last wave, cut, carve or correction
   Range range_ = Range::Far; ///< what these sweeps are for
 };
 

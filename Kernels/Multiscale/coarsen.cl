@@ -11,23 +11,10 @@
 #include "brick.clh"
 #include "state.clh"
 #include "element.clh"
+#include "finer.clh"
 #ifdef ROTATIONS
 #include "spin.clh"
 #endif
-
-// The finer grid.
-typedef struct
-{
-  Layout layout;
-  global float* displacement;     // [axis][address]
-  global const float* constraint; // [axis][address], a tissue field
-} Finer;
-
-#define FINER_ARGUMENTS LAYOUT_ARGUMENTS(finer), global float *finerDisplacement, global const float *finerConstraint
-#define FINER                                                                                                          \
-  {                                                                                                                    \
-    LAYOUT(finer), finerDisplacement, finerConstraint                                                                  \
-  }
 
 // Restriction: an element of the coarser grid gets the mean displacement of its children. If some of them are held,
 // only these count. With `rotations`, the same for rotations. Two vectors describe each rotation (spin.clh), of which
@@ -42,19 +29,14 @@ kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, fl
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
     const int i = work % (BX / WIDTH) * WIDTH, j = work / (BX / WIDTH) % BY, k = work / (BX / WIDTH) / BY;
-    const int3 finerBrick = 2 * brick + (int3)(i >= HALF, 2 * j >= BY, 2 * k >= BZ) + 1;
-    const uint finerSlot =
-      finer.layout.table[finerBrick.x + finerBrick.y * finer.layout.strideY + finerBrick.z * finer.layout.strideZ];
     real free[3], held[3], first[3], numberFree = (real)(0.0f), numberHeld = (real)(0.0f);
     for (int axis = 0; axis < 3; ++axis)
     {
       free[axis] = held[axis] = first[axis] = (real)(0.0f);
     }
-    // Children of the same index d, of consecutive elements in a row, have consecutive addresses.
     for (int d = 0; d < 8; ++d)
     {
-      const int y = 2 * j % BY + (d >> 1 & 1), z = 2 * k % BZ + (d >> 2);
-      const uint at = finerSlot * ELEMENTS + ((d ^ y ^ z) & 1) * COLOUR + (z * BY + y) * HALF + i % HALF;
+      const uint at = childAddress(&finer.layout, brick, (int3)(i, j, k), d);
       const real c = LOAD(finer.constraint + at);
       const mask isOfHeld = isHeld(c), isFree = AS_MASK(c) >= 0;
       real u[3];

@@ -168,6 +168,18 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels, const std:
   }
 }
 
+void RigidClusters::beginAtRest()
+{
+  for (Cluster& cluster : this->clusters_)
+  {
+    cluster.held = true;
+    cluster.active = false;
+  }
+  this->active_.clear();
+  this->bodyList_.clear();
+  this->soft_.begin([](std::size_t, const auto&) {});
+}
+
 RotatingClusters::Body RigidClusters::bodyOf(const Cluster& cluster) const
 {
   return RotatingClusters::bodyOf(

@@ -42,6 +42,8 @@ public:
   /// about its held elements (RotatingClusters). A cluster with elements of `rotated` may not, because their rotation
   /// is prescribed.
   void begin(const std::vector<std::size_t>& heldVoxels, const std::vector<std::size_t>& rotated = {});
+  /// Starts a relaxation in which no cluster becomes active.
+  void beginAtRest();
 
   /// Where elements rotate: projects every displaced cluster to a rigid motion, after its elements were moved one by
   /// one. This is the pose nearest to the current places or, without `rotates`, the nearest one with the current

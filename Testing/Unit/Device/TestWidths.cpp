@@ -63,6 +63,10 @@ void play(int axes, const Index3& brick, PropagationMethod propagation, Relaxati
   print();
   simulation.relax(9, 0.0);
   print();
+  simulation.setCoarseToFine(true);
+  simulation.pull({ corner(scene, { 2.8, -2.1, 0.4 }) });
+  simulation.relax(24, 0.0); // enough for a correction, too
+  print();
   std::vector<float> times(simulation.model().grid().voxels() * axes);
   std::vector<int> fronts(times.size());
   simulation.propagationTimes(times.data());

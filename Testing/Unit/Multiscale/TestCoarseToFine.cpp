@@ -50,11 +50,68 @@ TEST(CoarseToFine, AFewSweepsGetNearTheOptimum)
   EXPECT_GT(fine, 1.5 * optimum); // otherwise there is nothing to gain
 }
 
+TEST(CoarseToFine, CorrectionsFindWhatSweepsLeave)
+{
+  // With 20 iterations there is room for a correction, with 19 there is not, and sweeps take its place.
+  Scene scene = randomScene({ 72, 60, 50 }, 1, 4500, 0.0, 0.0);
+  scene.each(
+    [&](int i, int j, int k)
+    {
+      const bool isAir = std::abs(i - 36) < 3 && j > 12 && k > 10; // so the pull goes round a slit
+      scene.give(i, j, k, isAir ? -INFINITY : i < 30 ? 0.15f : 0.35f);
+      scene.scalar[scene.grid.at(i, j, k)] = isAir ? 0.0f : 1.0f;
+    });
+  scene.anchors.faces[0] = true;
+  const std::vector<Probe> probes{ probeAt(scene, { 60, 40, 35 }, { 5.0, -3.0, 4.0 }, 3.0) };
+  double optimum = 0.0;
+  double energy = 0.0;
+  const auto rest = relaxed(scene, probes, true, 1500, &optimum);
+  const auto error = [&](int iterations)
+  {
+    double square = 0.0;
+    const auto u = relaxed(scene, probes, true, iterations, &energy);
+    for (std::size_t v = 0; v < u.size(); ++v)
+    {
+      for (int a = 0; a < 3; ++a)
+      {
+        square += std::pow(u[v][a] - rest[v][a], 2);
+      }
+    }
+    return std::sqrt(square / static_cast<double>(u.size()));
+  };
+  const double without = error(19);
+  const double with = error(20);
+  EXPECT_GE(energy, optimum * (1 - 1e-6));
+  EXPECT_GT(without, 0.005) << "hardly anything is left to correct";
+  EXPECT_LT(with, 0.6 * without);
+}
+
+TEST(CoarseToFine, CorrectionsDoNotDependOnBricks)
+{
+  for (const int axes : { 1, 3 })
+  {
+    Scene scene = randomScene({ 45, 37, 30 }, axes, 4510 + axes, 0.1, 0.02);
+    scene.anchors.faces[2] = true;
+    const std::vector<Probe> probes = compatibleProbes(scene, 2, 4.0, 4520 + axes);
+    Surface blade;
+    blade.points = { { 20.3, 10, -1 }, { 20.3, 40, -1 }, { 20.3, 40, 31 }, { 20.3, 10, 31 } };
+    blade.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
+    double energy = 0.0;
+    const auto u = relaxed(scene, probes, true, 40, &energy, &blade);
+    EXPECT_LE(oracle::maxLinkExcess(scene.block(), relaxed(scene, probes, true, 40, &energy)), tolerance);
+    for (const Index3& brick : { Index3{ 32, 16, 4 }, Index3{ 16, 16, 16 }, Index3{ 64, 4, 4 } })
+    {
+      EXPECT_EQ(relaxed(scene, probes, true, 40, &energy, &blade, brick), u) << brick[0];
+    }
+  }
+}
+
 TEST(CoarseToFine, StateStaysFeasibleAndHeldTissueStays)
 {
-  for (int seed = 0; seed < 4; ++seed)
+  for (int seed = 0; seed < 8; ++seed)
   {
     const int axes = seed % 2 == 0 ? 1 : 3;
+    const int sweeps = seed < 4 ? 3 : 24; // the latter with a correction
     Scene scene = randomScene({ 33, 21, 26 }, axes, 1200 + seed, 0.1, 0.05);
     // A bone as large as several coarse elements.
     scene.each(
@@ -71,7 +128,7 @@ TEST(CoarseToFine, StateStaysFeasibleAndHeldTissueStays)
     const oracle::Block block = scene.block();
     const std::vector<Probe> probes = compatibleProbes(scene, 3, 4.0, 1210 + seed);
     double energy = 0.0;
-    const auto u = relaxed(scene, probes, true, 3, &energy);
+    const auto u = relaxed(scene, probes, true, sweeps, &energy);
     EXPECT_LE(oracle::maxLinkExcess(block, u), tolerance);
     for (std::size_t v = 0; v < block.count(); ++v)
     {
@@ -108,7 +165,7 @@ TEST(CoarseToFine, StateStaysFeasibleAndHeldTissueStays)
       }
     }
     double again = 0.0;
-    EXPECT_EQ(relaxed(scene, probes, true, 3, &again), u) << "the same bits again";
+    EXPECT_EQ(relaxed(scene, probes, true, sweeps, &again), u) << "the same bits again";
   }
 }
 

@@ -1,0 +1,165 @@
+// The kernels of a correction (CoarseToFine::correct): what the sweeps on a grid have left is found on coarser grids, as
+// in a multigrid method. The residual of an element is the sum of weight * pull over its links, as far as their limits
+// let it follow, for each axis. It acts as a force on the coarser grid, whose elements start at rest and move until
+// their links balance it. That is the correction.
+//
+// Some elements are fixed in a correction: they keep their place. On the finest grid these are held and rigid ones, and
+// those that the limit of a link keeps from following. A correction would pull them out of their limits (truncated
+// nonsmooth Newton multigrid; C. Graeser and R. Kornhuber, Journal of Computational Mathematics 27, 2009). Their
+// residual along x is INFINITY.
+//
+// The host guarantees: both grids have bricks of the same size; all 26 neighbours of a brick have a slot (brick.clh).
+
+#include "brick.clh"
+#include "state.clh"
+#include "element.clh"
+#include "finer.clh"
+
+// An element that moves by less than this share of what its links ask for is kept by their limits.
+#define KEPT_SHARE 0.1f
+
+// The residuals of a lane group of the finest grid.
+NOINLINE void residualOf(const State* given, uint slot, int work, global float* residual)
+{
+  const State state = *given;
+  const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
+  const int odd = s.odd;
+  mask fixed = (mask)(0);
+  real each[3];
+  NO_UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const real c = LOAD(constraintAlong(&state, min(axis, AXES - 1)) + s.self);
+    const real u = LOAD(displacementAlong(&state, axis) + s.self);
+    const Stencil moving = stateStencil(&s);
+    Neighbours n = noNeighbours();
+    UNROLL
+    for (int d = 0; d < 6; ++d)
+    {
+      const Link link = linkOf(c, neighbourConstraint(&state, min(axis, AXES - 1), &s, d, odd), d, axis);
+      neighboursAdd(&n, u, neighbour(displacementAlong(&state, axis), &moving, d, odd), link, 0.0f);
+    }
+    // Where no limit is in the way, rounding of the place must not change the residual.
+    const real place = relaxedPlace(n, u, 1.0f, 0.0f), way = place - u;
+    const mask limited = (n.lower > u + n.pull / n.weight) | (n.upper < u + n.pull / n.weight);
+    fixed |= ((c > 0.0f) == 0) | (limited & (fabs(way) < KEPT_SHARE * fabs(n.pull / n.weight)));
+    each[axis] = select(n.pull, n.weight * way, limited);
+  }
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    STORE(axis == 0 ? select(each[axis], (real)(INFINITY), fixed) : each[axis],
+      residual + axis * state.layout.pitch + s.self);
+  }
+}
+
+// residual: [axis][address], like a displacement.
+kernel void residuals(global const int* list, STATE_ARGUMENTS, global float* residual)
+{
+  const State state = STATE;
+  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
+  {
+    residualOf(&state, list[get_group_id(0)], work, residual);
+  }
+}
+
+// The weights of the soft links by which residuals act as forces (softlinks.clh). That of a free element is so small
+// that only weight * place counts; that of a fixed one is so large that nothing else counts. Beside a cut it is in
+// between: a coarser grid may separate a piece there from all that holds it, and nothing else would balance its force.
+#define FORCE_WEIGHT 5e-5f
+#define CUT_WEIGHT 5e-2f
+#define FIXED_WEIGHT 1e12f
+
+// Restriction: the residual of a coarser element is the sum of its children's, times `share`. It is fixed if one of
+// them is (`any`), or if all are. The State is that of the coarser grid; in place of the displacement of the finer grid
+// the host passes its residual. Group n writes the soft links of row n, with no displacement to begin with.
+kernel void restrictResiduals(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float share, int any,
+  global float* residual, global float* softLinks, float4 proportions)
+{
+  const State state = STATE;
+  const Finer finer = FINER;
+  const uint slot = list[get_group_id(0)];
+  const int3 brick = brickOf(&state.layout, slot);
+  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
+  {
+    const int3 at = (int3)(work % (BX / WIDTH) * WIDTH, work / (BX / WIDTH) % BY, work / (BX / WIDTH) / BY);
+    real sum[3], tissue = (real)(0.0f), fixed = (real)(0.0f);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      sum[axis] = (real)(0.0f);
+    }
+    for (int child = 0; child < 8; ++child)
+    {
+      const uint address = childAddress(&finer.layout, brick, at, child);
+      const mask isTissue = isinf(LOAD(finer.constraint + address)) == 0;
+      const uint inState = min(address, finer.layout.pitch - SKEW);
+      const mask isFixed = isTissue & (isinf(LOAD(finer.displacement + inState)) != 0);
+      tissue += select((real)(0.0f), (real)(1.0f), isTissue);
+      fixed += select((real)(0.0f), (real)(1.0f), isFixed);
+      UNROLL
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        const real part = LOAD(finer.displacement + axis * finer.layout.pitch + inState);
+        sum[axis] += select((real)(0.0f), part, isTissue & (isFixed == 0));
+      }
+    }
+    const mask isFixed = any ? fixed > 0.0f : fixed == tissue;
+    float fixes[WIDTH], each[3][WIDTH];
+    STORE(select((real)(0.0f), (real)(1.0f), isFixed), fixes);
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      STORE(share * sum[axis], each[axis]);
+    }
+    for (int n = 0; n < WIDTH; ++n)
+    {
+      const uint inBrick = localAddress(at.x + n, at.y, at.z);
+      const uint own = slot * ELEMENTS + inBrick;
+      bool free = fixes[n] == 0.0f;
+      for (int axis = 0; axis < AXES; ++axis)
+      {
+        free = free && constraintAlong(&state, axis)[own] > 0.0f;
+      }
+      float weight = FORCE_WEIGHT;
+#ifdef CUTS
+      weight = state.cut[own] ? CUT_WEIGHT : weight;
+#endif
+      global float* soft = softLinks + 4 * ELEMENTS * (uint)get_group_id(0) + inBrick;
+      soft[0] = free ? weight : FIXED_WEIGHT;
+      for (int axis = 0; axis < 3; ++axis)
+      {
+        residual[axis * state.layout.pitch + own] = free ? each[axis][n] : axis == 0 ? INFINITY : 0.0f;
+        soft[(1 + axis) * ELEMENTS] = free ? each[axis][n] / (weight * alongAxis(proportions, axis)) : 0.0f;
+      }
+    }
+  }
+}
+
+// Adds `share` of a correction to the displacement before it. Fixed elements keep their place.
+kernel void addCorrection(global const int* list, uint pitch, float share, global const float* residual,
+  global const float* before, global float* displacement)
+{
+  const uint first = list[get_group_id(0)] * ELEMENTS;
+  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  {
+    const bool fixed = isinf(residual[first + n]);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      const uint at = axis * pitch + first + n;
+      displacement[at] = fixed ? before[at] : fma(share, displacement[at], before[at]);
+    }
+  }
+}
+
+// Sets fixed elements of a coarser grid to rest, after interpolation to it.
+kernel void restFixed(global const int* list, uint pitch, global const float* residual, global float* displacement)
+{
+  const uint first = list[get_group_id(0)] * ELEMENTS;
+  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
+  {
+    for (int axis = 0; axis < 3 && isinf(residual[first + n]); ++axis)
+    {
+      displacement[axis * pitch + first + n] = 0.0f;
+    }
+  }
+}
