@@ -353,7 +353,7 @@ public:
    * How thorough the relaxation of an update is. RELAXATION_CUSTOM (0): as CoarseToFine, RelaxationIterations and
    * RelaxationTolerance say. The other presets stand for values of these three, in this order, and leave the properties
    * unchanged (costs and errors: Data/Choosing.md). RELAXATION_FAST (1), for dragging: off, 10, 1e-3.
-   * RELAXATION_BALANCED (2), for a picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), for measuring: on, 170 (with
+   * RELAXATION_BALANCED (2), for a picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), for measuring: on, 200 (with
    * Rotations or RELAXATION_PAPER 1000), 1e-5. Default: RELAXATION_CUSTOM.
    */
   vtkSetMacro(RelaxationPreset, int);
@@ -367,8 +367,8 @@ public:
   ///@{
   /**
    * Whether RELAXATION_PROJECTED starts on coarser grids after a pull, cut or carve. A few iterations then achieve what
-   * takes hundreds on the fine grid alone, at the cost of some tens. Tissue far from the probes relaxes, too. Default:
-   * off.
+   * takes hundreds on the fine grid alone, at the cost of some tens. Tissue far from the probes relaxes, too. With 20
+   * iterations or more some of them are spent on corrections (Data/Method.md). Default: off.
    */
   vtkSetMacro(CoarseToFine, bool);
   vtkGetMacro(CoarseToFine, bool);

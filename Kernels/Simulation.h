@@ -98,8 +98,9 @@ public:
   /// not in [0, 1].
   void setRelaxation(RelaxationMethod method, double elasticRecovery);
 
-  /// Whether the first relaxation after a wave, cut or carve starts on coarser grids (Projected only). The energy still
-  /// does not rise: a correction that would raise it is applied only in part, or not at all. Default: off.
+  /// Whether the first relaxation after a wave, cut or carve starts on coarser grids (Projected only) and, with 20
+  /// iterations or more, is corrected there. The energy still does not rise: a step that would raise it is applied only
+  /// in part, or not at all. Default: off.
   void setCoarseToFine(bool wanted);
 
   /// Puts everything back to its rest place and releases all probes. Cuts and carves stay.

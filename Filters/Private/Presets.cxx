@@ -81,7 +81,7 @@ void ApplyRelaxationPreset(const Properties& properties, chainmail::Method& meth
   case RelaxationPresets::Balanced:
     return set(true, 20, 1e-3);
   case RelaxationPresets::Accurate:
-    return set(true, isSlow ? 1000 : 170, 1e-5);
+    return set(true, isSlow ? 1000 : 200, 1e-5);
   default:
     return set(properties.CoarseToFine, properties.RelaxationIterations, properties.RelaxationTolerance);
   }

@@ -197,7 +197,7 @@ struct SurfaceParts
 /// What a relaxation did.
 struct RelaxResult
 {
-  int iterations = 0;
+  int iterations = 0; ///< sweeps; a correction on coarser grids counts as 12
   double largestMove = 0.0; ///< of the last iteration, as a fraction of the spacing
   bool converged = false;
   std::optional<double> coarseStep; ///< where coarser grids took part (Simulation::setCoarseToFine()): the share of

@@ -74,6 +74,13 @@ void restoreRotations(Bricks& bricks, const Field& before)
     before.buffer, bricks.rotations()->spin.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
 }
 
+/// Allocates a field of zeros, also where a relaxation that was stopped has left one.
+void addZeros(Bricks& bricks, Field& field)
+{
+  bricks.removeField(field);
+  bricks.addField(field);
+}
+
 /// The soft links of a coarser grid. The soft link of an element has the sum of the weights of those that it stands
 /// for. Its place is the weighted mean of theirs. A link between elements stands for four parallel links (two in a
 /// slice), but its energy counts once. So the energy of soft links is divided by four (two), too. Weights refer to
@@ -253,7 +260,7 @@ public:
     const std::vector<int> bricks = this->touchBricks();
     const std::vector<int> slots = this->bricks_.slotsOf(bricks);
     this->bricks_.makeSoftLinks(bricks);
-    this->bricks_.addField(this->residual_);
+    addZeros(this->bricks_, this->residual_);
     // The energy of a coarser link is that of the finer ones that it stands for, divided by their number, and its
     // displacement is half as large. The residual is a derivative of the energy.
     float share = 2.0f;
@@ -614,14 +621,16 @@ bool CoarseToFine::run(
   return true;
 }
 
-bool CoarseToFine::correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint)
+std::optional<double> CoarseToFine::correct(
+  RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint)
 {
   if (this->levels_.empty() || this->bricks_.rotations() || this->bricks_.softLinks() || elasticity.slack > 0.0f)
   {
-    return false;
+    return std::nullopt;
   }
+  this->energyBefore_ = this->energy(elasticity);
   this->bricks_.saveIn(this->before_);
-  this->bricks_.addField(this->residual_);
+  addZeros(this->bricks_, this->residual_);
   Context& context = this->bricks_.context();
   const std::vector<int> dirty = this->bricks_.dirtySlots();
   launchPass(this->bricks_, context.kernel("correction.cl", this->bricks_.definesOfRows(), "residuals"), dirty.size(),
@@ -650,14 +659,13 @@ bool CoarseToFine::correct(RigidClusters& clusters, const Elasticity& elasticity
   this->putOthersBack();
   clusters.begin(this->handles_.voxels());
   this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
-  return true;
+  return this->judge(elasticity);
 }
 
 double CoarseToFine::judge(const Elasticity& elasticity)
 {
   double kept = 1.0;
   const double whole = this->energy(elasticity);
-  double energy = whole; // of what is kept
   if (this->bricks_.rotations())
   {
     // If the rotation of a bone differs between two feasible states, not all states between them are feasible. So the
@@ -665,7 +673,6 @@ double CoarseToFine::judge(const Elasticity& elasticity)
     if (!this->feasible_ || whole > this->energyBefore_)
     {
       kept = 0.0;
-      energy = this->energyBefore_;
       Context& context = this->bricks_.context();
       const std::size_t bytes = sizeof(cl_float) * 3 * this->bricks_.pitch();
       context.queue().enqueueCopyBuffer(this->before_.buffer, this->bricks_.displacement(), 0, 0, bytes);
@@ -683,16 +690,13 @@ double CoarseToFine::judge(const Elasticity& elasticity)
     const double bend = whole - 2.0 * half + this->energyBefore_;
     const double lowest = bend > 0.0 ? 0.5 - 0.25 * (whole - this->energyBefore_) / bend : 0.0;
     kept = std::max(0.0, shareStep * std::floor(lowest / shareStep));
-    this->goBack(static_cast<float>(2.0 * kept)); // the state is half way already
-    energy = kept > 0.0 ? this->energy(elasticity) : this->energyBefore_;
-    if (energy > this->energyBefore_) // in plastic tissue E is not quadratic
+    this->goBack(static_cast<float>(2.0 * kept));                     // the state is half way already
+    if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // in plastic tissue E is not quadratic
     {
       kept = 0.0;
-      energy = this->energyBefore_;
       this->goBack(0.0f);
     }
   }
-  this->energyBefore_ = energy; // of a correction that follows
   this->bricks_.removeField(this->before_);
   return kept;
 }

@@ -6,6 +6,7 @@
 #include "TissueComponents.h"
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace chainmail
@@ -37,16 +38,16 @@ public:
   bool run(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   static constexpr int sweepsToJudge = 4;
 
-  /// Directly after judge(): runs one more cycle, for what the sweeps have left (correction.cl). Coarser grids solve
-  /// for a correction here, not for the state itself, so what they show less well than the finest grid does no harm.
-  /// Elements that are rigid, or kept by the limits of links, stay where they are. Returns whether there was anything
-  /// to do. If so, judge() has to follow, as after run(). There is nothing where elements rotate or strain costs no
-  /// energy at first, nor with soft links.
-  bool correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint);
+  /// Runs one more cycle, for what the sweeps after judge() have left (correction.cl). Coarser grids solve for a
+  /// correction here, not for the state itself, so what they show less well than the finest grid does no harm. Elements
+  /// that are rigid, or kept by the limits of links, stay where they are. A correction is smooth, so it is judged at
+  /// once. Returns the share that is kept, or nothing where there are no corrections: where elements rotate or strain
+  /// costs no energy at first, and with soft links.
+  std::optional<double> correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint);
 
-  /// If the energy is higher than before run() or correct(), goes back along the straight line to the state before it.
-  /// It stops at the lowest energy on this line; all states on it are feasible. Where elements rotate, it goes back to
-  /// the state before run() itself, also if the current state is infeasible.
+  /// If the energy is higher than before run(), goes back along the straight line to the state before run(). It stops
+  /// at the lowest energy on this line; all states on it are feasible. Where elements rotate, it goes back to the state
+  /// before run() itself, also if the current state is infeasible.
   /// Returns the share of the step that is kept, in [0, 1].
   double judge(const Elasticity& elasticity);
 

@@ -12,6 +12,9 @@ namespace
 /// time, whatever the sweeps are spent on.
 constexpr int sweepsOfCorrection = 12;
 
+/// Sweeps between two corrections.
+constexpr int sweepsBetween = 4;
+
 /// Further corrections find less than sweeps do: what is left is near limits of links, and in rigid clusters.
 constexpr int mostCorrections = 3;
 
@@ -55,18 +58,19 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
     result.converged = result.converged && result.coarseStep == 1.0;
     double kept = *result.coarseStep;
     for (int n = 0; n < mostCorrections && kept >= leastKept && !result.converged &&
-                    task.iterations - result.iterations >= sweepsOfCorrection + CoarseToFine::sweepsToJudge;
+                    task.iterations - result.iterations >= sweepsOfCorrection + sweepsBetween;
          ++n)
     {
-      if (!this->coarseToFine_.correct(clusters, task.elasticity, [&] { task.checkpoint(result.iterations); }))
+      const std::optional<double> share =
+        this->coarseToFine_.correct(clusters, task.elasticity, [&] { task.checkpoint(result.iterations); });
+      if (!share)
       {
         break;
       }
+      kept = *share;
       result.iterations += sweepsOfCorrection;
       this->sweep_ = 0; // the correction is rough, so the plan of sweeps begins anew
-      sweep(CoarseToFine::sweepsToJudge);
-      kept = this->coarseToFine_.judge(task.elasticity);
-      result.converged = result.converged && kept == 1.0;
+      sweep(sweepsBetween);
     }
   }
   if (result.iterations < task.iterations && !result.converged)

@@ -1,7 +1,7 @@
-// The kernels of a correction (CoarseToFine::correct): what the sweeps on a grid have left is found on coarser grids, as
-// in a multigrid method. The residual of an element is the sum of weight * pull over its links, as far as their limits
-// let it follow, for each axis. It acts as a force on the coarser grid, whose elements start at rest and move until
-// their links balance it. That is the correction.
+// The kernels of a correction (CoarseToFine::correct): what the sweeps on a grid have left is found on coarser grids,
+// as in a multigrid method. The residual of an element is the sum of weight * pull over its links, as far as their
+// limits let it follow, for each axis. It acts as a force on the coarser grid, whose elements start at rest and move
+// until their links balance it. That is the correction.
 //
 // Some elements are fixed in a correction: they keep their place. On the finest grid these are held and rigid ones, and
 // those that the limit of a link keeps from following. A correction would pull them out of their limits (truncated
@@ -14,42 +14,73 @@
 #include "state.clh"
 #include "element.clh"
 #include "finer.clh"
+#include "halo.clh"
 
 // An element that moves by less than this share of what its links ask for is kept by their limits.
 #define KEPT_SHARE 0.1f
 
-// The residuals of a lane group of the finest grid.
-NOINLINE void residualOf(const State* given, uint slot, int work, global float* residual)
+// Stores the residuals of a lane group of the finest grid.
+CHAINMAIL_INLINE void storeResiduals(const State* state, const Stencil* s, const Halo* halo, global float* residual)
 {
-  const State state = *given;
-  const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
-  const int odd = s.odd;
+  real c[AXES], u[3];
+  Neighbours neighbours[3];
   mask fixed = (mask)(0);
-  real each[3];
-  NO_UNROLL
+  UNROLL
+  for (int axis = 0; axis < AXES; ++axis)
+  {
+    c[axis] = LOAD(constraintAlong(state, axis) + s->self);
+    fixed |= (c[axis] > 0.0f) == 0;
+  }
+  UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
-    const real c = LOAD(constraintAlong(&state, min(axis, AXES - 1)) + s.self);
-    const real u = LOAD(displacementAlong(&state, axis) + s.self);
-    const Stencil moving = stateStencil(&s);
-    Neighbours n = noNeighbours();
+    u[axis] = LOAD(displacementAlong(state, axis) + s->self);
+    neighbours[axis] = noNeighbours();
+  }
+  UNROLL
+  for (int d = 0; d < 6; ++d)
+  {
+    Link link;
     UNROLL
-    for (int d = 0; d < 6; ++d)
+    for (int axis = 0; axis < 3; ++axis)
     {
-      const Link link = linkOf(c, neighbourConstraint(&state, min(axis, AXES - 1), &s, d, odd), d, axis);
-      neighboursAdd(&n, u, neighbour(displacementAlong(&state, axis), &moving, d, odd), link, 0.0f);
+      if (axis < AXES)
+      {
+        link = linkOf(c[axis], linkedConstraint(halo, state, s, axis, d), d, axis);
+      }
+      neighboursAdd(&neighbours[axis], u[axis], displacementIn(halo, axis, d), link, 0.0f);
     }
+  }
+  real each[3];
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    const Neighbours n = neighbours[axis];
+    const real step = n.pull / n.weight;
     // Where no limit is in the way, rounding of the place must not change the residual.
-    const real place = relaxedPlace(n, u, 1.0f, 0.0f), way = place - u;
-    const mask limited = (n.lower > u + n.pull / n.weight) | (n.upper < u + n.pull / n.weight);
-    fixed |= ((c > 0.0f) == 0) | (limited & (fabs(way) < KEPT_SHARE * fabs(n.pull / n.weight)));
+    const mask limited = (n.lower > u[axis] + step) | (n.upper < u[axis] + step);
+    const real way = relaxedPlace(n, u[axis], 1.0f, 0.0f) - u[axis];
+    fixed |= limited & (fabs(way) < KEPT_SHARE * fabs(step));
     each[axis] = select(n.pull, n.weight * way, limited);
   }
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
   {
     STORE(axis == 0 ? select(each[axis], (real)(INFINITY), fixed) : each[axis],
-      residual + axis * state.layout.pitch + s.self);
+      residual + axis * state->layout.pitch + s->self);
+  }
+}
+
+// Stores those of one colour of a brick. `last`: the last slot of the list.
+NOINLINE void residualsOf(const State* given, uint slot, uint last, int colour, global float* residual)
+{
+  const State state = *given;
+  HALO_MEMORY(memory);
+  for (int work = get_local_id(0); work < VECTORS; work += get_local_size(0))
+  {
+    const Stencil s = stencilOf(&state.layout, slot, colour, work);
+    const Halo halo = haloOf(memory, &state, &s, slot, last, colour);
+    storeResiduals(&state, &s, &halo, residual);
   }
 }
 
@@ -57,14 +88,14 @@ NOINLINE void residualOf(const State* given, uint slot, int work, global float* 
 kernel void residuals(global const int* list, STATE_ARGUMENTS, global float* residual)
 {
   const State state = STATE;
-  for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
+  for (int colour = 0; colour < 2; ++colour)
   {
-    residualOf(&state, list[get_group_id(0)], work, residual);
+    residualsOf(&state, list[get_group_id(0)], list[get_num_groups(0) - 1], colour, residual);
   }
 }
 
 // The weights of the soft links by which residuals act as forces (softlinks.clh). That of a free element is so small
-// that only weight * place counts; that of a fixed one is so large that nothing else counts. Beside a cut it is in
+// that only weight * place counts; that of a fixed one is so large that nothing else counts. Next to a cut it is in
 // between: a coarser grid may separate a piece there from all that holds it, and nothing else would balance its force.
 #define FORCE_WEIGHT 5e-5f
 #define CUT_WEIGHT 5e-2f

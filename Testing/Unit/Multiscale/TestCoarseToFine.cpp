@@ -99,7 +99,7 @@ TEST(CoarseToFine, CorrectionsDoNotDependOnBricks)
     double energy = 0.0;
     const auto u = relaxed(scene, probes, true, 40, &energy, &blade);
     EXPECT_LE(oracle::maxLinkExcess(scene.block(), relaxed(scene, probes, true, 40, &energy)), tolerance);
-    for (const Index3& brick : { Index3{ 32, 16, 4 }, Index3{ 16, 16, 16 }, Index3{ 64, 4, 4 } })
+    for (const Index3& brick : brickSizes())
     {
       EXPECT_EQ(relaxed(scene, probes, true, 40, &energy, &blade, brick), u) << brick[0];
     }
