@@ -367,8 +367,8 @@ public:
   ///@{
   /**
    * Whether RELAXATION_PROJECTED starts on coarser grids after a pull, cut or carve. A few iterations then achieve what
-   * takes hundreds on the fine grid alone, at the cost of some tens. Tissue far from the probes relaxes, too. With 20
-   * iterations or more some of them are spent on corrections (Data/Method.md). Default: off.
+   * takes hundreds on the fine grid alone, at the cost of some tens. Tissue far from the probes relaxes, too. Where no
+   * bone can move, some of 20 or more iterations are spent on corrections (Data/Method.md). Default: off.
    */
   vtkSetMacro(CoarseToFine, bool);
   vtkGetMacro(CoarseToFine, bool);

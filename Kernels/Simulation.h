@@ -99,7 +99,7 @@ public:
   void setRelaxation(RelaxationMethod method, double elasticRecovery);
 
   /// Whether the first relaxation after a wave, cut or carve starts on coarser grids (Projected only) and, with 20
-  /// iterations or more, is corrected there. The energy still does not rise: a step that would raise it is applied only
+  /// iterations or more and where no rigid cluster can move, is corrected there. The energy still does not rise: a step that would raise it is applied only
   /// in part, or not at all. Default: off.
   void setCoarseToFine(bool wanted);
 

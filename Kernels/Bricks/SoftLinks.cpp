@@ -13,7 +13,6 @@ namespace
 
 /// Components of a row of soft links (softlinks.clh).
 constexpr std::size_t runs = 4;
-constexpr const char* purpose = "the soft probes";
 
 }
 
@@ -49,8 +48,8 @@ SoftLinks::SoftLinks(Context& context, const BrickTable& table, const Grid& grid
     std::transform(link.place.begin(), link.place.end(), std::back_inserter(values),
       [](double place) { return static_cast<cl_float>(place); });
   }
-  const std::size_t bytes = this->makeRows(context, rows, elements, static_cast<std::size_t>(count));
-  this->values_ = context.allocate(bytes, purpose);
+  const char* purpose = "the soft probes";
+  this->allocate(context, rows, runs * elements * static_cast<std::size_t>(count), purpose);
   const cl::Buffer list = context.upload(addresses, purpose);
   context.launchOver(context.kernel("scatter.cl", "", "scatter"), addresses.size(), this->values_,
     static_cast<cl_uint>(elements), static_cast<cl_int>(runs), list, context.upload(values, purpose));
@@ -66,17 +65,15 @@ SoftLinks::SoftLinks(Context& context, const BrickTable& table, const Grid& grid
     rows[static_cast<std::size_t>(bricks[n])] = static_cast<cl_int>(n);
   }
   const std::size_t elements = static_cast<std::size_t>(table.elementsPerBrick());
-  this->values_ = context.allocate(this->makeRows(context, rows, elements, bricks.size()), purpose, 1);
+  this->allocate(context, rows, runs * elements * bricks.size(), "the correction of a relaxation");
 }
 
-/// Uploads the rows. Returns the bytes that their values take.
-std::size_t SoftLinks::makeRows(
-  Context& context, const std::vector<cl_int>& rows, std::size_t elements, std::size_t count)
+/// Uploads the row of each brick, and allocates so many values, all 0.
+void SoftLinks::allocate(Context& context, const std::vector<cl_int>& rows, std::size_t values, const char* purpose)
 {
-  const std::size_t bytes = sizeof(cl_float) * runs * elements * count;
   this->rows_ = context.upload(rows, purpose);
-  this->bytes_ = sizeof(cl_int) * rows.size() + bytes;
-  return bytes;
+  this->values_ = context.allocate(sizeof(cl_float) * values, purpose);
+  this->bytes_ = sizeof(cl_int) * rows.size() + sizeof(cl_float) * values;
 }
 
 const SoftLink* SoftLinks::of(std::size_t voxel) const

@@ -52,7 +52,7 @@ public:
   std::size_t bytes() const { return this->bytes_; }
 
 private:
-  std::size_t makeRows(Context& context, const std::vector<cl_int>& rows, std::size_t elements, std::size_t count);
+  void allocate(Context& context, const std::vector<cl_int>& rows, std::size_t values, const char* purpose);
 
   std::vector<SoftLink> links_;
   cl::Buffer rows_;

@@ -624,7 +624,8 @@ bool CoarseToFine::run(
 std::optional<double> CoarseToFine::correct(
   RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint)
 {
-  if (this->levels_.empty() || this->bricks_.rotations() || this->bricks_.softLinks() || elasticity.slack > 0.0f)
+  if (this->levels_.empty() || clusters.anyFree() || this->bricks_.rotations() || this->bricks_.softLinks() ||
+      elasticity.slack > 0.0f)
   {
     return std::nullopt;
   }

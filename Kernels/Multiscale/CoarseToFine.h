@@ -40,9 +40,10 @@ public:
 
   /// Runs one more cycle, for what the sweeps after judge() have left (correction.cl). Coarser grids solve for a
   /// correction here, not for the state itself, so what they show less well than the finest grid does no harm. Elements
-  /// that are rigid, or kept by the limits of links, stay where they are. A correction is smooth, so it is judged at
-  /// once. Returns the share that is kept, or nothing where there are no corrections: where elements rotate or strain
-  /// costs no energy at first, and with soft links.
+  /// that the limits of links keep where they are stay there. A correction is smooth, so it is judged at once. Returns
+  /// the share that is kept, or nothing where there are no corrections: where rigid clusters can move (corrections
+  /// would leave them behind, and sweeps find more in the same time), elements rotate, strain costs no energy at first,
+  /// and with soft links.
   std::optional<double> correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint);
 
   /// If the energy is higher than before run(), goes back along the straight line to the state before run(). It stops

@@ -15,7 +15,7 @@ constexpr int sweepsOfCorrection = 12;
 /// Sweeps between two corrections.
 constexpr int sweepsBetween = 4;
 
-/// Further corrections find less than sweeps do: what is left is near limits of links, and in rigid clusters.
+/// Further corrections find less than sweeps do: what is left is near limits of links.
 constexpr int mostCorrections = 3;
 
 /// The last correction is one of which a smaller share is kept.

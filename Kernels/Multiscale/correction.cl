@@ -3,8 +3,8 @@
 // limits let it follow, for each axis. It acts as a force on the coarser grid, whose elements start at rest and move
 // until their links balance it. That is the correction.
 //
-// Some elements are fixed in a correction: they keep their place. On the finest grid these are held and rigid ones, and
-// those that the limit of a link keeps from following. A correction would pull them out of their limits (truncated
+// Some elements are fixed in a correction: they keep their place. On the finest grid these are held and rigid ones
+// (there is no rigid one that could move), and those that the limit of a link keeps from following. A correction would pull them out of their limits (truncated
 // nonsmooth Newton multigrid; C. Graeser and R. Kornhuber, Journal of Computational Mathematics 27, 2009). Their
 // residual along x is INFINITY.
 //

@@ -6,6 +6,7 @@
 #include "RotatingClusters.h"
 #include "SoftClusters.h"
 
+#include <algorithm>
 #include <unordered_map>
 #include <vector>
 
@@ -22,6 +23,12 @@ public:
   /// The cluster of an axis that a voxel belongs to; -1 if there is none.
   int clusterOf(std::size_t voxel, int axis) const;
   bool isAnchored(int cluster) const { return this->clusters_[cluster].anchored; }
+  /// Whether there is a cluster without an anchor.
+  bool anyFree() const
+  {
+    return std::any_of(
+      this->clusters_.begin(), this->clusters_.end(), [](const Cluster& cluster) { return !cluster.anchored; });
+  }
 
   /// These voxels (ascending) and all members of their clusters for an image axis; ascending.
   std::vector<std::size_t> withClusters(const std::vector<std::size_t>& voxels, int axis) const;
