@@ -69,7 +69,7 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
       }
       kept = *share;
       result.iterations += sweepsOfCorrection;
-      this->sweep_ = 0; // the correction is rough, so the plan of sweeps begins anew
+      this->sweep_ = 0; // roughness is what is left now, so the plan of sweeps begins anew
       sweep(sweepsBetween);
     }
   }

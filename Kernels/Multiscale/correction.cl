@@ -4,9 +4,9 @@
 // until their links balance it. That is the correction.
 //
 // Some elements are fixed in a correction: they keep their place. On the finest grid these are held and rigid ones
-// (there is no rigid one that could move), and those that the limit of a link keeps from following. A correction would pull them out of their limits (truncated
-// nonsmooth Newton multigrid; C. Graeser and R. Kornhuber, Journal of Computational Mathematics 27, 2009). Their
-// residual along x is INFINITY.
+// (there is no rigid one that could move), and those that the limit of a link keeps from following. A correction would
+// pull them out of their limits (truncated nonsmooth Newton multigrid; C. Graeser and R. Kornhuber, Journal of
+// Computational Mathematics 27, 2009). Their residual along x is INFINITY.
 //
 // The host guarantees: both grids have bricks of the same size; all 26 neighbours of a brick have a slot (brick.clh).
 
