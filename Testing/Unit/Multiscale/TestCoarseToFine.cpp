@@ -106,6 +106,40 @@ TEST(CoarseToFine, CorrectionsDoNotDependOnBricks)
   }
 }
 
+TEST(CoarseToFine, ACorrectionThatWasStoppedLeavesNoTrace)
+{
+  Scene scene = randomScene({ 40, 34, 30 }, 1, 4530, 0.1, 0.0);
+  scene.anchors.faces[0] = true;
+  const std::vector<Probe> probes{ probeAt(scene, { 30, 16, 16 }, { 4.0, -3.0, 2.0 }, 2.0) };
+  Simulation simulation = simulate(scene);
+  simulation.setCoarseToFine(true);
+  int calls = 0;
+  int most = 1 << 30;
+  simulation.setProgress([&](double) { return ++calls <= most; });
+  const auto relax = [&]
+  {
+    simulation.pull(probes);
+    calls = 0;
+    simulation.relax(40, 0.0);
+  };
+  relax();
+  const std::vector<float> expected = displacements(simulation);
+  const int all = calls;
+  ASSERT_GT(all, 20);
+  simulation.reset();
+  for (int n = 1; n < all; n += std::max(1, all / 25))
+  {
+    simulation.pull(probes);
+    calls = 0;
+    most = n;
+    EXPECT_THROW(simulation.relax(40, 0.0), Aborted) << n;
+    most = 1 << 30;
+    relax();
+    EXPECT_TRUE(sameBits(displacements(simulation), expected)) << "stopped at call " << n << " of " << all;
+    simulation.reset();
+  }
+}
+
 TEST(CoarseToFine, StateStaysFeasibleAndHeldTissueStays)
 {
   for (int seed = 0; seed < 8; ++seed)
