@@ -257,118 +257,132 @@ private:
 
 }
 
-void Readout::displacements(float* out, bool zeroed) const
+void Readout::displacements(const VoxelBox& box, float* out, bool zeroed) const
 {
   const Grid& grid = this->voxels_.model().grid();
   Bricks& bricks = this->voxels_;
   if (!zeroed)
   {
-    std::fill(out, out + 3 * grid.voxels(), 0.0f);
+    std::fill(out, out + 3 * box.voxels(), 0.0f);
   }
-  bricks.readSlots<float>({ { bricks.displacement(), 3 } }, bricks.dirtySlots(),
+  bricks.readSlots<float>({ { bricks.displacement(), 3 } }, bricks.slotsIn(box, bricks.dirtySlots()),
     [&](int slot, const Bricks::SlotValues<float>& u)
     {
-      for (const Bricks::Row& row : bricks.rows(bricks.brick(slot)))
-      {
-        // Rows in which nothing moved are not written. So the system need not provide memory for them.
-        bool moved = false;
-        for (int i = 0; i < row.count; ++i)
+      bricks.forRows(bricks.brick(slot), box,
+        [&](const Bricks::Row& row, int first, int last, std::size_t at)
         {
-          for (std::size_t a = 0; a < 3; ++a)
+          // Rows in which nothing moved are not written. So the system need not provide memory for them.
+          bool moved = false;
+          for (int i = first; i < last; ++i)
           {
-            const float value = u(a, row.local(i));
-            moved = moved || value != 0.0f || std::signbit(value); // -0 is written, too, whatever else its row holds
+            for (std::size_t a = 0; a < 3; ++a)
+            {
+              const float value = u(a, row.local(i));
+              moved = moved || value != 0.0f || std::signbit(value); // -0 is written, too, whatever else its row holds
+            }
           }
-        }
-        float* to = moved ? out + 3 * row.voxel : nullptr;
-        for (int i = 0; to && i < row.count; ++i, to += 3)
-        {
-          for (std::size_t a = 0; a < 3; ++a)
+          float* to = moved ? out + 3 * at : nullptr;
+          for (int i = first; to && i < last; ++i, to += 3)
           {
-            to[a] = static_cast<float>(u(a, row.local(i)) * grid.spacing[a]);
+            for (std::size_t a = 0; a < 3; ++a)
+            {
+              to[a] = static_cast<float>(u(a, row.local(i)) * grid.spacing[a]);
+            }
           }
-        }
-      }
+        });
     });
 }
 
-void Readout::propagationTimes(const ArrivalTimes& arrivals, float* out) const
+void Readout::propagationTimes(const ArrivalTimes& arrivals, const VoxelBox& box, float* out) const
 {
   if (!this->reduction_)
   {
-    arrivals.readTimes(out);
+    arrivals.readTimes(box, out);
     return;
   }
-  std::vector<float> times(this->bricks_.model().grid().voxels() * this->voxels_.model().axes());
-  arrivals.readTimes(times.data());
+  const VoxelBox all = VoxelBox::all(this->bricks_.model().grid());
+  std::vector<float> times(all.voxels() * this->voxels_.model().axes());
+  arrivals.readTimes(all, times.data());
   for (float& time : times)
   {
     time *= time < 0.0f ? 1.0f : static_cast<float>(this->reduction_->voxelsPerElement());
   }
-  this->reduction_->spread(times, -1.0f, out);
+  this->reduction_->spread(times, -1.0f, box, out);
 }
 
-void Readout::wavefronts(const ArrivalTimes& arrivals, int* out, bool zeroed) const
+void Readout::wavefronts(const ArrivalTimes& arrivals, const VoxelBox& box, int* out, bool zeroed) const
 {
   if (!this->reduction_)
   {
-    arrivals.readFronts(out, zeroed);
+    arrivals.readFronts(box, out, zeroed);
     return;
   }
-  std::vector<int> fronts(this->bricks_.model().grid().voxels() * this->voxels_.model().axes());
-  arrivals.readFronts(fronts.data(), true);
-  this->reduction_->spread(fronts, 0, out);
+  const VoxelBox all = VoxelBox::all(this->bricks_.model().grid());
+  std::vector<int> fronts(all.voxels() * this->voxels_.model().axes());
+  arrivals.readFronts(all, fronts.data(), true);
+  this->reduction_->spread(fronts, 0, box, out);
 }
 
-void Readout::clusters(int* out) const
+void Readout::clusters(const VoxelBox& box, int* out) const
 {
+  const Grid& grid = this->voxels_.model().grid();
   const std::size_t axes = static_cast<std::size_t>(this->voxels_.model().axes());
-  std::fill(out, out + axes * this->voxels_.model().grid().voxels(), -1);
+  std::fill(out, out + axes * box.voxels(), -1);
   for (std::size_t a = 0; a < axes; ++a)
   {
     for (const ElementRun& run : connectedRuns(this->voxels_, static_cast<int>(a), true))
     {
-      for (std::size_t n = run.first; n < run.first + run.count; ++n)
+      const Index3 at = grid.indexOf(run.first);
+      const int end = std::min(at[0] + static_cast<int>(run.count), box.first[0] + box.size[0]);
+      for (int i = std::max(at[0], box.first[0]); i < end && box.contains(i, at[1], at[2]); ++i)
       {
-        out[n * axes + a] = run.component;
+        out[box.at(i, at[1], at[2]) * axes + a] = run.component;
       }
     }
   }
 }
 
-void Readout::elements(std::uint8_t* out) const
+void Readout::elements(const VoxelBox& box, std::uint8_t* out) const
 {
-  const Grid& grid = this->voxels_.model().grid();
   const std::size_t axes = static_cast<std::size_t>(this->voxels_.model().axes());
-  std::vector<float> row(grid.size[0] * axes);
-  for (int k = 0; k < grid.size[2]; ++k)
+  std::vector<float> row(box.size[0] * axes);
+  for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
   {
-    for (int j = 0; j < grid.size[1]; ++j)
+    for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j)
     {
-      this->voxels_.row(0, j, k, grid.size[0], row.data());
-      for (int i = 0; i < grid.size[0]; ++i)
+      this->voxels_.row(box.first[0], j, k, box.size[0], row.data());
+      std::uint8_t* to = out + box.at(box.first[0], j, k);
+      for (int i = 0; i < box.size[0]; ++i)
       {
-        out[grid.at(i, j, k)] = std::isinf(row[i * axes]) ? 0 : 1;
+        to[i] = std::isinf(row[i * axes]) ? 0 : 1;
       }
     }
   }
 }
 
-void Readout::links(std::uint8_t* out, bool ofPictures) const
+void Readout::links(const VoxelBox& box, std::uint8_t* out, bool ofPictures) const
 {
+  // Links lead to the voxels around the box, too.
   const Grid& grid = this->voxels_.model().grid();
-  std::vector<std::uint8_t> tissue(grid.voxels());
-  this->elements(tissue.data());
-  const std::size_t step[3] = { 1, grid.at(0, 1, 0), grid.at(0, 0, 1) };
-  inParallel(static_cast<std::size_t>(grid.size[2]),
+  VoxelBox wide;
+  for (int a = 0; a < 3; ++a)
+  {
+    wide.first[a] = std::max(box.first[a] - 1, 0);
+    wide.size[a] = std::min(box.first[a] + box.size[a] + 1, grid.size[a]) - wide.first[a];
+  }
+  std::vector<std::uint8_t> tissue(wide.voxels());
+  this->elements(wide, tissue.data());
+  const std::size_t step[3] = { 1, static_cast<std::size_t>(wide.size[0]),
+    static_cast<std::size_t>(wide.size[0]) * wide.size[1] };
+  inParallel(static_cast<std::size_t>(box.size[2]),
     [&](std::size_t slice)
     {
-      const int k = static_cast<int>(slice);
-      for (int j = 0; j < grid.size[1]; ++j)
+      const int k = box.first[2] + static_cast<int>(slice);
+      for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j)
       {
-        for (int i = 0; i < grid.size[0]; ++i)
+        for (int i = box.first[0]; i < box.first[0] + box.size[0]; ++i)
         {
-          const std::size_t voxel = grid.at(i, j, k);
+          const std::size_t voxel = wide.at(i, j, k);
           const Index3 at{ i, j, k };
           unsigned bits = 0;
           for (int a = 0; tissue[voxel] != 0 && a < 3; ++a)
@@ -378,7 +392,7 @@ void Readout::links(std::uint8_t* out, bool ofPictures) const
           }
           const Links& links = this->voxels_.links();
           const unsigned gone = bits == 0 ? 0 : ofPictures ? links.shownBits(i, j, k) : links.cutBits(i, j, k);
-          out[voxel] = static_cast<std::uint8_t>(bits & ~gone);
+          out[box.at(i, j, k)] = static_cast<std::uint8_t>(bits & ~gone);
         }
       }
     });

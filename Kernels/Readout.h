@@ -11,7 +11,7 @@
 namespace chainmail
 {
 
-/// Reads the state of a simulation, voxel by voxel, and the forces of its probes. See Simulation for the formats.
+/// Reads the state of a simulation, for boxes of voxels, and the forces of its probes. See Simulation for the formats.
 class Readout
 {
 public:
@@ -24,12 +24,12 @@ public:
   }
 
   /// The voxels must be at their current places (ModelReduction::expand()).
-  void displacements(float* out, bool zeroed) const;
-  void propagationTimes(const ArrivalTimes& arrivals, float* out) const;
-  void wavefronts(const ArrivalTimes& arrivals, int* out, bool zeroed) const;
-  void clusters(int* out) const;
-  void elements(std::uint8_t* out) const;
-  void links(std::uint8_t* out, bool ofPictures) const;
+  void displacements(const VoxelBox& box, float* out, bool zeroed) const;
+  void propagationTimes(const ArrivalTimes& arrivals, const VoxelBox& box, float* out) const;
+  void wavefronts(const ArrivalTimes& arrivals, const VoxelBox& box, int* out, bool zeroed) const;
+  void clusters(const VoxelBox& box, int* out) const;
+  void elements(const VoxelBox& box, std::uint8_t* out) const;
+  void links(const VoxelBox& box, std::uint8_t* out, bool ofPictures) const;
 
   /// The tissue voxels that an element stands for, ascending.
   std::vector<std::size_t> voxelsOf(std::size_t element) const;

@@ -14,6 +14,7 @@
 #include "Waves.h"
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <optional>
 #include <unordered_set>
@@ -32,6 +33,12 @@ RotationSettings rotatingOf(const Settings& settings)
     throw InputError("Poisson's ratio must be a number from 0 to 0.49, and 0 without rotations.");
   }
   return { settings.rotations, settings.poissonRatio };
+}
+
+std::uint64_t nextNumber()
+{
+  static std::atomic<std::uint64_t> last{ 0 };
+  return ++last;
 }
 
 }
@@ -77,6 +84,8 @@ public:
   double energy();
   Resampled resample(
     const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail);
+  void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
+    const std::function<void(std::size_t, const std::vector<char>&)>& take);
   Bricks& voxels();
 
   /// Runs a public call.
@@ -100,6 +109,7 @@ public:
   MultiscaleRelaxation relaxation_;
 
 private:
+  void checkOutput(const Index3& padding, const OutputDetail& detail) const;
   void checkpoint(double share);
   void reportCompiling(bool mayStop);
   void moved();
@@ -132,6 +142,7 @@ private:
   bool beyondLimits_ = false; ///< whether links may exceed their limits, because the published method has relaxed
   Resampling resampling_;
   std::optional<RigidClusters> clusters_;
+  const std::uint64_t number_ = nextNumber(); ///< of this simulation, unique in this process
 };
 
 void Simulation::Impl::checkpoint(double share)
@@ -626,8 +637,8 @@ Statistics Simulation::Impl::measure()
   return statistics;
 }
 
-Resampled Simulation::Impl::resample(
-  const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail)
+/// Throws InputError where an output cannot be made.
+void Simulation::Impl::checkOutput(const Index3& padding, const OutputDetail& detail) const
 {
   if (detail.finer < 1 || detail.finer > OutputDetail::most)
   {
@@ -646,10 +657,33 @@ Resampled Simulation::Impl::resample(
       throw InputError("The output has too many voxels along an axis. Lower OutputPadding or OutputMagnification.");
     }
   }
+}
+
+Resampled Simulation::Impl::resample(
+  const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail)
+{
+  this->checkOutput(padding, detail);
   this->voxels();
   const WhileCompiling report([this] { this->reportCompiling(true); });
   return this->resampling_.run(
     padding, since, cuts, detail, [this](double share) { this->checkpoint(share); }, visit);
+}
+
+void Simulation::Impl::exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
+  const std::function<void(std::size_t, const std::vector<char>&)>& take)
+{
+  for (const OutputDetail& part : parts)
+  {
+    this->checkOutput(padding, part);
+  }
+  this->voxels();
+  const WhileCompiling report([this] { this->reportCompiling(true); });
+  this->resampling_.exportTissue(padding, cuts, parts,
+    [&](std::size_t n, TissuePart part)
+    {
+      part.frame.simulation = this->number_;
+      take(n, part.toBytes());
+    });
 }
 
 Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& settings)
@@ -791,45 +825,51 @@ Statistics Simulation::measure() const
   return this->impl_->called([&] { return this->impl_->measure(); });
 }
 
-void Simulation::displacements(float* out, bool zeroed) const
+void Simulation::displacements(const VoxelBox& box, float* out, bool zeroed) const
 {
   this->impl_->called(
     [&]
     {
       this->impl_->voxels();
-      this->impl_->readout_.displacements(out, zeroed);
+      this->impl_->readout_.displacements(box, out, zeroed);
     });
 }
 
-void Simulation::propagationTimes(float* out) const
+void Simulation::propagationTimes(const VoxelBox& box, float* out) const
 {
-  this->impl_->called([&] { this->impl_->readout_.propagationTimes(this->impl_->waves_.arrivals(), out); });
+  this->impl_->called([&] { this->impl_->readout_.propagationTimes(this->impl_->waves_.arrivals(), box, out); });
 }
 
-void Simulation::wavefronts(int* out, bool zeroed) const
+void Simulation::wavefronts(const VoxelBox& box, int* out, bool zeroed) const
 {
-  this->impl_->called([&] { this->impl_->readout_.wavefronts(this->impl_->waves_.arrivals(), out, zeroed); });
+  this->impl_->called([&] { this->impl_->readout_.wavefronts(this->impl_->waves_.arrivals(), box, out, zeroed); });
 }
 
-void Simulation::clusters(int* out) const
+void Simulation::clusters(const VoxelBox& box, int* out) const
 {
-  this->impl_->readout_.clusters(out);
+  this->impl_->readout_.clusters(box, out);
 }
 
-void Simulation::elements(std::uint8_t* out) const
+void Simulation::elements(const VoxelBox& box, std::uint8_t* out) const
 {
-  this->impl_->readout_.elements(out);
+  this->impl_->readout_.elements(box, out);
 }
 
-void Simulation::links(std::uint8_t* out, bool ofPictures) const
+void Simulation::links(const VoxelBox& box, std::uint8_t* out, bool ofPictures) const
 {
-  this->impl_->readout_.links(out, ofPictures);
+  this->impl_->readout_.links(box, out, ofPictures);
 }
 
 Resampled Simulation::resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts,
   const OutputDetail& detail) const
 {
   return this->impl_->called([&] { return this->impl_->resample(padding, visit, since, cuts, detail); });
+}
+
+void Simulation::exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
+  const std::function<void(std::size_t, const std::vector<char>&)>& take) const
+{
+  this->impl_->called([&] { this->impl_->exportTissue(padding, cuts, parts, take); });
 }
 
 }

@@ -99,8 +99,8 @@ public:
   void setRelaxation(RelaxationMethod method, double elasticRecovery);
 
   /// Whether the first relaxation after a wave, cut or carve starts on coarser grids (Projected only) and, with 20
-  /// iterations or more and where no rigid cluster can move, is corrected there. The energy still does not rise: a step that would raise it is applied only
-  /// in part, or not at all. Default: off.
+  /// iterations or more and where no rigid cluster can move, is corrected there. The energy still does not rise: a step
+  /// that would raise it is applied only in part, or not at all. Default: off.
   void setCoarseToFine(bool wanted);
 
   /// Puts everything back to its rest place and releases all probes. Cuts and carves stay.
@@ -190,29 +190,39 @@ public:
   /// Energy, violations, displaced elements and memory of the present state.
   Statistics measure() const;
 
-  /// Displacements of all voxels of the grid [mm], 3 interleaved floats each; 0 in air. Where the model is reduced,
+  // --- Values of voxels: those of a box, or of the whole grid
+
+  /// Displacements [mm], 3 interleaved floats a voxel; 0 in air. Where the model is reduced,
   /// voxels at a cut may be displaced differently after it. `zeroed` says that `out` is already all 0; then only the
   /// values of tissue that may have moved are written.
-  void displacements(float* out, bool zeroed = false) const;
+  void displacements(const VoxelBox& box, float* out, bool zeroed = false) const;
+  void displacements(float* out, bool zeroed = false) const { this->displacements(this->whole(), out, zeroed); }
 
   /// When the last wave that reached each element arrived there: the length of the shortest path of links from the
   /// probe, as a fraction of the spacing. `axes()` interleaved values a voxel; -1 where no wave came.
-  void propagationTimes(float* out) const;
+  void propagationTimes(const VoxelBox& box, float* out) const;
+  void propagationTimes(float* out) const { this->propagationTimes(this->whole(), out); }
 
   /// The number of the last wave that reached each element, counted since reset() from 1 on; 0 where none came. Laid
   /// out as in propagationTimes(); `zeroed` as in displacements().
-  void wavefronts(int* out, bool zeroed = false) const;
+  void wavefronts(const VoxelBox& box, int* out, bool zeroed = false) const;
+  void wavefronts(int* out, bool zeroed = false) const { this->wavefronts(this->whole(), out, zeroed); }
 
   /// The rigid cluster of each element and axis: elements of equal numbers move as one; -1 where the element is not
   /// rigid. `axes()` interleaved values a voxel, numbered from 0 in the order of the clusters' first voxels.
-  void clusters(int* out) const;
+  void clusters(const VoxelBox& box, int* out) const;
+  void clusters(int* out) const { this->clusters(this->whole(), out); }
 
   /// 1 where there is tissue now, 0 in air and where it was carved away. One value a voxel.
-  void elements(std::uint8_t* out) const;
+  void elements(const VoxelBox& box, std::uint8_t* out) const;
+  void elements(std::uint8_t* out) const { this->elements(this->whole(), out); }
 
   /// Which of an element's links exist: bit 0 x-, 1 x+, 2 y-, 3 y+, 4 z-, 5 z+. One value a voxel, 0 in air.
   /// `ofPictures`: links across free joints (Joints) count as existing, as they do for resample().
-  void links(std::uint8_t* out, bool ofPictures = false) const;
+  void links(const VoxelBox& box, std::uint8_t* out, bool ofPictures = false) const;
+  void links(std::uint8_t* out, bool ofPictures = false) const { this->links(this->whole(), out, ofPictures); }
+
+  // --- Output
 
   /// Finds where the material of each output voxel comes from. Output voxels are those of the grid and `padding` more
   /// on every side; `detail` may select a part of them, and further voxels between them. Offsets are in voxels of the
@@ -224,7 +234,14 @@ public:
   Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since = 0,
     CutSurfaces cuts = CutSurfaces::Stepped, const OutputDetail& detail = {}) const;
 
+  /// Calls take(n, bytes) for each part of such an output with the tissue that a Resampler in another process needs for
+  /// it. `parts` differ only in which voxels they have. Throws InputError as resample() does.
+  void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
+    const std::function<void(std::size_t part, const std::vector<char>& bytes)>& take) const;
+
 private:
+  VoxelBox whole() const { return VoxelBox::all(this->model().grid()); }
+
   class Impl;
   struct Release
   {

@@ -102,6 +102,25 @@ std::vector<int> BrickTable::slotsOf(const std::vector<int>& bricks) const
   return slots;
 }
 
+std::vector<int> BrickTable::slotsIn(const VoxelBox& box, const std::vector<int>& slots) const
+{
+  std::vector<int> found;
+  for (const int slot : slots)
+  {
+    const Index3 origin = this->origin(this->brick(slot));
+    bool meets = true;
+    for (int a = 0; a < 3; ++a)
+    {
+      meets = meets && origin[a] < box.first[a] + box.size[a] && box.first[a] < origin[a] + this->size_[a];
+    }
+    if (meets)
+    {
+      found.push_back(slot);
+    }
+  }
+  return found;
+}
+
 std::vector<int> BrickTable::bricksOf(const std::vector<int>& slots) const
 {
   std::vector<int> bricks;

@@ -2,6 +2,7 @@
 
 #include "Model.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -63,6 +64,23 @@ public:
     std::uint32_t local(int n) const { return this->firsts[n & 1] + static_cast<std::uint32_t>(n >> 1); }
   };
   std::vector<Row> rows(int brick) const;
+  /// Those of these slots whose bricks meet a box.
+  std::vector<int> slotsIn(const VoxelBox& box, const std::vector<int>& slots) const;
+  /// Calls f(row, first, last, at) for the rows of a brick that meet a box: elements `first` to `last` - 1 of the row
+  /// lie in it, the first of these at `at` in an array over the box.
+  template <typename F> void forRows(int brick, const VoxelBox& box, const F& f) const
+  {
+    for (const Row& row : this->rows(brick))
+    {
+      const Index3 at = this->grid_.indexOf(row.voxel);
+      const int first = std::max(box.first[0] - at[0], 0);
+      const int last = std::min(box.first[0] + box.size[0] - at[0], row.count);
+      if (first < last && box.contains(at[0] + first, at[1], at[2]))
+      {
+        f(row, first, last, box.at(at[0] + first, at[1], at[2]));
+      }
+    }
+  }
 
 protected:
   Grid grid_;

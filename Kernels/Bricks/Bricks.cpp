@@ -41,6 +41,32 @@ void Bricks::saveIn(Field& field, const std::vector<int>& slots)
   this->copy(this->displacement_, field, slots);
 }
 
+void Bricks::writeSlots(const std::vector<int>& slots, const std::vector<float>& values)
+{
+  const auto count = static_cast<std::size_t>(this->elementsPerBrick());
+  std::vector<float> run;
+  for (std::size_t begin = 0, end = 0; begin < slots.size(); begin = end)
+  {
+    // Consecutive slots are one transfer for each axis.
+    for (end = begin + 1; end < slots.size() && slots[end] == slots[end - 1] + 1;)
+    {
+      ++end;
+    }
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      run.clear();
+      for (std::size_t n = begin; n < end; ++n)
+      {
+        const auto from = values.begin() + static_cast<std::ptrdiff_t>((3 * n + a) * count);
+        run.insert(run.end(), from, from + static_cast<std::ptrdiff_t>(count));
+      }
+      this->context().write(
+        this->displacement_.buffer, sizeof(float) * (a * this->pitch() + slots[begin] * count), run);
+    }
+  }
+  this->markDirty(slots);
+}
+
 void Bricks::clearDisplacements()
 {
   this->clear(this->displacement_);

@@ -55,6 +55,9 @@ public:
   Snapshot& before() { return this->before_; }
   const Snapshot& before() const { return this->before_; }
 
+  /// Sets all displacements in these slots, which have a state: for each slot what readSlot() gives, in their order.
+  void writeSlots(const std::vector<int>& slots, const std::vector<float>& values);
+
   /// Puts all elements at rest: sets displacements and rotations to zero.
   void clearDisplacements();
   /// Replaces these elements (Grid::at) by air and puts them at rest.

@@ -53,6 +53,7 @@ public:
     void add(std::uint32_t local, double squared, double distance);
 
     const std::vector<std::uint16_t>& values() const { return this->values_; }
+    void setValues(std::vector<std::uint16_t> values) { this->values_ = std::move(values); }
 
   private:
     std::vector<std::uint16_t> values_; ///< as in cutdistance.clh
@@ -65,6 +66,7 @@ public:
     this->changed_.insert(brick);
     return this->bricks_.try_emplace(brick, this->table_.elementsPerBrick()).first->second;
   }
+  const std::unordered_map<int, Brick>& all() const { return this->bricks_; }
   /// The bricks that at() was called for since the last call of this function.
   std::set<int> takeChanged() { return std::exchange(this->changed_, {}); }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace chainmail
 {
@@ -93,6 +94,19 @@ void Links::clear()
   this->cuts_.clear();
   this->joints_.clear();
   this->carvedBricks_.clear();
+}
+
+void Links::replace(CutBits bits)
+{
+  this->clear();
+  this->cuts_ = std::move(bits);
+  for (const auto& [brick, cuts] : this->cuts_)
+  {
+    if (std::any_of(cuts.begin(), cuts.end(), [](std::uint8_t byte) { return (byte & CARVED_BIT) != 0; }))
+    {
+      this->carvedBricks_.insert(brick);
+    }
+  }
 }
 
 void Links::takeOut(int i, int j, int k, int count, int axes, float* constraints) const

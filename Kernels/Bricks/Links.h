@@ -45,6 +45,8 @@ public:
   void removeElement(int i, int j, int k);
   /// Restores all links and elements.
   void clear();
+  /// Removes what these bits say and nothing else.
+  void replace(CutBits bits);
 
   /// Replaces the carved elements by air among `count` constraints from (i, j, k) on, laid out as in Model::row().
   void takeOut(int i, int j, int k, int count, int axes, float* constraints) const;

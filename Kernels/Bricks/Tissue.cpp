@@ -203,10 +203,29 @@ void Tissue::restoreTopology()
   const std::set<int> carved = this->links_.carvedBricks();
   this->links_.clear();
   this->cutDistances_.clear();
+  this->fillAgain(carved);
+  this->separateJoints();
+}
+
+void Tissue::replaceTopology(Topology topology)
+{
+  this->restoreTopology();
+  this->links_.replace(std::move(topology.bits));
+  for (auto& [brick, values] : topology.distances)
+  {
+    this->cutDistances_.at(brick).setValues(std::move(values));
+  }
+  this->fillAgain(this->links_.carvedBricks());
+  this->uploadCuts();
+}
+
+/// Writes the constraints of bricks with a slot again, as row() gives them now.
+void Tissue::fillAgain(const std::set<int>& bricks)
+{
   const std::size_t axes = this->model_->axes();
   const std::size_t count = this->elements_;
   std::vector<float> constraints(axes * count);
-  for (const int brick : carved)
+  for (const int brick : bricks)
   {
     if (this->slot(brick) > 0)
     {
@@ -218,7 +237,6 @@ void Tissue::restoreTopology()
       }
     }
   }
-  this->separateJoints();
 }
 
 void Tissue::uploadCuts()

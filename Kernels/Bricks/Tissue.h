@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <unordered_map>
 #include <vector>
 
 namespace chainmail
@@ -80,6 +81,19 @@ public:
   void uploadCuts();
   /// Restores all links and elements. No element may be held at that time.
   void restoreTopology();
+  /// What cuts and carves have changed of this tissue, by brick, for pictures.
+  struct Topology
+  {
+    Links::CutBits bits;
+    std::unordered_map<int, std::vector<std::uint16_t>> distances; ///< CutDistances::Brick::values()
+
+    bool operator==(const Topology& other) const
+    {
+      return this->bits == other.bits && this->distances == other.distances;
+    }
+  };
+  /// Restores everything, then removes and sets what `topology` says.
+  void replaceTopology(Topology topology);
 
   // --- Fields that kernels read
 
@@ -114,6 +128,7 @@ private:
 
   void readTissue(const std::vector<int>& bricks);
   bool fill(int brick, std::vector<float>& out) const;
+  void fillAgain(const std::set<int>& bricks);
   void writeCuts(int brick, const std::vector<std::uint8_t>& bits);
   void separateJoints();
 

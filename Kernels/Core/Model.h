@@ -56,6 +56,37 @@ struct Grid
   }
 };
 
+/// A box of voxels of a grid. Arrays over a box run x fastest, then y, then z, as those over a grid do.
+struct VoxelBox
+{
+  Index3 first{};
+  Index3 size{};
+
+  static VoxelBox all(const Grid& grid) { return { {}, grid.size }; }
+  std::size_t voxels() const
+  {
+    return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]);
+  }
+  bool contains(int i, int j, int k) const
+  {
+    return i >= first[0] && i < first[0] + size[0] && j >= first[1] && j < first[1] + size[1] && k >= first[2] &&
+           k < first[2] + size[2];
+  }
+  bool contains(const VoxelBox& other) const
+  {
+    return this->contains(other.first[0], other.first[1], other.first[2]) &&
+           this->contains(other.first[0] + other.size[0] - 1, other.first[1] + other.size[1] - 1,
+             other.first[2] + other.size[2] - 1);
+  }
+  /// The place of a voxel of the grid in an array over this box.
+  std::size_t at(int i, int j, int k) const
+  {
+    return static_cast<std::size_t>(i - first[0]) +
+           static_cast<std::size_t>(size[0]) *
+             (static_cast<std::size_t>(j - first[1]) + static_cast<std::size_t>(size[1]) * (k - first[2]));
+  }
+};
+
 /// A view of one array over a grid, in the type in which it is stored. It does not own the array.
 struct ArrayView
 {

@@ -73,23 +73,26 @@ public:
   /// The number of parallel voxel links that a link of elements stands for. Its energy and force count as many times.
   double linksPerLink() const;
 
-  /// Gives every voxel the value of its larger element, `axes()` interleaved values each; `nothing` in air.
-  template <typename T> void spread(const std::vector<T>& reduced, T nothing, T* out) const
+  /// Gives every voxel of a box the value of its larger element, `axes()` interleaved values each; `nothing` in air.
+  template <typename T> void spread(const std::vector<T>& reduced, T nothing, const VoxelBox& box, T* out) const
   {
     const Grid& grid = this->whole_.model().grid();
     const std::size_t axes = static_cast<std::size_t>(this->whole_.model().axes());
-    std::vector<float> row(grid.size[0] * axes);
-    for (std::size_t first = 0; first < grid.voxels(); first += grid.size[0])
+    std::vector<float> row(box.size[0] * axes);
+    for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
     {
-      const Index3 at = grid.indexOf(first);
-      this->whole_.row(0, at[1], at[2], grid.size[0], row.data());
-      for (std::size_t i = 0; i < static_cast<std::size_t>(grid.size[0]); ++i)
+      for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j)
       {
-        const bool air = std::isinf(row[i * axes]);
-        const std::size_t from = air ? 0 : this->ownerOf(first + i);
-        for (std::size_t a = 0; a < axes; ++a)
+        this->whole_.row(box.first[0], j, k, box.size[0], row.data());
+        const std::size_t first = grid.at(box.first[0], j, k);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(box.size[0]); ++i)
         {
-          out[(first + i) * axes + a] = air ? nothing : reduced[from * axes + a];
+          const bool air = std::isinf(row[i * axes]);
+          const std::size_t from = air ? 0 : this->ownerOf(first + i);
+          for (std::size_t a = 0; a < axes; ++a)
+          {
+            *out++ = air ? nothing : reduced[from * axes + a];
+          }
         }
       }
     }

@@ -81,7 +81,7 @@ void ArrivalTimes::clear()
 }
 
 // Reads a field of 4-byte integers or floats into `out`, only where a wave came.
-template <typename T> void ArrivalTimes::read(const Field& field, T* out) const
+template <typename T> void ArrivalTimes::read(const Field& field, const VoxelBox& box, T* out) const
 {
   static_assert(sizeof(T) == sizeof(cl_int), "fields are read as integers");
   if (!field.buffer())
@@ -91,43 +91,45 @@ template <typename T> void ArrivalTimes::read(const Field& field, T* out) const
   const std::size_t axes = field.runs;
   std::vector<int> slots(this->bricks_.states() - 1);
   std::iota(slots.begin(), slots.end(), 1);
-  this->bricks_.readSlots<cl_int>({ { this->front_.buffer, axes }, { field.buffer, axes } }, slots,
+  this->bricks_.readSlots<cl_int>({ { this->front_.buffer, axes }, { field.buffer, axes } },
+    this->bricks_.slotsIn(box, slots),
     [&](int slot, const Bricks::SlotValues<cl_int>& values)
     {
       const int brick = this->bricks_.brick(slot);
       const auto cut = this->bricks_.links().all().find(brick);
       const std::uint8_t* cutBits = cut == this->bricks_.links().all().end() ? nullptr : cut->second.data();
-      for (const Bricks::Row& row : this->bricks_.rows(brick))
-      {
-        for (int i = 0; i < row.count; ++i)
+      this->bricks_.forRows(brick, box,
+        [&](const Bricks::Row& row, int first, int last, std::size_t at)
         {
-          const std::uint32_t local = row.local(i);
-          for (std::size_t a = 0; a < axes; ++a)
+          for (int i = first; i < last; ++i, ++at)
           {
-            if (values(a, local) != 0 && !(cutBits && (cutBits[local] & CARVED_BIT) != 0))
+            const std::uint32_t local = row.local(i);
+            for (std::size_t a = 0; a < axes; ++a)
             {
-              const cl_int bits = values(axes + a, local);
-              std::memcpy(out + axes * (row.voxel + i) + a, &bits, sizeof(bits));
+              if (values(a, local) != 0 && !(cutBits && (cutBits[local] & CARVED_BIT) != 0))
+              {
+                const cl_int bits = values(axes + a, local);
+                std::memcpy(out + axes * at + a, &bits, sizeof(bits));
+              }
             }
           }
-        }
-      }
+        });
     });
 }
 
-void ArrivalTimes::readTimes(float* out) const
+void ArrivalTimes::readTimes(const VoxelBox& box, float* out) const
 {
-  std::fill(out, out + this->time_.runs * this->bricks_.model().grid().voxels(), -1.0f);
-  this->read(this->time_, out);
+  std::fill(out, out + this->time_.runs * box.voxels(), -1.0f);
+  this->read(this->time_, box, out);
 }
 
-void ArrivalTimes::readFronts(int* out, bool zeroed) const
+void ArrivalTimes::readFronts(const VoxelBox& box, int* out, bool zeroed) const
 {
   if (!zeroed)
   {
-    std::fill(out, out + this->front_.runs * this->bricks_.model().grid().voxels(), 0);
+    std::fill(out, out + this->front_.runs * box.voxels(), 0);
   }
-  this->read(this->front_, out);
+  this->read(this->front_, box, out);
 }
 
 }

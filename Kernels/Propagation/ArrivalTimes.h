@@ -28,16 +28,16 @@ public:
 
   void clear();
 
-  /// Both write whole grids, axes() interleaved values a voxel: a time of -1 and a wave id of 0 where no wave came.
-  /// `zeroed`: all of `out` is 0 already.
-  void readTimes(float* out) const;
-  void readFronts(int* out, bool zeroed) const;
+  /// Both write the values of a box, axes() interleaved ones an element: a time of -1 and a wave id of 0 where no wave
+  /// came. `zeroed`: all of `out` is 0 already.
+  void readTimes(const VoxelBox& box, float* out) const;
+  void readFronts(const VoxelBox& box, int* out, bool zeroed) const;
 
   const Field& time() const { return this->time_; }
   const Field& front() const { return this->front_; }
 
 private:
-  template <typename T> void read(const Field& field, T* out) const;
+  template <typename T> void read(const Field& field, const VoxelBox& box, T* out) const;
 
   Bricks& bricks_;
   FixedPoint fixedPoint_;

@@ -289,6 +289,22 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
   return { this->last_, reaches.empty() };
 }
 
+void Resampling::exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
+  const std::function<void(std::size_t, const TissuePart&)>& take)
+{
+  this->changes_.revise();
+  const OutputFrame frame(this->bricks_.model().grid(), padding, this->bricks_.size());
+  const Ranges ranges(this->bricks_, this->changes_);
+  const std::vector<BrickExtents> reaches = findReaches(this->bricks_, frame, this->changes_, ranges, cuts);
+  for (std::size_t n = 0; n < parts.size(); ++n)
+  {
+    TissuePart part = partOf(this->bricks_, frame, reaches, this->changes_.displaced(), parts[n]);
+    part.frame.padding = padding;
+    part.frame.cuts = cuts;
+    take(n, part);
+  }
+}
+
 /// Computes the offsets of the voxels of these output bricks, batch by batch.
 void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
   const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit)

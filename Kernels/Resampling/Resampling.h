@@ -1,6 +1,7 @@
 #pragma once
 
 #include "BrickExtents.h"
+#include "TissuePart.h"
 #include "Types.h"
 
 #include <cstdint>
@@ -19,6 +20,10 @@ public:
   /// See Simulation::resample().
   Resampled run(const Index3& padding, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail,
     const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
+
+  /// See Simulation::exportTissue().
+  void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
+    const std::function<void(std::size_t part, const TissuePart& tissue)>& take);
 
   /// A group of output bricks that are processed together.
   struct Batch

@@ -1,0 +1,198 @@
+#include "Resampler.h"
+
+#include "Error.h"
+#include "Process.h"
+#include "Resampling.h"
+#include "TissuePart.h"
+
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <unordered_map>
+#include <utility>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// The elements of the bricks that were received.
+class Received
+{
+public:
+  Received(const Grid& grid, const Index3& brickSize)
+    : table_(grid, brickSize)
+    , grid_(grid)
+    , bytes_(static_cast<std::size_t>(this->table_.elementsPerBrick()) / 8)
+  {
+  }
+
+  void add(const TissuePart& part)
+  {
+    for (std::size_t n = 0; n < part.bricks.size(); ++n)
+    {
+      const auto bits = part.elements.begin() + static_cast<std::ptrdiff_t>(this->bytes_ * n);
+      this->bits_[part.bricks[n]].assign(bits, bits + static_cast<std::ptrdiff_t>(this->bytes_));
+    }
+  }
+
+  /// See Model::RowReader. Resampling needs to know only where tissue is.
+  void row(std::size_t first, int count, float* out) const
+  {
+    constexpr float tissue = 0.5f;
+    const Index3 at = this->grid_.indexOf(first);
+    const std::vector<std::uint8_t>* bits = nullptr;
+    int before = -1;
+    for (int n = 0; n < count; ++n)
+    {
+      const int brick = this->table_.brickAt(at[0] + n, at[1], at[2]);
+      if (brick != before)
+      {
+        const auto found = this->bits_.find(brick);
+        if (found == this->bits_.end())
+        {
+          throw std::logic_error("The output shows tissue that was not received from the first process.");
+        }
+        bits = &found->second;
+        before = brick;
+      }
+      const std::uint32_t local = this->table_.local(at[0] + n, at[1], at[2]);
+      out[n] = ((*bits)[local / 8] >> local % 8 & 1) != 0 ? tissue : -std::numeric_limits<float>::infinity();
+    }
+  }
+
+private:
+  BrickTable table_;
+  Grid grid_;
+  std::size_t bytes_;
+  std::unordered_map<int, std::vector<std::uint8_t>> bits_;
+};
+
+/// The tissue of one simulation.
+struct Copy
+{
+  Copy(std::shared_ptr<Context> context, const TissuePart::Frame& frame)
+    : received(std::make_shared<Received>(frame.grid, frame.brickSize))
+    , bricks(std::move(context),
+        std::make_shared<const Model>(frame.grid, 1,
+          [from = this->received](std::size_t first, int count, float* out) { from->row(first, count, out); }),
+        frame.brickSize)
+    , resampling(this->bricks)
+  {
+  }
+
+  std::shared_ptr<Received> received;
+  Bricks bricks;
+  Resampling resampling;
+  Tissue::Topology topology;
+  std::vector<int> displaced; ///< bricks that may be displaced
+};
+
+}
+
+class Resampler::Impl
+{
+public:
+  explicit Impl(const std::string& device)
+    : context(Context::of(device))
+  {
+  }
+
+  void take(const TissuePart& part);
+
+  std::shared_ptr<Context> context;
+  std::function<bool(double)> progress;
+  std::function<bool()> compiling;
+  TissuePart::Frame frame;
+  std::optional<Copy> copy;
+};
+
+void Resampler::Impl::take(const TissuePart& part)
+{
+  const auto isSame = [](const TissuePart::Frame& a, const TissuePart::Frame& b)
+  { return a.simulation == b.simulation && a.grid.size == b.grid.size && a.brickSize == b.brickSize; };
+  if (!this->copy || !isSame(part.frame, this->frame))
+  {
+    this->copy.reset(); // frees its memory first
+    this->copy.emplace(this->context, part.frame);
+  }
+  this->frame = part.frame;
+  Copy& own = *this->copy;
+  Bricks& bricks = own.bricks;
+  own.received->add(part);
+  if (!(own.topology == part.topology))
+  {
+    own.topology = part.topology;
+    bricks.replaceTopology(part.topology);
+  }
+  const std::vector<int> before = std::exchange(own.displaced, part.displaced);
+  const auto perBrick = static_cast<std::size_t>(3 * bricks.elementsPerBrick());
+  const std::vector<int> atRest = bricks.slotsOf(before);
+  bricks.writeSlots(atRest, std::vector<float>(perBrick * atRest.size(), 0.0f));
+  bricks.makeUpdatable(part.displaced);
+  bricks.writeSlots(bricks.slotsOf(part.displaced), part.displacements);
+}
+
+Resampler::Resampler(const std::string& device)
+  : impl_(translated([&] { return std::make_unique<Impl>(device); }))
+{
+}
+
+Resampler::~Resampler() = default;
+Resampler::Resampler(Resampler&&) noexcept = default;
+Resampler& Resampler::operator=(Resampler&&) noexcept = default;
+
+void Resampler::setProgress(std::function<bool(double)> progress)
+{
+  this->impl_->progress = std::move(progress);
+}
+
+void Resampler::setCompiling(std::function<bool()> compiling)
+{
+  this->impl_->compiling = std::move(compiling);
+}
+
+void Resampler::take(const std::vector<char>& bytes)
+{
+  requireOwnOpenCL();
+  translated([&] { this->impl_->take(TissuePart::fromBytes(bytes)); });
+}
+
+VoxelBox Resampler::sources() const
+{
+  return this->impl_->frame.sources;
+}
+
+Resampled Resampler::resample(const BoxVisitor& visit, std::uint64_t since)
+{
+  requireOwnOpenCL();
+  Impl& impl = *this->impl_;
+  if (!impl.copy)
+  {
+    throw InputError("There is no tissue to resample.");
+  }
+  const WhileCompiling report(
+    [&impl]
+    {
+      if (impl.compiling && !impl.compiling())
+      {
+        throw Aborted();
+      }
+    });
+  const auto checkpoint = [&impl](double share)
+  {
+    if (impl.progress && !impl.progress(share))
+    {
+      throw Aborted();
+    }
+  };
+  return translated(
+    [&]
+    {
+      return impl.copy->resampling.run(
+        impl.frame.padding, since, impl.frame.cuts, impl.frame.detail, checkpoint, visit);
+    });
+}
+
+}

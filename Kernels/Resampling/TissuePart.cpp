@@ -1,0 +1,310 @@
+#include "TissuePart.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace chainmail
+{
+
+namespace
+{
+
+template <typename T> void put(std::vector<char>& bytes, const T* values, std::size_t count)
+{
+  const auto* const from = reinterpret_cast<const char*>(values);
+  bytes.insert(bytes.end(), from, from + sizeof(T) * count);
+}
+
+template <typename T> void put(std::vector<char>& bytes, const std::vector<T>& values)
+{
+  const std::uint64_t count = values.size();
+  put(bytes, &count, 1);
+  put(bytes, values.data(), values.size());
+}
+
+template <typename T> const char* take(const char* from, T* values, std::size_t count)
+{
+  std::memcpy(values, from, sizeof(T) * count);
+  return from + sizeof(T) * count;
+}
+
+template <typename T> const char* take(const char* from, std::vector<T>& values)
+{
+  std::uint64_t count = 0;
+  from = take(from, &count, 1);
+  values.resize(count);
+  return take(from, values.data(), values.size());
+}
+
+/// A set of bricks of the grid.
+class BrickSet
+{
+public:
+  explicit BrickSet(const Bricks& bricks)
+    : bricks_(bricks)
+    , has_(bricks.numbers(), 0)
+  {
+  }
+
+  void add(int brick) { this->has_[brick] = 1; }
+  bool has(int brick) const { return this->has_[brick] != 0; }
+  std::vector<int> all() const
+  {
+    std::vector<int> all;
+    for (std::size_t brick = 0; brick < this->has_.size(); ++brick)
+    {
+      if (this->has_[brick] != 0)
+      {
+        all.push_back(static_cast<int>(brick));
+      }
+    }
+    return all;
+  }
+  /// These bricks and all that are up to `voxels` away from one of them.
+  BrickSet widened(const Index3& voxels) const
+  {
+    const Index3& grid = this->bricks_.model().grid().size;
+    const Index3 size = this->bricks_.size();
+    BrickSet wider(this->bricks_);
+    for (const int brick : this->all())
+    {
+      const Index3 origin = this->bricks_.origin(brick);
+      Index3 low;
+      Index3 high;
+      for (int a = 0; a < 3; ++a)
+      {
+        low[a] = std::max(origin[a] - voxels[a], 0);
+        high[a] = std::min(origin[a] + size[a] - 1 + voxels[a], grid[a] - 1);
+      }
+      for (int k = low[2] / size[2] * size[2]; k <= high[2]; k += size[2])
+      {
+        for (int j = low[1] / size[1] * size[1]; j <= high[1]; j += size[1])
+        {
+          for (int i = low[0] / size[0] * size[0]; i <= high[0]; i += size[0])
+          {
+            wider.add(this->bricks_.brickAt(i, j, k));
+          }
+        }
+      }
+    }
+    return wider;
+  }
+
+private:
+  const Bricks& bricks_;
+  std::vector<char> has_;
+};
+
+/// Displaced elements up to this far from a cell may move it, or limit where it may arrive [voxels].
+constexpr int around = 4;
+
+void addElements(const Bricks& bricks, TissuePart& part)
+{
+  const std::size_t bytes = static_cast<std::size_t>(bricks.elementsPerBrick()) / 8;
+  const int axes = bricks.model().axes();
+  part.elements.assign(bytes * part.bricks.size(), 0);
+  std::vector<float> constraints(static_cast<std::size_t>(bricks.size()[0]) * axes);
+  for (std::size_t n = 0; n < part.bricks.size(); ++n)
+  {
+    std::uint8_t* const bits = part.elements.data() + bytes * n;
+    for (const Bricks::Row& row : bricks.rows(part.bricks[n]))
+    {
+      const Index3 first = bricks.model().grid().indexOf(row.voxel);
+      bricks.model().row(first[0], first[1], first[2], row.count, constraints.data());
+      for (int i = 0; i < row.count; ++i)
+      {
+        if (!std::isinf(constraints[static_cast<std::size_t>(i) * axes]))
+        {
+          bits[row.local(i) / 8] |= static_cast<std::uint8_t>(1 << row.local(i) % 8);
+        }
+      }
+    }
+  }
+}
+
+void addDisplacements(const Bricks& bricks, TissuePart& part)
+{
+  const auto count = static_cast<std::size_t>(bricks.elementsPerBrick());
+  part.displacements.resize(3 * count * part.displaced.size());
+  std::vector<int> slots = bricks.slotsOf(part.displaced);
+  std::vector<std::size_t> rows(*std::max_element(slots.begin(), slots.end()) + std::size_t(1));
+  for (std::size_t n = 0; n < slots.size(); ++n)
+  {
+    rows[slots[n]] = n;
+  }
+  std::sort(slots.begin(), slots.end());
+  bricks.readSlots<float>({ { bricks.displacement(), 3 } }, slots,
+    [&](int slot, const Bricks::SlotValues<float>& u)
+    {
+      float* out = part.displacements.data() + 3 * count * rows[slot];
+      for (std::size_t a = 0; a < 3; ++a)
+      {
+        for (std::uint32_t local = 0; local < count; ++local)
+        {
+          *out++ = u(a, local);
+        }
+      }
+    });
+}
+
+}
+
+TissuePart partOf(Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
+  const std::vector<int>& displaced, const OutputDetail& detail)
+{
+  const Grid& grid = bricks.model().grid();
+  const Index3 size = bricks.size();
+  TissuePart part;
+  part.frame.grid = grid;
+  part.frame.brickSize = size;
+  part.frame.detail = detail;
+
+  // Voxels at rest show themselves; between voxels they are interpolated.
+  Vector3 low;
+  Vector3 high;
+  Index3 first;
+  Index3 last;
+  for (int a = 0; a < 3; ++a)
+  {
+    low[a] = std::max(frame.low[a], detail.first[a]);
+    high[a] = std::min(frame.high[a], detail.last[a]);
+    first[a] = static_cast<int>(low[a]);
+    last[a] = static_cast<int>(high[a]);
+  }
+  const BrickBox shown = frame.between(low, high, frame.low, frame.high);
+
+  // The bricks of the cells that move into this part of the output, and where in it they arrive.
+  BrickSet sources(bricks);
+  BrickSet reached(bricks);
+  const auto numberOf = [&](std::size_t n)
+  {
+    const Index3 origin = frame.origin(n);
+    return bricks.brickAt(origin[0], origin[1], origin[2]);
+  };
+  for (const BrickExtents& reach : reaches)
+  {
+    if (!reach.voxels.meets(shown))
+    {
+      continue;
+    }
+    reach.cells.each(frame.bricks,
+      [&](std::size_t n)
+      {
+        sources.add(numberOf(n));
+        const Index3 origin = frame.origin(n);
+        for (int a = 0; a < 3; ++a)
+        {
+          first[a] = std::min(first[a], origin[a] - 1);
+          last[a] = std::max(last[a], origin[a] + size[a]);
+        }
+      });
+    BrickBox arrives = reach.voxels;
+    for (int a = 0; a < 3; ++a)
+    {
+      arrives.first[a] = std::max(arrives.first[a], shown.first[a]);
+      arrives.last[a] = std::min(arrives.last[a], shown.last[a]);
+    }
+    arrives.each(frame.bricks,
+      [&](std::size_t n)
+      {
+        const Index3 origin = frame.origin(n);
+        if (grid.contains(origin[0], origin[1], origin[2]))
+        {
+          reached.add(numberOf(n));
+        }
+      });
+  }
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] = std::clamp(first[a], 0, grid.size[a] - 1);
+    last[a] = std::clamp(last[a] + (detail.finer > 1 ? 1 : 0), 0, grid.size[a] - 1);
+    part.frame.sources.first[a] = first[a];
+    part.frame.sources.size[a] = last[a] - first[a] + 1;
+  }
+
+  const BrickSet near = sources.widened({ around, around, around });
+  BrickSet loaded = near;
+  for (const int brick : reached.all())
+  {
+    loaded.add(brick);
+  }
+  for (const int brick : displaced)
+  {
+    if (near.has(brick))
+    {
+      part.displaced.push_back(brick);
+    }
+  }
+  std::sort(part.displaced.begin(), part.displaced.end());
+  part.bricks = loaded.widened(size).all(); // loading a brick loads all 26 around it
+  addElements(bricks, part);
+  if (!part.displaced.empty())
+  {
+    addDisplacements(bricks, part);
+  }
+  for (const int brick : part.bricks)
+  {
+    if (bricks.links().all().count(brick) > 0)
+    {
+      part.topology.bits[brick] = bricks.links().shown(brick);
+    }
+    const auto distances = bricks.cutDistances().all().find(brick);
+    if (distances != bricks.cutDistances().all().end())
+    {
+      part.topology.distances[brick] = distances->second.values();
+    }
+  }
+  return part;
+}
+
+std::vector<char> TissuePart::toBytes() const
+{
+  std::vector<char> bytes;
+  put(bytes, &this->frame, 1);
+  put(bytes, this->bricks);
+  put(bytes, this->elements);
+  put(bytes, this->displaced);
+  put(bytes, this->displacements);
+  const std::uint64_t counts[] = { this->topology.bits.size(), this->topology.distances.size() };
+  put(bytes, counts, 2);
+  for (const auto& [brick, bits] : this->topology.bits)
+  {
+    put(bytes, &brick, 1);
+    put(bytes, bits);
+  }
+  for (const auto& [brick, values] : this->topology.distances)
+  {
+    put(bytes, &brick, 1);
+    put(bytes, values);
+  }
+  return bytes;
+}
+
+TissuePart TissuePart::fromBytes(const std::vector<char>& bytes)
+{
+  static_assert(std::is_trivially_copyable<Frame>::value, "it is copied as bytes");
+  TissuePart part;
+  const char* from = take(bytes.data(), &part.frame, 1);
+  from = take(from, part.bricks);
+  from = take(from, part.elements);
+  from = take(from, part.displaced);
+  from = take(from, part.displacements);
+  std::uint64_t counts[2];
+  from = take(from, counts, 2);
+  for (std::uint64_t n = 0; n < counts[0]; ++n)
+  {
+    int brick = 0;
+    from = take(from, &brick, 1);
+    from = take(from, part.topology.bits[brick]);
+  }
+  for (std::uint64_t n = 0; n < counts[1]; ++n)
+  {
+    int brick = 0;
+    from = take(from, &brick, 1);
+    from = take(from, part.topology.distances[brick]);
+  }
+  return part;
+}
+
+}

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "BrickExtents.h"
+#include "Tissue.h"
+#include "Types.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace chainmail
+{
+
+/// The tissue that a part of the output shows, as plain data: what a Resampler needs of the simulation of another
+/// process. Both have the same brick size, so bricks have the same numbers (BrickTable), and their elements the same
+/// order (`local`).
+struct TissuePart
+{
+  /// What does not depend on the tissue.
+  struct Frame
+  {
+    std::uint64_t simulation = 0; ///< its number, unique in its process
+    Grid grid;
+    Index3 brickSize{};
+    Index3 padding{};
+    CutSurfaces cuts = CutSurfaces::Stepped;
+    OutputDetail detail;
+    VoxelBox sources; ///< the voxels that the output may show, clipped to the grid
+  };
+
+  Frame frame;
+  std::vector<int> bricks;            ///< bricks whose tissue is included, ascending
+  std::vector<std::uint8_t> elements; ///< of each of these, a bit for each place: whether it was tissue at rest
+  std::vector<int> displaced;         ///< those among them with displacements, ascending
+  std::vector<float> displacements;   ///< of each of these, as Bricks::readSlot() gives them
+  Tissue::Topology topology;          ///< of `bricks`
+
+  std::vector<char> toBytes() const;
+  static TissuePart fromBytes(const std::vector<char>& bytes);
+};
+
+/// The part of the tissue of `bricks` that the output with this detail shows. `reaches` are those of all tissue.
+TissuePart partOf(Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
+  const std::vector<int>& displaced, const OutputDetail& detail);
+
+}
