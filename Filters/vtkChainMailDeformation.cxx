@@ -2,6 +2,7 @@
 #include "vtkChainMailDeformation.h"
 
 #include "Private/Exchange.h"
+#include "Private/ImageParts.h"
 #include "Private/Inputs.h"
 #include "Private/OutputGrid.h"
 #include "Private/Outputs.h"
@@ -39,7 +40,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <new>
+#include <utility>
 #include <vector>
 
 using chainmail::InputError;
@@ -123,47 +126,35 @@ public:
     return values;
   }
 
-  /// Computes both outputs or, after an error, what they show instead.
-  Outcome Compute(const Inputs& inputs)
+  /// Computes this process's parts of both outputs or, after an error, what they show instead. All processes call this
+  /// together. `inputs`: those of all processes, on the root. `own`: the part of the image that this process has.
+  Outcome Compute(
+    const Exchange& exchange, Inputs inputs, const vtkChainMail::Outputs::Request& request, vtkImageData* own)
   {
-    Outcome outcome;
-    try
-    {
-      this->Update(inputs);
-      outcome.NeedsUpdate = this->Engine.IsUnsettled();
-    }
-    catch (const chainmail::Aborted&)
-    {
-      this->Engine.ResetAfterStop();
-      outcome.Stopped = true; // on request, so no error
-    }
-    catch (const chainmail::DeviceError& error)
-    {
-      this->Engine.DeleteSimulation();
-      outcome.Error = error.what();
-    }
-    catch (const std::bad_alloc&)
-    {
-      this->Engine.DeleteSimulation();
-      outcome.Error = "There is not enough main memory for this image. Crop it or resample it to fewer voxels.";
-    }
-    catch (const std::exception& error)
-    {
-      outcome.Error = error.what();
-    }
-    if (outcome.Stopped || !outcome.Error.empty())
-    {
-      const std::string problem = outcome.Stopped ? "The update was stopped." : outcome.Error;
-      this->Shows.Again(inputs, problem, this->Announced.Magnification);
-      this->Words.Set(problem);
-    }
-    for (const std::string& notice : chainmail::takeNotices())
-    {
-      this->Reports.Warn(notice);
-    }
-    this->Reports.End();
-    outcome.Interacting = this->Engine.IsInteracting();
-    return outcome;
+    this->Work = std::make_unique<Job>();
+    this->Work->Given = std::move(inputs);
+    this->Work->Values = this->GetProperties();
+    return this->Complete(exchange, request, own, [&] { this->Update(request); });
+  }
+
+  /// Makes other parts of the outputs of the last update. All processes call this together.
+  Outcome Redistribute(const Exchange& exchange, const vtkChainMail::Outputs::Request& request, vtkImageData* own)
+  {
+    return this->Complete(exchange, request, own, [] {});
+  }
+
+  /// The image of the last update, of all processes; null where it has ended with an error or on another process.
+  vtkImageData* GetKnownImage() const { return this->Work ? this->Work->Given.Image.Get() : nullptr; }
+
+  /// Whether several processes are to make one piece each of the outputs, all at once: the processes of a parallel
+  /// server. Any other request, for example of a streaming writer, is answered by this process alone.
+  bool IsParallel(vtkInformation* asked) const
+  {
+    using Pipeline = vtkStreamingDemandDrivenPipeline;
+    vtkMultiProcessController* const controller = this->Self->GetController();
+    const int pieces = asked->Get(Pipeline::UPDATE_NUMBER_OF_PIECES());
+    return controller && pieces > 1 && controller->GetNumberOfProcesses() == pieces &&
+           controller->GetLocalProcessId() == asked->Get(Pipeline::UPDATE_PIECE_NUMBER());
   }
 
   /// When a property last changed that the state depends on. ModelArrays is none: it changes only what is shown.
@@ -173,35 +164,31 @@ public:
     return this->Self->MaterialFunction ? std::max(own, this->Self->MaterialFunction->GetMTime()) : own;
   }
 
-  /// Gives output 1 the arrays that are chosen now. The state is that of the last update.
-  void ChangeModelArrays()
+  /// Gives output 1 the arrays that are chosen now. The state is that of the last update. All processes call this
+  /// together.
+  void ChangeModelArrays(const Exchange& exchange)
   {
-    try
+    Outcome outcome = this->Last;
+    this->Try(outcome,
+      [&] { this->Writer.ChooseModelArrays(exchange, this->Self->GetModelArraySelection(), this->Shows.Get(1)); });
+    exchange.Agree(outcome);
+    if (!outcome.Error.empty() && exchange.IsRoot())
     {
-      this->Writer.ChooseModelArrays(this->Self->GetModelArraySelection(), this->Shows.Get(1));
+      vtkErrorWithObjectMacro(this->Self, << outcome.Error);
     }
-    catch (const chainmail::Aborted&)
-    {
-      this->Last.Stopped = true; // so the next update adds the missing arrays
-    }
-    catch (const std::exception& error)
-    {
-      vtkErrorWithObjectMacro(this->Self, << error.what());
-    }
+    this->Last.Stopped = outcome.Stopped; // so the next update adds the missing arrays
     this->Reports.End();
   }
 
   bool GetBodies(vtkImageData* image)
   {
-    if (!this->Shows.Get(1) || !this->Last.Error.empty() || this->Last.Stopped)
+    if (!this->Engine.HasModel() || !this->Shows.Get(1) || !this->Last.Error.empty() || this->Last.Stopped)
     {
       return false;
     }
     try
     {
-      image->CopyStructure(this->Shows.Get(1));
-      image->GetPointData()->Initialize();
-      this->Writer.WriteBodies(image->GetPointData());
+      this->Writer.WriteBodies(image);
       return true;
     }
     catch (const std::exception&)
@@ -231,13 +218,103 @@ public:
   Place Announced;
   Place Good;
 
-  /// The outcome of the last update, and whether it was computed together with other processes.
+  /// The outcome of the last update, and whether it was computed together with other processes: which parts this
+  /// process then made.
   Outcome Last;
   bool ComputedInParallel = false;
+  vtkChainMail::Outputs::Request Made;
 
 private:
-  void Update(const Inputs& inputs)
+  /// An update, for as long as its state can be shown.
+  struct Job
   {
+    Inputs Given;
+    vtkChainMail::Properties Values;
+    std::unique_ptr<vtkChainMail::Scene> Scene; // refers to the others
+  };
+
+  /// Runs a part of an update, and turns the engine's exceptions into an outcome.
+  template <typename F> void Try(Outcome& outcome, F&& part)
+  {
+    try
+    {
+      part();
+      return;
+    }
+    catch (const chainmail::Aborted&)
+    {
+      outcome.Stopped = true; // on request, so no error
+    }
+    catch (const chainmail::DeviceError& error)
+    {
+      this->Engine.DeleteSimulation();
+      this->Writer.Forget();
+      outcome.Error = error.what();
+    }
+    catch (const std::bad_alloc&)
+    {
+      this->Engine.DeleteSimulation();
+      this->Writer.Forget();
+      outcome.Error = "There is not enough main memory for this image. Crop it or resample it to fewer voxels.";
+    }
+    catch (const std::exception& error)
+    {
+      outcome.Error = error.what();
+    }
+  }
+
+  /// Calls update() on the root, and makes the outputs.
+  template <typename F>
+  Outcome Complete(
+    const Exchange& exchange, const vtkChainMail::Outputs::Request& request, vtkImageData* own, F&& update)
+  {
+    Outcome outcome;
+    if (exchange.IsRoot())
+    {
+      this->Try(outcome, update);
+    }
+    const auto agree = [&]
+    {
+      const bool isFine = !outcome.Stopped && outcome.Error.empty();
+      outcome.NeedsUpdate = isFine && this->Engine.IsUnsettled();
+      exchange.Agree(outcome);
+      return !outcome.Stopped && outcome.Error.empty();
+    };
+    bool isFine = agree();
+    if (isFine)
+    {
+      this->Try(outcome, [&] { this->Write(exchange, request, own); });
+      isFine = agree();
+    }
+    if (outcome.Stopped)
+    {
+      this->Engine.ResetAfterStop();
+    }
+    if (!isFine)
+    {
+      outcome.NeedsUpdate = false;
+      const std::string problem = outcome.Stopped ? "The update was stopped." : outcome.Error;
+      this->Shows.Again(exchange, this->Work->Given, problem, this->Announced.Magnification, request);
+      this->Words.Set(problem);
+      this->Work.reset();
+    }
+    else if (exchange.GetSize() == 1)
+    {
+      this->Work.reset(); // only a parallel run makes parts of the outputs later
+    }
+    for (const std::string& notice : chainmail::takeNotices())
+    {
+      this->Reports.Warn(notice);
+    }
+    this->Reports.End();
+    outcome.Interacting = this->Engine.IsInteracting();
+    exchange.Agree(outcome);
+    return outcome;
+  }
+
+  void Update(const vtkChainMail::Outputs::Request& request)
+  {
+    const Inputs& inputs = this->Work->Given;
     if (!inputs.Problem.empty())
     {
       throw InputError(inputs.Problem);
@@ -252,20 +329,33 @@ private:
     scalars.Name = choice->Has(vtkDataObject::FIELD_NAME()) ? choice->Get(vtkDataObject::FIELD_NAME()) : nullptr;
     scalars.Array = this->Self->GetInputAbstractArrayToProcess(0, inputs.Image, scalars.Association);
 
-    const vtkChainMail::Properties properties = this->GetProperties();
-    const vtkChainMail::Scene scene(properties, inputs, scalars, this->Engine.GetTissue(), this->Labels);
+    const vtkChainMail::Properties& properties = this->Work->Values;
+    this->Work->Scene =
+      std::make_unique<vtkChainMail::Scene>(properties, inputs, scalars, this->Engine.GetTissue(), this->Labels);
+    const vtkChainMail::Scene& scene = *this->Work->Scene;
     // Memory is checked for a new output only: an output of the same extent is written to again.
     const bool isNew =
       this->Announced.Deformed != this->Good.Deformed || this->Announced.Magnification != this->Good.Magnification;
     if (isNew && this->Announced.Magnification > 1)
     {
-      RequireMemory(scene.Output, inputs.Image,
+      RequireMemory(scene.Output, inputs.Image, request ? (*request)[0] : scene.Output.ExtentOf(inputs.Image),
         (properties.PullBack ? 3 * sizeof(float) : 0) + (properties.ScalarSmoothing > 0.0 ? sizeof(float) : 0));
     }
     this->Engine.Update(scene);
-    this->Shows.Set(this->Writer.Write(scene), inputs.Image);
-    this->Words.Set(scene, this->Engine, this->Shows.Get(0)->GetFieldData());
   }
+
+  void Write(const Exchange& exchange, const vtkChainMail::Outputs::Request& request, vtkImageData* own)
+  {
+    const vtkChainMail::Scene* scene = this->Work->Scene.get();
+    const auto outputs = this->Writer.Write(exchange, scene, this->Work->Values, request, own);
+    this->Shows.Set(outputs, this->Writer.GetWhole());
+    if (scene)
+    {
+      this->Words.Set(*scene, this->Engine, this->Shows.Get(0)->GetFieldData());
+    }
+  }
+
+  std::unique_ptr<Job> Work; // the last update; null after an error
 };
 
 //------------------------------------------------------------------------------
@@ -278,9 +368,9 @@ vtkChainMailDeformation::vtkChainMailDeformation()
   , Controller(vtkMultiProcessController::GetGlobalController())
   , Internals(new vtkInternals(this))
 {
-  for (const char* name : vtkChainMail::Outputs::ModelArrays)
+  for (const char* name : vtkChainMail::ModelAtRest::Choices)
   {
-    this->ModelArraySelection->SetArraySetting(name, vtkChainMail::Outputs::IsDefault(name));
+    this->ModelArraySelection->SetArraySetting(name, vtkChainMail::ModelAtRest::IsDefault(name));
   }
   this->NoProbes->SetNumberOfComponents(3);
   this->SetNumberOfInputPorts(vtkChainMail::NUMBER_OF_PORTS);
@@ -606,8 +696,15 @@ int vtkChainMailDeformation::RequestInformation(
 int vtkChainMailDeformation::RequestUpdateExtent(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
+  const int port = request->Get(vtkStreamingDemandDrivenPipeline::FROM_OUTPUT_PORT());
   vtkChainMail::AskForAll(inputVector, this->GetNumberOfInputPorts());
-  vtkChainMail::AskAlike(outputVector, request->Get(vtkStreamingDemandDrivenPipeline::FROM_OUTPUT_PORT()));
+  vtkInformation* asked = outputVector->GetInformationObject(std::max(0, port));
+  if (this->Internals->IsParallel(asked))
+  {
+    vtkChainMail::AskForPiece(
+      inputVector[IMAGE], this->Controller->GetLocalProcessId(), this->Controller->GetNumberOfProcesses());
+  }
+  vtkChainMail::AskAlike(outputVector, port);
   return 1;
 }
 
@@ -625,23 +722,31 @@ int vtkChainMailDeformation::RequestData(
   }
   vtkInformation* asked = outputVector->GetInformationObject(0);
   const int pieces = asked->Get(Pipeline::UPDATE_NUMBER_OF_PIECES());
-
-  // The processes of a parallel server request one piece each, all at once. Any other request, for example of a
-  // streaming writer, is answered by this process alone.
-  const bool parallel = this->Controller && pieces > 1 && this->Controller->GetNumberOfProcesses() == pieces &&
-                        this->Controller->GetLocalProcessId() == asked->Get(Pipeline::UPDATE_PIECE_NUMBER());
+  const bool parallel = internals.IsParallel(asked);
   const Exchange exchange(parallel ? this->Controller.Get() : nullptr);
+  vtkChainMail::Outputs::Request request;
+  if (parallel)
+  {
+    request.emplace();
+    for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
+    {
+      outputVector->GetInformationObject(port)->Get(Pipeline::UPDATE_EXTENT(), (*request)[port].data());
+    }
+  }
 
   const bool wasPart = internals.ComputedInParallel;
   internals.ComputedInParallel = parallel;
   const Inputs mine = vtkChainMail::CollectInputs(inputVector);
   const bool isUnchanged =
     internals.Watch.IsUnchanged(inputVector, mine, internals.GetTimeOfState()) && wasPart == parallel;
-  if (!exchange.All(isUnchanged && !internals.Last.Stopped))
+  const bool isSameState = exchange.All(isUnchanged && !internals.Last.Stopped);
+  const bool areSameParts = exchange.All(internals.Made == request);
+  if (!isSameState || (!areSameParts && !internals.Last.Error.empty()))
   {
-    const Inputs inputs = exchange.Gather(mine);
-    internals.Last = exchange.IsRoot() ? internals.Compute(inputs) : Outcome();
-    exchange.Share(internals.Last);
+    vtkImageData* const known = internals.GetKnownImage();
+    const bool isKnown =
+      parallel && exchange.All(wasPart && internals.Watch.IsImageUnchanged() && (known || !exchange.IsRoot()));
+    internals.Last = internals.Compute(exchange, exchange.Gather(mine, isKnown, known), request, mine.Image);
     if (!exchange.IsRoot())
     {
       internals.Engine.DeleteAll();
@@ -653,10 +758,15 @@ int vtkChainMailDeformation::RequestData(
       vtkErrorMacro(<< internals.Last.Error);
     }
   }
-  else if (exchange.IsRoot() && internals.Last.Error.empty())
+  else if (!areSameParts)
   {
-    internals.ChangeModelArrays();
+    internals.Last = internals.Redistribute(exchange, request, mine.Image);
   }
+  else if (internals.Last.Error.empty())
+  {
+    internals.ChangeModelArrays(exchange);
+  }
+  internals.Made = request;
 
   for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
   {
@@ -667,7 +777,7 @@ int vtkChainMailDeformation::RequestData(
     {
       internals.Shows.Get(port)->GetExtent(extent.data());
     }
-    const auto piece = exchange.Deliver(internals.Shows.Get(port), extent);
+    const auto piece = vtkChainMail::Cut(internals.Shows.Get(port), extent);
     vtkImageData* output = vtkImageData::GetData(info);
     output->CopyStructure(piece);
     output->GetPointData()->ShallowCopy(piece->GetPointData());

@@ -305,7 +305,7 @@ std::vector<std::string> Carrying::Carry(
   }
 
   const chainmail::Index3 size{ { whole[1] - whole[0] + 1, whole[3] - whole[2] + 1, whole[5] - whole[4] + 1 } };
-  const Grids grids(size, {}, {});
+  const Grids grids(size, { {}, size }, {}, {});
   vtkPointData* arrays = input->GetPointData();
   std::vector<std::unique_ptr<ArraySampler>> samplers;
   for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
@@ -332,7 +332,8 @@ std::vector<std::string> Carrying::Carry(
         notMeasured = { statistics->GetLowPadding(), statistics->GetHighPadding() };
       }
     }
-    samplers.push_back(MakeSampler(array, grids, nearest, background, notMeasured, [](vtkIdType) { return false; }));
+    samplers.push_back(
+      MakeSampler(array, grids, nearest, background, nullptr, notMeasured, [](vtkIdType) { return false; }));
   }
   for (const auto& sampler : samplers)
   {

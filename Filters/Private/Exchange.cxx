@@ -28,13 +28,14 @@ namespace vtkChainMail
 namespace
 {
 
-constexpr int root = 0;
+constexpr int root = Exchange::Root;
 
 // Messages between two processes arrive in the order in which they were sent, so the tags only help debugging.
 enum Tags
 {
   LEAVES = 7101,
-  ARRAYS
+  ARRAYS,
+  BYTES
 };
 
 /// Whether an array is sent as a block of memory. Bits, strings and variants have other storage and are sent as a table
@@ -83,7 +84,7 @@ bool Exchange::All(bool mine) const
   return all != 0;
 }
 
-Inputs Exchange::Gather(const Inputs& mine) const
+Inputs Exchange::Gather(const Inputs& mine, bool isKnown, vtkImageData* known) const
 {
   if (!this->Controller)
   {
@@ -105,13 +106,17 @@ Inputs Exchange::Gather(const Inputs& mine) const
   vtkMultiProcessStream wishes;
   if (this->IsRoot())
   {
-    wanted = Choose(mine, abouts, all.Problem);
+    wanted = Choose(mine, isKnown, abouts, all.Problem);
     std::for_each(wanted.begin(), wanted.end(), [&](const Wanted& one) { one.Write(wishes); });
   }
   this->Controller->Broadcast(wishes, root);
   if (this->IsRoot())
   {
     this->Receive(mine, wanted, all);
+    if (isKnown)
+    {
+      all.Image = known;
+    }
   }
   else
   {
@@ -122,10 +127,10 @@ Inputs Exchange::Gather(const Inputs& mine) const
 }
 
 std::vector<Exchange::Wanted> Exchange::Choose(
-  const Inputs& mine, std::vector<vtkMultiProcessStream>& abouts, std::string& problem)
+  const Inputs& mine, bool isKnown, std::vector<vtkMultiProcessStream>& abouts, std::string& problem)
 {
   const bool hasAll =
-    mine.Image && mine.Image->GetNumberOfPoints() > 0 && Contains(ExtentOf(mine.Image), mine.WholeExtent);
+    isKnown || (mine.Image && mine.Image->GetNumberOfPoints() > 0 && Contains(ExtentOf(mine.Image), mine.WholeExtent));
   std::vector<std::tuple<int, int, int, Fingerprint>> known;
   std::vector<Wanted> wanted(abouts.size());
   for (int p = 0; p < static_cast<int>(abouts.size()); ++p)
@@ -190,7 +195,7 @@ void Exchange::Receive(const Inputs& mine, const std::vector<Wanted>& wanted, In
     }
     if (wanted[p].Image)
     {
-      parts.push_back(p == root ? mine.Image : this->Receive(p));
+      parts.push_back(p == root ? mine.Image : this->ReceiveImage(p));
     }
   }
   std::stable_sort(all.Leaves.begin(), all.Leaves.end(),
@@ -211,7 +216,7 @@ void Exchange::Receive(const Inputs& mine, const std::vector<Wanted>& wanted, In
   }
 }
 
-void Exchange::Share(Outcome& outcome) const
+void Exchange::Agree(Outcome& outcome) const
 {
   if (!this->Controller)
   {
@@ -219,67 +224,133 @@ void Exchange::Share(Outcome& outcome) const
   }
   vtkMultiProcessStream stream;
   stream << outcome.Error << outcome.Stopped << outcome.NeedsUpdate << outcome.Interacting;
-  this->Controller->Broadcast(stream, root);
-  stream >> outcome.Error >> outcome.Stopped >> outcome.NeedsUpdate >> outcome.Interacting;
+  std::vector<vtkMultiProcessStream> all;
+  this->Controller->Gather(stream, all, root);
+  Outcome agreed;
+  for (std::size_t p = all.size(); p-- > 0;)
+  {
+    Outcome one;
+    all[p] >> one.Error >> one.Stopped >> one.NeedsUpdate >> one.Interacting;
+    if (p == root || one.Stopped || !one.Error.empty())
+    {
+      const bool isFine = !one.Stopped && one.Error.empty();
+      agreed.Error = isFine ? agreed.Error : one.Error;
+      agreed.Stopped = isFine ? agreed.Stopped : one.Stopped;
+      agreed.NeedsUpdate = one.NeedsUpdate;
+      agreed.Interacting = one.Interacting;
+    }
+  }
+  vtkMultiProcessStream result;
+  result << agreed.Error << agreed.Stopped << agreed.NeedsUpdate << agreed.Interacting;
+  this->Controller->Broadcast(result, root);
+  result >> outcome.Error >> outcome.Stopped >> outcome.NeedsUpdate >> outcome.Interacting;
 }
 
-namespace
+int Exchange::GetSize() const
 {
+  return this->Controller ? this->Controller->GetNumberOfProcesses() : 1;
+}
 
-/// Makes the arrays active that are active in `from`. A copied array keeps only one active role, so an array that is
-/// both the vectors and the scalars would lose one.
-void CopyAttributes(vtkDataSetAttributes* from, vtkDataSetAttributes* to)
+std::vector<int> Exchange::ToRoot(const std::vector<int>& mine) const
 {
-  for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
+  if (!this->Controller)
   {
-    vtkAbstractArray* active = from->GetAbstractAttribute(attribute);
-    if (active && active->GetName() && to->GetAbstractAttribute(attribute) == nullptr)
-    {
-      to->SetActiveAttribute(active->GetName(), attribute);
-    }
+    return mine;
+  }
+  std::vector<int> all(mine.size() * static_cast<std::size_t>(this->GetSize()));
+  this->Controller->Gather(mine.data(), all.data(), static_cast<vtkIdType>(mine.size()), root);
+  return all;
+}
+
+void Exchange::FromRoot(vtkMultiProcessStream& stream) const
+{
+  if (this->Controller)
+  {
+    this->Controller->Broadcast(stream, root);
   }
 }
 
+vtkTypeUInt64 Exchange::FromRoot(vtkTypeUInt64 number) const
+{
+  vtkMultiProcessStream stream;
+  stream << number;
+  this->FromRoot(stream);
+  stream >> number;
+  return number;
+}
+
+std::vector<vtkSmartPointer<vtkDataArray>> Exchange::FromRoot(std::vector<vtkSmartPointer<vtkDataArray>> arrays) const
+{
+  const auto count = static_cast<std::size_t>(this->FromRoot(static_cast<vtkTypeUInt64>(arrays.size())));
+  arrays.resize(count);
+  for (vtkSmartPointer<vtkDataArray>& array : arrays)
+  {
+    const auto type =
+      static_cast<int>(this->FromRoot(static_cast<vtkTypeUInt64>(array ? array->GetDataType() : VTK_VOID)));
+    if (type != VTK_VOID && this->Controller)
+    {
+      if (!this->IsRoot())
+      {
+        array.TakeReference(vtkDataArray::CreateDataArray(type));
+      }
+      this->Controller->Broadcast(array, root);
+    }
+  }
+  return arrays;
+}
+
+void Exchange::FromRoot(vtkFieldData* fields) const
+{
+  for (int p = 1; this->IsRoot() && p < this->GetSize(); ++p)
+  {
+    vtkNew<vtkImageData> image;
+    image->GetFieldData()->ShallowCopy(fields);
+    this->Send(image, p);
+  }
+  if (!this->IsRoot())
+  {
+    fields->ShallowCopy(this->ReceiveImage(root)->GetFieldData());
+  }
+}
+
+void Exchange::Send(const std::vector<char>& bytes, int to) const
+{
+  vtkNew<vtkUnsignedCharArray> array;
+  auto* const memory = reinterpret_cast<unsigned char*>(const_cast<char*>(bytes.data()));
+  array->SetArray(memory, static_cast<vtkIdType>(bytes.size()), 1);
+  this->Controller->Send(array, to, BYTES);
+}
+
+std::vector<char> Exchange::Receive(int from) const
+{
+  vtkNew<vtkUnsignedCharArray> array;
+  this->Controller->Receive(array, from, BYTES);
+  const auto* const bytes = reinterpret_cast<const char*>(array->GetPointer(0));
+  return std::vector<char>(bytes, bytes + array->GetNumberOfTuples());
+}
+
+void Exchange::Send(vtkDataArray* array, int to) const
+{
+  this->Controller->Send(array, to, ARRAYS);
+}
+
+void Exchange::Receive(vtkDataArray* array, int from) const
+{
+  this->Controller->Receive(array, from, ARRAYS);
 }
 
 vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Extent& extent) const
 {
-  const auto cut = [whole](const Extent& part)
-  {
-    auto image = vtkSmartPointer<vtkImageData>::New();
-    image->ShallowCopy(whole);
-    // After an error the extent shown may differ from the announced one.
-    const Extent there = ExtentOf(whole);
-    bool meets = true;
-    for (int a = 0; a < 3; ++a)
-    {
-      meets = meets && part[2 * a] <= there[2 * a + 1] && there[2 * a] <= part[2 * a + 1];
-    }
-    if (IsEmpty(part) || !meets)
-    {
-      image->Initialize();
-      image->SetExtent(const_cast<int*>(part.data()));
-      image->GetFieldData()->ShallowCopy(whole->GetFieldData());
-    }
-    else if (!Contains(part, there))
-    {
-      image->GetPointData()->CopyAllOn();
-      image->GetCellData()->CopyAllOn();
-      image->Crop(part.data());
-      CopyAttributes(whole->GetPointData(), image->GetPointData());
-    }
-    return image;
-  };
   if (!this->Controller)
   {
-    return cut(extent);
+    return Cut(whole, extent);
   }
   const int processes = this->Controller->GetNumberOfProcesses();
   std::vector<int> extents(6 * static_cast<std::size_t>(processes));
   this->Controller->Gather(extent.data(), extents.data(), 6, root);
   if (!this->IsRoot())
   {
-    return this->Receive(root);
+    return this->ReceiveImage(root);
   }
   vtkSmartPointer<vtkImageData> own;
   for (int p = 0; p < processes; ++p)
@@ -288,11 +359,11 @@ vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Exten
     std::copy_n(extents.begin() + 6 * p, 6, part.begin());
     if (p == root)
     {
-      own = cut(part);
+      own = Cut(whole, part);
     }
     else
     {
-      this->Send(cut(part), p);
+      this->Send(Cut(whole, part), p);
     }
   }
   return own;
@@ -315,7 +386,7 @@ vtkSmartPointer<vtkImageData> Exchange::Assemble(vtkImageData* part, const Exten
     std::vector<vtkSmartPointer<vtkImageData>> parts{ part };
     for (int p = 1; p < this->Controller->GetNumberOfProcesses(); ++p)
     {
-      parts.push_back(this->Receive(p));
+      parts.push_back(this->ReceiveImage(p));
     }
     parts.erase(std::remove_if(parts.begin(), parts.end(),
                   [](const vtkSmartPointer<vtkImageData>& one) { return one->GetNumberOfPoints() == 0; }),
@@ -404,7 +475,7 @@ void Exchange::Send(vtkImageData* image, int to) const
   }
 }
 
-vtkSmartPointer<vtkImageData> Exchange::Receive(int from) const
+vtkSmartPointer<vtkImageData> Exchange::ReceiveImage(int from) const
 {
   vtkMultiProcessStream about;
   this->Controller->Receive(about, from, ARRAYS);

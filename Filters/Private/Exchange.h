@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the processes of a parallel server exchange in an update. The root process has the engine: it gets the inputs of
-// all processes, computes alone, and sends each process its requested parts of the outputs. So the result depends
-// neither on the number of processes nor on how the inputs are distributed over them.
+// What the processes of a parallel server exchange in an update. The root process has the simulation and gets the
+// inputs of all processes. Each process makes its own part of the outputs, for which the root sends it tissue and
+// voxels. So the result depends neither on the number of processes nor on how the inputs are distributed over them.
 
 #ifndef Exchange_h
 #define Exchange_h
@@ -12,7 +12,9 @@
 #include <string>
 #include <vector>
 
+class vtkDataArray;
 class vtkDataObject;
+class vtkFieldData;
 class vtkMultiProcessController;
 class vtkMultiProcessStream;
 
@@ -31,6 +33,8 @@ struct Outcome
 class Exchange
 {
 public:
+  static constexpr int Root = 0;
+
   /// Null: this process works alone.
   explicit Exchange(vtkMultiProcessController* controller);
 
@@ -41,11 +45,29 @@ public:
   bool All(bool mine) const;
 
   /// Sends the inputs of all processes to the root; the others get nothing. Equal data of several processes count once.
-  /// The image is assembled from its parts where the root does not have all of it.
-  Inputs Gather(const Inputs& mine) const;
+  /// The image is assembled from its parts where the root does not have all of it. `isKnown`: the same on all
+  /// processes; the image is still `known` of the root, and is not sent again.
+  Inputs Gather(const Inputs& mine, bool isKnown, vtkImageData* known) const;
 
-  /// Sends the root's outcome to all.
-  void Share(Outcome& outcome) const;
+  /// Gives all processes the same outcome: the first process's error or stop, and what the root says of the state.
+  void Agree(Outcome& outcome) const;
+
+  int GetSize() const;
+  /// The numbers of all processes one after the other, on the root. Each gives equally many.
+  std::vector<int> ToRoot(const std::vector<int>& mine) const;
+  /// Gives all processes what the root has.
+  void FromRoot(vtkMultiProcessStream& stream) const;
+  vtkTypeUInt64 FromRoot(vtkTypeUInt64 number) const;
+  std::vector<vtkSmartPointer<vtkDataArray>> FromRoot(std::vector<vtkSmartPointer<vtkDataArray>> arrays) const;
+  void FromRoot(vtkFieldData* fields) const;
+
+  // From one process to another one, which receives it at the same time.
+  void Send(const std::vector<char>& bytes, int to) const;
+  std::vector<char> Receive(int from) const;
+  void Send(vtkDataArray* array, int to) const;
+  void Receive(vtkDataArray* array, int from) const;
+  void Send(vtkImageData* image, int to) const;
+  vtkSmartPointer<vtkImageData> ReceiveImage(int from) const;
 
   /// Gives this process its `extent` of the root's image `whole`, with all field data.
   vtkSmartPointer<vtkImageData> Deliver(vtkImageData* whole, const std::array<int, 6>& extent) const;
@@ -69,12 +91,9 @@ private:
 
   /// Chooses from the lists of all processes what the root lacks. `problem` is that of the first process with one.
   static std::vector<Wanted> Choose(
-    const Inputs& mine, std::vector<vtkMultiProcessStream>& abouts, std::string& problem);
+    const Inputs& mine, bool isKnown, std::vector<vtkMultiProcessStream>& abouts, std::string& problem);
   void Send(const Inputs& mine, const Wanted& wanted) const;
   void Receive(const Inputs& mine, const std::vector<Wanted>& wanted, Inputs& all) const;
-
-  void Send(vtkImageData* image, int to) const;
-  vtkSmartPointer<vtkImageData> Receive(int from) const;
 
   vtkMultiProcessController* Controller;
 };

@@ -56,17 +56,21 @@ inline int FittingPadding(const std::array<int, 6>& extent, int wanted)
 }
 
 /// The grids of the input and of the output, which may be padded, be a part of the input, and be finer. Indices of both
-/// count from the input's first voxel. Output voxel Finer * i has the position of input voxel i.
+/// count from the input's first voxel. Output voxel Finer * i has the position of input voxel i. A process may hold
+/// only a box of the input, in which all voxels lie that its output shows.
 struct Grids
 {
   std::array<int, 3> Size;  // of the input
+  chainmail::VoxelBox Held; // the voxels of the input that this process has
   std::array<int, 3> First; // lowest voxel of the output
   std::array<int, 3> Width; // size of the output
   int Finer = 1;
   bool AreCells = false; // the grids are those of cells, not of voxels
 
-  Grids(const chainmail::Index3& size, const chainmail::Index3& padding, const chainmail::OutputDetail& detail)
+  Grids(const chainmail::Index3& size, const chainmail::VoxelBox& held, const chainmail::Index3& padding,
+    const chainmail::OutputDetail& detail)
     : Size(size)
+    , Held(held)
     , Finer(detail.finer)
   {
     for (int a = 0; a < 3; ++a)
@@ -80,12 +84,16 @@ struct Grids
 
   bool operator==(const Grids& other) const
   {
-    const auto all = [](const Grids& g) { return std::tie(g.Size, g.First, g.Width, g.Finer, g.AreCells); };
+    const auto all = [](const Grids& g)
+    { return std::tie(g.Size, g.Held.first, g.Held.size, g.First, g.Width, g.Finer, g.AreCells); };
     return all(*this) == all(other);
   }
 
-  /// Whether the grids of output and input are equal.
-  bool AreAlike() const { return this->Finer == 1 && this->Width == this->Size && this->First == chainmail::Index3{}; }
+  /// Whether the output has the voxels of the input that this process has, and no others.
+  bool AreAlike() const
+  {
+    return this->Finer == 1 && this->Width == this->Held.size && this->First == this->Held.first;
+  }
   /// Whether all output voxels are within the input.
   bool IsWithinInput() const
   {
@@ -93,7 +101,7 @@ struct Grids
       this->First[2] + this->Width[2] - 1 } };
     return this->IsInput(this->First) && this->IsInput(last);
   }
-  vtkIdType InputVoxels() const { return static_cast<vtkIdType>(this->Size[0]) * this->Size[1] * this->Size[2]; }
+  vtkIdType InputVoxels() const { return static_cast<vtkIdType>(this->Held.voxels()); }
   vtkIdType OutputVoxels() const { return static_cast<vtkIdType>(this->Width[0]) * this->Width[1] * this->Width[2]; }
   /// The same for the cells between the voxels.
   Grids Cells() const
@@ -102,14 +110,18 @@ struct Grids
     for (int a = 0; a < 3; ++a)
     {
       cells.Size[a] = std::max(cells.Size[a] - 1, 1);
+      cells.Held.size[a] = std::max(cells.Held.size[a] - 1, 1);
       cells.Width[a] = std::max(cells.Width[a] - 1, 1);
     }
     cells.AreCells = true;
     return cells;
   }
-  vtkIdType InputId(int i, int j, int k) const
+  vtkIdType InputId(int i, int j, int k) const { return static_cast<vtkIdType>(this->Held.at(i, j, k)); }
+  /// The voxel of the input that is nearest to an index along an axis, among those that this process has.
+  double Inside(double index, int axis) const
   {
-    return i + this->Size[0] * (j + this->Size[1] * static_cast<vtkIdType>(k));
+    const double first = this->Held.first[axis];
+    return std::min(std::max(index, first), first + this->Held.size[axis] - 1);
   }
   vtkIdType OutputId(int i, int j, int k) const
   {

@@ -3,6 +3,8 @@
 
 #include "Error.h"
 
+#include "vtkCellData.h"
+#include "vtkDataSetAttributes.h"
 #include "vtkFieldData.h"
 #include "vtkMatrix3x3.h"
 #include "vtkPointData.h"
@@ -92,6 +94,20 @@ void Copy(vtkImageData* part, vtkImageData* image, std::vector<Knowledge>& known
   }
 }
 
+/// Makes the arrays active that are active in `from`. A copied array keeps only one active role, so an array that is
+/// both the vectors and the scalars would lose one.
+void CopyAttributes(vtkDataSetAttributes* from, vtkDataSetAttributes* to)
+{
+  for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
+  {
+    vtkAbstractArray* active = from->GetAbstractAttribute(attribute);
+    if (active && active->GetName() && to->GetAbstractAttribute(attribute) == nullptr)
+    {
+      to->SetActiveAttribute(active->GetName(), attribute);
+    }
+  }
+}
+
 }
 
 bool IsEmpty(const Extent& e)
@@ -113,6 +129,33 @@ Extent ExtentOf(vtkImageData* image)
     image->GetExtent(extent.data());
   }
   return extent;
+}
+
+vtkSmartPointer<vtkImageData> Cut(vtkImageData* whole, const Extent& part)
+{
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  image->ShallowCopy(whole);
+  // After an error the extent shown may differ from the announced one.
+  const Extent there = ExtentOf(whole);
+  bool meets = true;
+  for (int a = 0; a < 3; ++a)
+  {
+    meets = meets && part[2 * a] <= there[2 * a + 1] && there[2 * a] <= part[2 * a + 1];
+  }
+  if (IsEmpty(part) || !meets)
+  {
+    image->Initialize();
+    image->SetExtent(const_cast<int*>(part.data()));
+    image->GetFieldData()->ShallowCopy(whole->GetFieldData());
+  }
+  else if (!Contains(part, there))
+  {
+    image->GetPointData()->CopyAllOn();
+    image->GetCellData()->CopyAllOn();
+    image->Crop(part.data());
+    CopyAttributes(whole->GetPointData(), image->GetPointData());
+  }
+  return image;
 }
 
 vtkSmartPointer<vtkImageData> PutTogether(const std::vector<vtkSmartPointer<vtkImageData>>& parts, const Extent& whole)

@@ -271,12 +271,13 @@ bool InputWatch::IsUnchanged(vtkInformationVector** connected, const Inputs& inp
     // Image and leaves are not read now, so forget their former contents.
     this->Image = Watched();
     this->Leaves = Watched();
+    this->SameImage = false;
     return sameProblem && sameFilter;
   }
-  const bool sameImage = isUnchanged(this->Image, IMAGE, IMAGE + 1, [&] { return inputs.GetImageFingerprint(); });
+  this->SameImage = isUnchanged(this->Image, IMAGE, IMAGE + 1, [&] { return inputs.GetImageFingerprint(); });
   const bool sameLeaves =
     isUnchanged(this->Leaves, PROBES, NUMBER_OF_PORTS, [&] { return inputs.GetLeavesFingerprint(); });
-  return sameProblem && sameFilter && sameImage && sameLeaves;
+  return sameProblem && sameFilter && this->SameImage && sameLeaves;
 }
 
 }

@@ -86,6 +86,8 @@ public:
   /// Whether no property of the filter and nothing in its inputs has changed since the last call. `inputs` are the
   /// contents of `connected`; `filterTime` is when a property last changed.
   bool IsUnchanged(vtkInformationVector** connected, const Inputs& inputs, vtkMTimeType filterTime);
+  /// Whether the last call of IsUnchanged() found the image as in the call before.
+  bool IsImageUnchanged() const { return this->SameImage; }
 
 private:
   /// The datasets of some ports with their times of modification and update, and the fingerprint of their contents.
@@ -97,6 +99,7 @@ private:
 
   vtkMTimeType FilterTime = 0;
   std::string Problem;
+  bool SameImage = false;
   Watched Image; // separate from the leaves because it is large and seldom changes
   Watched Leaves;
 };

@@ -23,12 +23,32 @@
 namespace vtkChainMail
 {
 
+/// Writes the smallest finite value of each component, 0 where there is none.
+template <typename T> void FindSmallest(const T* values, vtkIdType tuples, int components, T* smallest)
+{
+  for (int c = 0; c < components; ++c)
+  {
+    smallest[c] = T(0);
+    bool found = false;
+    for (vtkIdType t = 0; t < tuples; ++t)
+    {
+      const T value = values[t * components + c];
+      const bool finite = value >= std::numeric_limits<T>::lowest() && value <= std::numeric_limits<T>::max();
+      if (finite && (!found || value < smallest[c]))
+      {
+        smallest[c] = value;
+        found = true;
+      }
+    }
+  }
+}
+
 /// Samples arrays of numbers, stored interleaved: trilinear or nearest.
 template <typename T> class NumericSampler : public ArraySampler
 {
 public:
   /// See MakeSampler().
-  NumericSampler(vtkDataArray* original, const Grids& grids, bool nearest, double background,
+  NumericSampler(vtkDataArray* original, const Grids& grids, bool nearest, double background, vtkDataArray* smallest,
     const PaddingValues& notMeasured, const TissueTest& isTissue)
     : Original(original)
     , Input(Interleaved(original))
@@ -37,13 +57,14 @@ public:
     , G(grids)
     , Nearest(nearest)
     , BackgroundValue(background)
+    , Smallest(smallest)
     , NotMeasured(notMeasured)
     , HasPadding(notMeasured.AreThere())
     , IsTissue(isTissue)
   {
     this->Step[0] = this->Components;
-    this->Step[1] = this->Step[0] * grids.Size[0];
-    this->Step[2] = this->Step[1] * grids.Size[1];
+    this->Step[1] = this->Step[0] * grids.Held.size[0];
+    this->Step[2] = this->Step[1] * grids.Held.size[1];
   }
 
   std::uint64_t Begin() override { return this->Since = this->Buffers.Begin(); }
@@ -254,17 +275,17 @@ private:
   void SampleAt(const std::array<int, 3>& voxel, const float* offset, T* out) const
   {
     const T* corner = this->In;
-    vtkIdType step[3]; // to the next voxel; 0 at the image's last voxel, where the share is 0
+    vtkIdType step[3]; // to the next voxel; 0 at the last voxel, where the share is 0
     double share[3];
     for (int a = 0; a < 3; ++a)
     {
-      const int last = this->G.Size[a] - 1;
-      const double place =
-        std::min(std::max(this->G.PlaceOf(voxel[a]) + static_cast<double>(offset[a]), 0.0), static_cast<double>(last));
+      const int first = this->G.Held.first[a];
+      const int last = first + this->G.Held.size[a] - 1;
+      const double place = this->G.Inside(this->G.PlaceOf(voxel[a]) + static_cast<double>(offset[a]), a);
       const int index = static_cast<int>(this->Nearest ? place + 0.5 : place);
       share[a] = this->Nearest ? 0.0 : place - index;
       step[a] = index < last ? this->Step[a] : 0;
-      corner += index * this->Step[a];
+      corner += (index - first) * this->Step[a];
     }
     if (this->Nearest)
     {
@@ -301,7 +322,7 @@ private:
     const T* nearest = this->In;
     for (int a = 0; a < 3; ++a)
     {
-      nearest += static_cast<int>(this->G.PlaceOf(voxel[a]) + 0.5) * this->Step[a];
+      nearest += (static_cast<int>(this->G.PlaceOf(voxel[a]) + 0.5) - this->G.Held.first[a]) * this->Step[a];
     }
     for (int c = 0; c < this->Components; ++c)
     {
@@ -453,22 +474,13 @@ private:
       this->Background.assign(this->Components, ToType(this->BackgroundValue));
       return;
     }
-    this->Background.assign(this->Components, T(0));
-    const vtkIdType voxels = this->G.InputVoxels();
-    for (int c = 0; c < this->Components; ++c)
+    this->Background.resize(this->Components);
+    if (this->Smallest)
     {
-      bool found = false;
-      for (vtkIdType v = 0; v < voxels; ++v)
-      {
-        const T value = this->In[v * this->Components + c];
-        const bool finite = value >= std::numeric_limits<T>::lowest() && value <= std::numeric_limits<T>::max();
-        if (finite && (!found || value < this->Background[c]))
-        {
-          this->Background[c] = value;
-          found = true;
-        }
-      }
+      std::copy_n(static_cast<const T*>(this->Smallest->GetVoidPointer(0)), this->Components, this->Background.begin());
+      return;
     }
+    FindSmallest(this->In, this->G.InputVoxels(), this->Components, this->Background.data());
   }
 
   vtkSmartPointer<vtkDataArray> Original;
@@ -478,6 +490,7 @@ private:
   Grids G;
   bool Nearest;
   double BackgroundValue;
+  vtkSmartPointer<vtkDataArray> Smallest;
   PaddingValues NotMeasured;
   bool HasPadding;
   TissueTest IsTissue;

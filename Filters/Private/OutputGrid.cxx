@@ -165,7 +165,7 @@ std::array<double, 3> OutputGrid::SpacingOf(vtkImageData* image) const
   return spacing;
 }
 
-void RequireMemory(const OutputGrid& grid, vtkImageData* image, std::size_t more)
+void RequireMemory(const OutputGrid& grid, vtkImageData* image, const std::array<int, 6>& extent, std::size_t more)
 {
   double perVoxel = static_cast<double>(more);
   for (int n = 0; n < image->GetPointData()->GetNumberOfArrays(); ++n)
@@ -173,7 +173,6 @@ void RequireMemory(const OutputGrid& grid, vtkImageData* image, std::size_t more
     vtkAbstractArray* array = image->GetPointData()->GetAbstractArray(n);
     perVoxel += static_cast<double>(array->GetDataTypeSize()) * array->GetNumberOfComponents();
   }
-  const std::array<int, 6> extent = grid.ExtentOf(image);
   double voxels = 1.0;
   std::string size;
   for (int a = 0; a < 3; ++a)

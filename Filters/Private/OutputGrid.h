@@ -29,9 +29,9 @@ struct OutputGrid
   std::array<double, 3> SpacingOf(vtkImageData* image) const;
 };
 
-/// Throws InputError where the arrays of the deformed image, and `more` bytes for each voxel, do not fit into the free
-/// main memory.
-void RequireMemory(const OutputGrid& grid, vtkImageData* image, std::size_t more);
+/// Throws InputError where the arrays of this part of the deformed image, and `more` bytes for each voxel, do not fit
+/// into the free main memory.
+void RequireMemory(const OutputGrid& grid, vtkImageData* image, const std::array<int, 6>& extent, std::size_t more);
 
 }
 

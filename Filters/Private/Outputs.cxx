@@ -2,8 +2,7 @@
 #include "Outputs.h"
 
 #include "Arrays.h"
-#include "CarryCells.h"
-#include "Threads.h"
+#include "ImageParts.h"
 
 #include "vtkCellData.h"
 #include "vtkDataArraySelection.h"
@@ -27,25 +26,6 @@
 namespace vtkChainMail
 {
 
-namespace
-{
-
-/// Calls f(first, end) for portions of the voxels, from several threads.
-template <typename F> void ForPortions(vtkIdType voxels, const F& f)
-{
-  constexpr vtkIdType portion = vtkIdType(1) << 16;
-  chainmail::inParallel(static_cast<std::size_t>((voxels + portion - 1) / portion),
-    [&](std::size_t n)
-    {
-      const vtkIdType first = static_cast<vtkIdType>(n) * portion;
-      f(first, std::min(first + portion, voxels));
-    });
-}
-
-}
-
-const std::array<const char*, 4> Outputs::ModelArrays = { "Displacement", "Element", "Constraint", "Cluster" };
-
 void Outputs::RemoveFigures(vtkFieldData* fields)
 {
   for (const char* name : { "ProbeReached", "ProbeForce", "ProbeTurned", "ProbeTorque", "Energy", "MaxLinkExcess",
@@ -56,22 +36,48 @@ void Outputs::RemoveFigures(vtkFieldData* fields)
   }
 }
 
-bool Outputs::IsDefault(const std::string& modelArray)
+std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(
+  const Exchange& exchange, const Scene* scene, const Properties& properties, const Request& request, vtkImageData* own)
 {
-  return modelArray == "Displacement" || modelArray == "Element";
+  Steps steps;
+  vtkMultiProcessStream stream;
+  OutputPlan& plan = this->Plan;
+  if (scene)
+  {
+    plan = OutputPlan(*scene, this->Source);
+    plan.Write(stream);
+  }
+  exchange.FromRoot(stream);
+  if (!scene)
+  {
+    plan = OutputPlan::Read(stream);
+  }
+  const auto deformed = this->WriteDeformed(
+    exchange, steps, scene, plan, properties, request ? std::optional<Extent>((*request)[0]) : std::nullopt, own);
+  const auto model = this->Model.Write(exchange, steps, plan, properties.ModelArrays, properties.PropagationTimes,
+    request ? (*request)[1] : ExtentOf(plan.Whole));
+  vtkNew<vtkFieldData> fields;
+  steps.Run(
+    [&]
+    {
+      if (scene)
+      {
+        const double peak = 1e-6 * static_cast<double>(this->Source.GetSimulation().takePeakDeviceBytes());
+        this->WriteFieldData(*scene, peak, fields);
+      }
+    });
+  exchange.FromRoot(fields);
+  steps.End();
+  deformed->GetFieldData()->ShallowCopy(fields);
+  model->GetFieldData()->ShallowCopy(fields);
+  return { { deformed, model } };
 }
 
-std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(const Scene& scene)
+void Outputs::ChooseModelArrays(const Exchange& exchange, vtkDataArraySelection* chosen, vtkImageData* model)
 {
-  const auto deformed = vtkSmartPointer<vtkImageData>::New();
-  const auto model = vtkSmartPointer<vtkImageData>::New();
-  this->Space = scene.Space;
-  this->Reports.Run(RESAMPLE, 0.75, 0.9, [&] { this->WriteDeformed(scene, deformed); });
-  this->WriteModel(scene, model);
-  const double peak = 1e-6 * static_cast<double>(this->Source.GetSimulation().takePeakDeviceBytes());
-  this->WriteFieldData(scene, peak, deformed);
-  this->WriteFieldData(scene, peak, model);
-  return { { deformed, model } };
+  Steps steps;
+  this->Model.Choose(exchange, steps, chosen, model);
+  steps.End();
 }
 
 bool Outputs::Sampled::operator==(const Sampled& other) const
@@ -84,53 +90,55 @@ bool Outputs::Sampled::operator==(const Sampled& other) const
 }
 
 /// Reuses samplers of the last update where nothing changed apart from the deformation.
-void Outputs::ChooseSamplers(const Scene& scene)
+void Outputs::ChooseSamplers(
+  const Scene* scene, const OutputPlan& plan, const Properties& properties, const Grids& grids)
 {
   // The same test as that of the model, which only one thread at a time may use.
-  const double threshold = scene.Tissue.Threshold;
-  const double ceiling = scene.Tissue.HighPadding;
-  vtkDataArray* engineScalars = this->Source.GetEngineScalars();
-  const auto isTissue = [engineScalars, threshold, ceiling](vtkIdType voxel)
+  const auto isTissue = [scalars = vtkSmartPointer<vtkDataArray>(this->Material.GetScalars()),
+                          threshold = plan.Threshold, ceiling = plan.Ceiling](vtkIdType voxel)
   {
-    const double scalar = engineScalars->GetComponent(voxel, 0);
+    const double scalar = scalars->GetComponent(voxel, 0);
     return std::isfinite(scalar) && scalar >= threshold && scalar < ceiling;
   };
-  const Grids grids(scene.Tissue.Size, scene.Output.Padding, scene.Output.Detail);
-  const std::vector<Sampled> before = std::move(this->Samplers);
+  const bool goOn = this->MaterialVersion == this->Material.GetVersion();
+  this->MaterialVersion = this->Material.GetVersion();
+  const std::vector<Sampled> before = goOn ? std::move(this->Samplers) : std::vector<Sampled>();
   this->Samplers.clear();
   std::unique_ptr<SmoothScalars> smoothedBefore = std::move(this->Smoothed);
-  vtkPointData* arrays = scene.Image->GetPointData();
+  vtkImageData* image = this->Material.GetImage();
+  vtkPointData* arrays = image->GetPointData();
   for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
   {
     vtkAbstractArray* array = arrays->GetAbstractArray(a);
     const std::string name = array->GetName() ? array->GetName() : "";
-    const bool isLabel = std::find(scene.LabelArrays.begin(), scene.LabelArrays.end(), name) != scene.LabelArrays.end();
+    const bool areScalars = a == plan.Scalars;
+    const bool isLabel = std::find(plan.LabelArrays.begin(), plan.LabelArrays.end(), name) != plan.LabelArrays.end();
     Sampled one(grids);
     one.Array = array;
     if (auto* numbers = vtkDataArray::SafeDownCast(array))
     {
       // ParaView passes an image that was just modified in every update, but with the same arrays.
       const auto same = std::find_if(before.begin(), before.end(), [&](const Sampled& s) { return s.Array == array; });
-      one.Numbers.Take(numbers, scene.Image->GetMTime(),
-        array == scene.Scalars ? scene.Tissue.Scalars
+      one.Numbers.Take(numbers, image->GetMTime(),
+        scene && areScalars    ? scene->Tissue.Scalars
         : same != before.end() ? same->Numbers
                                : ArrayContents());
     }
     else
     {
-      one.Time = std::max(array->GetMTime(), scene.Image->GetMTime());
+      one.Time = std::max(array->GetMTime(), image->GetMTime());
     }
-    one.Nearest = scene.Properties.Interpolation == InterpolationTypes::Nearest || isLabel ||
-                  (array == scene.Scalars && scene.AreLabels) || array == arrays->GetGlobalIds() ||
+    one.Nearest = properties.Interpolation == InterpolationTypes::Nearest || isLabel ||
+                  (areScalars && plan.AreLabels) || array == arrays->GetGlobalIds() ||
                   array == arrays->GetPedigreeIds();
     one.Still = name == vtkDataSetAttributes::GhostArrayName();
-    if (array == scene.Scalars)
+    if (areScalars)
     {
-      one.Background = scene.BackgroundValue;
-      one.NotMeasured = { scene.LowPadding, scene.Tissue.HighPadding };
+      one.Background = plan.Background;
+      one.NotMeasured = plan.NotMeasured;
     }
-    one.SmoothCuts = scene.Properties.SmoothCuts;
-    one.Builds = this->Source.GetBuilds();
+    one.SmoothCuts = properties.SmoothCuts;
+    one.Builds = plan.Builds;
     const auto same = std::find(before.begin(), before.end(), one);
     if (same != before.end())
     {
@@ -142,38 +150,83 @@ void Outputs::ChooseSamplers(const Scene& scene)
     }
     else
     {
-      one.Sampler = MakeSampler(array, grids, one.Nearest, one.Background, one.NotMeasured, isTissue);
+      one.Sampler = MakeSampler(
+        array, grids, one.Nearest, one.Background, this->Material.GetSmallest(a), one.NotMeasured, isTissue);
     }
     this->Samplers.push_back(one);
-    if (array == scene.Scalars && scene.Properties.ScalarSmoothing > 0.0 && array->GetDataType() != VTK_BIT)
+    if (areScalars && properties.ScalarSmoothing > 0.0 && array->GetDataType() != VTK_BIT)
     {
       // With deviation 0 the array still exists where values are labels, so a view of it keeps something to show.
-      const double deviation = one.Nearest ? 0.0 : scene.Properties.ScalarSmoothing;
+      const double deviation = one.Nearest ? 0.0 : properties.ScalarSmoothing;
       const bool goesOn = smoothedBefore && smoothedBefore->IsFor(one.Sampler, deviation);
       this->Smoothed = goesOn ? std::move(smoothedBefore)
                               : std::make_unique<SmoothScalars>(one.Sampler, grids, deviation, one.NotMeasured);
     }
   }
-  if (!scene.Properties.PullBack)
+  const Frame space(plan.Whole);
+  if (!properties.PullBack)
   {
     this->PullBack.reset();
   }
-  else if (!this->PullBack ||
-           !this->PullBack->IsFor(grids, scene.Space, scene.Properties.SmoothCuts, this->Source.GetBuilds()))
+  else if (!goOn || !this->PullBack || !this->PullBack->IsFor(grids, space, properties.SmoothCuts, plan.Builds))
   {
-    this->PullBack =
-      std::make_unique<PullBackSampler>(grids, scene.Space, scene.Properties.SmoothCuts, this->Source.GetBuilds());
+    this->PullBack = std::make_unique<PullBackSampler>(grids, space, properties.SmoothCuts, plan.Builds);
   }
 }
 
-void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
+/// `extent`: of the part that this process makes; none for the whole image.
+vtkSmartPointer<vtkImageData> Outputs::WriteDeformed(const Exchange& exchange, Steps& steps, const Scene* scene,
+  const OutputPlan& plan, const Properties& properties, const std::optional<Extent>& extent, vtkImageData* own)
 {
-  const Grids grids(scene.Tissue.Size, scene.Output.Padding, scene.Output.Detail);
-  output->SetOrigin(scene.Image->GetOrigin());
-  output->SetSpacing(scene.Output.SpacingOf(scene.Image).data());
-  output->SetDirectionMatrix(scene.Image->GetDirectionMatrix());
-  output->SetExtent(scene.Output.ExtentOf(scene.Image).data());
-  this->ChooseSamplers(scene);
+  std::optional<chainmail::OutputDetail> part = plan.GetRange();
+  if (extent)
+  {
+    // Smoothing needs some voxels more.
+    const int radius =
+      properties.ScalarSmoothing > 0.0 ? SmoothScalars::RadiusOf(properties.ScalarSmoothing, plan.Detail.finer) : 0;
+    part = plan.GetPart(*extent, (radius + plan.Detail.finer - 1) / plan.Detail.finer);
+    for (int a = 0; a < 3 && part; ++a)
+    {
+      if (IsEmpty(*extent) || part->first[a] > part->last[a])
+      {
+        part.reset();
+      }
+    }
+  }
+  this->Material.Update(exchange, steps, scene, plan, properties, part, own);
+  const auto output = vtkSmartPointer<vtkImageData>::New();
+  output->SetOrigin(plan.Whole->GetOrigin());
+  chainmail::Vector3 spacing;
+  plan.Whole->GetSpacing(spacing.data());
+  for (double& step : spacing)
+  {
+    step /= plan.Detail.finer;
+  }
+  output->SetSpacing(spacing.data());
+  output->SetDirectionMatrix(plan.Whole->GetDirectionMatrix());
+  if (!part)
+  {
+    output->SetExtent(const_cast<int*>(extent->data()));
+    return output;
+  }
+  output->SetExtent(plan.ExtentOf(*part).data());
+  steps.Run(
+    [&]
+    {
+      if (scene)
+      {
+        this->WarnAboutLostArrays(scene->Image);
+      }
+      this->Reports.Run(RESAMPLE, 0.75, 0.9, [&] { this->Sample(scene, plan, properties, *part, output); });
+    });
+  return extent ? Cut(output, *extent) : output;
+}
+
+void Outputs::Sample(const Scene* scene, const OutputPlan& plan, const Properties& properties,
+  const chainmail::OutputDetail& part, vtkImageData* output)
+{
+  const Grids grids(plan.GetSize(), this->Material.GetBox(), plan.Padding, part);
+  this->ChooseSamplers(scene, plan, properties, grids);
   std::vector<ArraySampler*> samplers;
   for (const Sampled& one : this->Samplers)
   {
@@ -192,8 +245,7 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
   {
     since = std::min(since, one->Begin());
   }
-  const chainmail::Resampled resampled = this->Source.GetSimulation().resample(
-    scene.Output.Padding,
+  const chainmail::Resampled resampled = this->Material.Resample(
     [&](const std::vector<chainmail::ResampledBox>& boxes)
     {
       for (ArraySampler* one : samplers)
@@ -201,26 +253,25 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
         one->Sample(boxes);
       }
     },
-    since, scene.Properties.SmoothCuts ? chainmail::CutSurfaces::Smooth : chainmail::CutSurfaces::Stepped,
-    scene.Output.Detail);
+    since);
 
-  this->WarnAboutLostArrays(scene.Image);
-  if (vtkAbstractArray* ghosts = scene.Image->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
+  vtkImageData* input = this->Material.GetImage();
+  if (vtkAbstractArray* ghosts = input->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
   {
     StillArray still(ghosts, grids.Cells());
     still.Begin();
     output->GetCellData()->AddArray(still.End(resampled.number, resampled.atRest));
   }
-  for (const Sampled& one : this->Samplers)
+  for (std::size_t n = 0; n < this->Samplers.size(); ++n)
   {
-    const vtkSmartPointer<vtkAbstractArray> array = one.Sampler->End(resampled.number, resampled.atRest);
+    const vtkSmartPointer<vtkAbstractArray> array = this->Samplers[n].Sampler->End(resampled.number, resampled.atRest);
     output->GetPointData()->AddArray(array);
-    if (this->Smoothed && one.Array == scene.Scalars)
+    if (this->Smoothed && static_cast<int>(n) == plan.Scalars)
     {
       this->Smoothed->SetSampled(vtkDataArray::SafeDownCast(array));
     }
   }
-  CopyActiveAttributes(scene.Image->GetPointData(), output->GetPointData());
+  CopyActiveAttributes(input->GetPointData(), output->GetPointData());
   if (this->PullBack) // replaces an input array of that name, which belongs to another deformation
   {
     output->GetPointData()->AddArray(this->PullBack->End(resampled.number, resampled.atRest));
@@ -231,65 +282,9 @@ void Outputs::WriteDeformed(const Scene& scene, vtkImageData* output)
   }
 }
 
-void Outputs::WriteModel(const Scene& scene, vtkImageData* output)
-{
-  output->CopyStructure(scene.Image);
-  this->ChooseModelArrays(scene.Properties.ModelArrays, output);
-  if (scene.Properties.PropagationTimes)
-  {
-    this->Reports.Run(DOWNLOAD, 0.98, 1.0, [&] { this->FetchTimes(scene, output->GetPointData()); });
-  }
-}
-
-void Outputs::ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* model)
-{
-  vtkPointData* arrays = model->GetPointData();
-  const vtkIdType voxels = model->GetNumberOfPoints();
-  const auto wants = [&](const char* name) { return chosen->ArrayIsEnabled(name) != 0; };
-  const auto share = [&](const char* name, bool isWanted, auto& shared, int version, auto&& fetch)
-  {
-    if (!isWanted)
-    {
-      shared.Forget();
-      arrays->RemoveArray(name);
-    }
-    else if (!arrays->HasArray(name))
-    {
-      if (!shared.IsIntact(version))
-      {
-        this->Reports.Run(DOWNLOAD, 0.9, 0.95, [&] { shared.Set(fetch(), version); });
-      }
-      arrays->AddArray(shared.Get());
-    }
-  };
-  if (!wants("Displacement"))
-  {
-    arrays->RemoveArray("Displacement");
-  }
-  else if (!arrays->HasArray("Displacement"))
-  {
-    this->Reports.Run(DOWNLOAD, 0.9, 0.98, [&] { arrays->SetVectors(this->FetchDisplacement(voxels)); });
-  }
-  const int ofTissue = this->Source.GetTissueChanges();
-  const int ofLinks = this->Source.GetLinkChanges();
-  share("Element", wants("Element"), this->Element, ofTissue, [&] { return this->FetchElement(voxels); });
-  // Links tell to which side of a cut a displacement belongs.
-  share("Links", wants("Displacement") && this->Source.IsCut(), this->Links, ofLinks,
-    [&] { return this->FetchLinks(voxels); });
-  share("Constraint", wants("Constraint"), this->Constraint, ofTissue, [&] { return this->FetchConstraint(voxels); });
-  share("Cluster", wants("Cluster"), this->Cluster, ofLinks, [&] { return this->FetchCluster(voxels); });
-  // Writers of a single array, such as that of MetaImage, write the active scalars.
-  const char* const most = wants("Displacement") ? "Displacement" : "Element";
-  if (wants(most))
-  {
-    arrays->SetActiveScalars(most);
-  }
-}
-
-void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageData* output)
+void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkFieldData* fields)
 {
   const Results& found = this->Source.GetResults();
-  vtkFieldData* fields = output->GetFieldData();
   fields->ShallowCopy(scene.Image->GetFieldData());
   RemoveFigures(fields);
 
@@ -389,133 +384,6 @@ void Outputs::AddBodies(vtkFieldData* fields)
   {
     fields->AddArray(names);
   }
-}
-
-vtkSmartPointer<vtkUnsignedCharArray> Outputs::FetchElement(vtkIdType voxels)
-{
-  const auto element = MakeArray<vtkUnsignedCharArray>("Element", 1, voxels);
-  this->Source.GetSimulation().elements(element->GetPointer(0));
-  return element;
-}
-
-vtkSmartPointer<vtkUnsignedCharArray> Outputs::FetchLinks(vtkIdType voxels)
-{
-  constexpr unsigned char carved = chainmail::RestModel::carved;
-  const auto links = MakeArray<vtkUnsignedCharArray>("Links", 1, voxels);
-  const vtkSmartPointer<vtkUnsignedCharArray> element = this->FetchElement(voxels);
-  const chainmail::Model& model = this->Source.GetModel();
-  const int axes = model.axes();
-  const chainmail::Index3& size = model.grid().size;
-  this->Source.GetSimulation().links(links->GetPointer(0), true);
-  std::vector<float> row(static_cast<std::size_t>(size[0]) * axes);
-  vtkIdType v = 0;
-  for (int k = 0; k < size[2]; ++k)
-  {
-    for (int j = 0; j < size[1]; ++j)
-    {
-      model.row(0, j, k, size[0], row.data()); // the model at rest, before any carve
-      for (int i = 0; i < size[0]; ++i, ++v)
-      {
-        if (element->GetValue(v) == 0 && !std::isinf(row[static_cast<std::size_t>(i) * axes]))
-        {
-          links->SetValue(v, carved);
-        }
-      }
-    }
-  }
-  return links;
-}
-
-void Outputs::WriteBodies(vtkPointData* output)
-{
-  const chainmail::Index3& size = this->Source.GetModel().grid().size;
-  if (vtkDataArray* labels = this->Source.GetTissue().Bodies.Array)
-  {
-    output->AddArray(labels);
-  }
-  output->AddArray(this->FetchCluster(static_cast<vtkIdType>(size[0]) * size[1] * size[2]));
-}
-
-vtkSmartPointer<vtkIntArray> Outputs::FetchCluster(vtkIdType voxels)
-{
-  const auto cluster = MakeArray<vtkIntArray>("Cluster", this->Source.GetModel().axes(), voxels);
-  this->Source.GetSimulation().clusters(cluster->GetPointer(0));
-  return cluster;
-}
-
-vtkSmartPointer<vtkFloatArray> Outputs::FetchConstraint(vtkIdType voxels)
-{
-  const chainmail::Model& model = this->Source.GetModel();
-  const int axes = model.axes();
-  const vtkSmartPointer<vtkUnsignedCharArray> element = this->FetchElement(voxels);
-  const auto constraint = MakeArray<vtkFloatArray>("Constraint", axes, voxels);
-  const chainmail::Index3& size = model.grid().size;
-  const unsigned char* e = element->GetPointer(0);
-  float* c = constraint->GetPointer(0);
-  for (int k = 0; k < size[2]; ++k)
-  {
-    for (int j = 0; j < size[1]; ++j)
-    {
-      model.row(0, j, k, size[0], c);
-      for (int i = 0; i < size[0]; ++i, c += axes, ++e)
-      {
-        // The engine marks air by an infinite constraint, and anchors by a negative one.
-        for (int a = 0; a < axes; ++a)
-        {
-          c[a] = *e ? std::fabs(c[a]) : 0.0f;
-        }
-      }
-    }
-  }
-  return constraint;
-}
-
-vtkSmartPointer<vtkFloatArray> Outputs::FetchDisplacement(vtkIdType voxels)
-{
-  const auto displacement = MakeArray<vtkFloatArray>("Displacement", 3, voxels, true);
-  float* u = displacement->GetPointer(0);
-  this->Source.GetSimulation().displacements(u, true);
-  if (this->Space->IsRotated())
-  {
-    ForPortions(voxels,
-      [&](vtkIdType first, vtkIdType last)
-      {
-        for (vtkIdType v = first; v < last; ++v)
-        {
-          if (u[3 * v] != 0.0f || u[3 * v + 1] != 0.0f || u[3 * v + 2] != 0.0f)
-          {
-            this->Space->VectorToWorld(u + 3 * v, u + 3 * v);
-          }
-        }
-      });
-  }
-  return displacement;
-}
-
-void Outputs::FetchTimes(const Scene& scene, vtkPointData* output)
-{
-  const vtkIdType voxels = scene.Image->GetNumberOfPoints();
-  const int axes = this->Source.GetModel().axes();
-  const auto time = MakeArray<vtkFloatArray>("PropagationTime", axes, voxels);
-  float* t = time->GetPointer(0);
-  this->Source.GetSimulation().propagationTimes(t);
-  const Vector3& spacing = scene.Space.GetSpacing();
-  ForPortions(voxels,
-    [&](vtkIdType first, vtkIdType last)
-    {
-      for (int a = 0; a < axes; ++a)
-      {
-        for (vtkIdType n = first * axes + a; n < last * axes; n += axes)
-        {
-          // A negative time means that no wave came, and is kept.
-          t[n] = t[n] > 0.0f ? static_cast<float>(t[n] * spacing[a]) : t[n];
-        }
-      }
-    });
-  const auto wavefront = MakeArray<vtkIntArray>("Wavefront", axes, voxels, true);
-  this->Source.GetSimulation().wavefronts(wavefront->GetPointer(0), true);
-  output->AddArray(time);
-  output->AddArray(wavefront);
 }
 
 void Outputs::WarnAboutLostArrays(vtkImageData* image)

@@ -4,20 +4,22 @@
 #ifndef Outputs_h
 #define Outputs_h
 
+#include "Exchange.h"
 #include "Fingerprint.h"
+#include "ModelAtRest.h"
+#include "OutputPlan.h"
+#include "PartSource.h"
 #include "Progress.h"
 #include "PullBack.h"
 #include "Sampling.h"
 #include "Scene.h"
 #include "Session.h"
 #include "SmoothScalars.h"
+#include "Steps.h"
 
-#include "vtkFloatArray.h"
 #include "vtkImageData.h"
-#include "vtkIntArray.h"
 #include "vtkMath.h"
 #include "vtkSmartPointer.h"
-#include "vtkUnsignedCharArray.h"
 
 #include <array>
 #include <memory>
@@ -28,37 +30,46 @@
 
 class vtkDataArraySelection;
 class vtkFieldData;
-class vtkPointData;
 
 namespace vtkChainMail
 {
 
-/// Converts the state of a session to images. Throws the engine's exceptions and std::bad_alloc.
+/// Converts the state of a session to images: in an update of several processes to this process's parts of them. Throws
+/// the engine's exceptions and std::bad_alloc.
 class Outputs
 {
 public:
   Outputs(const Session& source, Progress& reports)
     : Source(source)
     , Reports(reports)
+    , Material(source, reports)
+    , Model(source, reports)
   {
   }
-
-  /// The arrays of the model at rest that can be chosen, and whether an array is chosen by default.
-  static const std::array<const char*, 4> ModelArrays;
-  static bool IsDefault(const std::string& modelArray);
 
   /// Removes all field arrays with the names that Write() and Shown use. Those of the input image, perhaps from another
   /// deformation, must not be mistaken for results of this update.
   static void RemoveFigures(vtkFieldData* fields);
 
-  /// Makes the deformed image and the model at rest, after an update of the session with this scene.
-  std::array<vtkSmartPointer<vtkImageData>, 2> Write(const Scene& scene);
+  /// What this process is to make: the extents of its parts of both outputs. None: the whole outputs.
+  using Request = std::optional<std::array<Extent, 2>>;
 
-  /// Gives the model at rest of the last Write() the arrays that are chosen now, and no others of ModelArrays.
-  void ChooseModelArrays(vtkDataArraySelection* chosen, vtkImageData* model);
+  /// Makes the deformed image and the model at rest. All processes call this together, after an update. `scene`: that
+  /// of the update, null outside the root. `own`: the part of the input image that this process has; may be null.
+  std::array<vtkSmartPointer<vtkImageData>, 2> Write(const Exchange& exchange, const Scene* scene,
+    const Properties& properties, const Request& request, vtkImageData* own);
 
-  /// Adds the array Cluster of the last update and, if there is one, the BodyArray.
-  void WriteBodies(vtkPointData* output);
+  /// Gives the model at rest of the last Write() the arrays that are chosen now. All processes call this together.
+  void ChooseModelArrays(const Exchange& exchange, vtkDataArraySelection* chosen, vtkImageData* model);
+
+  /// The geometry of the whole input image of the last Write().
+  vtkImageData* GetWhole() const { return this->Plan.Whole; }
+
+  /// To be called after a device error: nothing on the device is used any more.
+  void Forget() { this->Material.Forget(); }
+
+  /// See ModelAtRest.
+  void WriteBodies(vtkImageData* image) const { this->Model.WriteBodies(image); }
 
 private:
   /// A sampler and all that its output depends on, apart from the deformation.
@@ -84,33 +95,26 @@ private:
     bool operator==(const Sampled& other) const;
   };
 
-  void ChooseSamplers(const Scene& scene);
-  void WriteDeformed(const Scene& scene, vtkImageData* output);
-  void WriteModel(const Scene& scene, vtkImageData* output);
-  void WriteFieldData(const Scene& scene, double peakMegabytes, vtkImageData* output);
+  void ChooseSamplers(const Scene* scene, const OutputPlan& plan, const Properties& properties, const Grids& grids);
+  vtkSmartPointer<vtkImageData> WriteDeformed(const Exchange& exchange, Steps& steps, const Scene* scene,
+    const OutputPlan& plan, const Properties& properties, const std::optional<Extent>& extent, vtkImageData* own);
+  void Sample(const Scene* scene, const OutputPlan& plan, const Properties& properties,
+    const chainmail::OutputDetail& part, vtkImageData* output);
+  void WriteFieldData(const Scene& scene, double peakMegabytes, vtkFieldData* fields);
   void AddBodies(vtkFieldData* fields);
-  vtkSmartPointer<vtkUnsignedCharArray> FetchElement(vtkIdType voxels);
-  vtkSmartPointer<vtkFloatArray> FetchConstraint(vtkIdType voxels);
-  vtkSmartPointer<vtkUnsignedCharArray> FetchLinks(vtkIdType voxels);
-  vtkSmartPointer<vtkIntArray> FetchCluster(vtkIdType voxels);
-  vtkSmartPointer<vtkFloatArray> FetchDisplacement(vtkIdType voxels);
-  void FetchTimes(const Scene& scene, vtkPointData* output);
   void WarnAboutLostArrays(vtkImageData* image);
 
   const Session& Source;
   Progress& Reports;
+  OutputPlan Plan; // of the last Write()
+  PartSource Material;
+  ModelAtRest Model;
 
   std::vector<Sampled> Samplers;             // one for each point array of the image
   std::unique_ptr<PullBackSampler> PullBack; // null where it is off, as is the next one
   std::unique_ptr<SmoothScalars> Smoothed;
 
-  // Arrays that successive outputs share as long as they do not change.
-  SharedArray<vtkFloatArray> Constraint;
-  SharedArray<vtkUnsignedCharArray> Element;
-  SharedArray<vtkUnsignedCharArray> Links;
-  SharedArray<vtkIntArray> Cluster;
-
-  std::optional<Frame> Space; // of the image of the last update
+  int MaterialVersion = 0; // of these samplers
 
   // Cell arrays that are not passed on and were already warned about.
   std::set<std::string> LostArrays;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Pipeline.h"
 
+#include "vtkAlgorithm.h"
+#include "vtkExtentTranslator.h"
 #include "vtkImageData.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
+#include "vtkNew.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
 
 #include <algorithm>
@@ -106,6 +109,31 @@ void AskForAll(vtkInformationVector** inputs, int ports)
       input->Set(Executive::UPDATE_NUMBER_OF_PIECES(), 1);
       input->Set(Executive::UPDATE_NUMBER_OF_GHOST_LEVELS(), 0);
     });
+}
+
+void AskForPiece(vtkInformationVector* inputs, int piece, int pieces)
+{
+  vtkInformation* input = inputs->GetInformationObject(0);
+  if (!input || !input->Has(Executive::WHOLE_EXTENT()))
+  {
+    return;
+  }
+  int whole[6];
+  input->Get(Executive::WHOLE_EXTENT(), whole);
+  int extent[6] = { 0, -1, 0, -1, 0, -1 };
+  if (input->Has(vtkAlgorithm::CAN_PRODUCE_SUB_EXTENT()))
+  {
+    vtkNew<vtkExtentTranslator> translator;
+    translator->PieceToExtentThreadSafe(
+      piece, pieces, 0, whole, extent, vtkExtentTranslator::BLOCK_MODE, /*byPoints=*/0);
+  }
+  else if (piece == 0)
+  {
+    std::copy_n(whole, 6, extent);
+  }
+  input->Set(Executive::UPDATE_EXTENT(), extent, 6);
+  input->Set(Executive::UPDATE_PIECE_NUMBER(), piece);
+  input->Set(Executive::UPDATE_NUMBER_OF_PIECES(), pieces);
 }
 
 void AskAlike(vtkInformationVector* outputs, int asked)

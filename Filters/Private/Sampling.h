@@ -74,7 +74,7 @@ private:
     for (int a = 0; a < 3; ++a)
     {
       const double index = std::floor(this->G.PlaceOf(voxel[a]) + static_cast<double>(offset[a]) + 0.5);
-      place[a] = static_cast<int>(std::min(std::max(index, 0.0), static_cast<double>(this->G.Size[a] - 1)));
+      place[a] = static_cast<int>(this->G.Inside(index, a));
     }
     this->Output->SetTuple(
       this->G.OutputId(voxel[0], voxel[1], voxel[2]), this->G.InputId(place[0], place[1], place[2]), this->Input);
@@ -123,20 +123,42 @@ private:
   vtkSmartPointer<vtkAbstractArray> Output;
 };
 
-/// Makes the sampler for an array. `background` NaN: the array's own smallest finite value, by component.
+/// Makes the sampler for an array. `background` NaN: the smallest finite value of the array, by component. This is
+/// `smallest`, of one tuple, or null: where this process has the whole array, it can be found when it is needed.
 inline std::unique_ptr<ArraySampler> MakeSampler(vtkAbstractArray* input, const Grids& grids, bool nearest,
-  double background, const PaddingValues& notMeasured, const TissueTest& isTissue)
+  double background, vtkDataArray* smallest, const PaddingValues& notMeasured, const TissueTest& isTissue)
 {
   vtkDataArray* numbers = vtkDataArray::SafeDownCast(input);
   if (numbers)
   {
     switch (numbers->GetDataType())
     {
-      vtkTemplateMacro(
-        return std::make_unique<NumericSampler<VTK_TT>>(numbers, grids, nearest, background, notMeasured, isTissue));
+      vtkTemplateMacro(return std::make_unique<NumericSampler<VTK_TT>>(
+        numbers, grids, nearest, background, smallest, notMeasured, isTissue));
     }
   }
   return std::make_unique<TupleSampler>(input, grids);
+}
+
+/// The smallest finite value of each component of an array, 0 where there is none, as an array of one tuple; null where
+/// the array does not hold numbers.
+inline vtkSmartPointer<vtkDataArray> SmallestOf(vtkAbstractArray* array)
+{
+  vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
+  if (!numbers || numbers->GetDataType() == VTK_BIT)
+  {
+    return nullptr;
+  }
+  auto smallest = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(numbers->GetDataType()));
+  smallest->SetNumberOfComponents(numbers->GetNumberOfComponents());
+  smallest->SetNumberOfTuples(1);
+  const vtkSmartPointer<vtkDataArray> all = Interleaved(numbers);
+  switch (numbers->GetDataType())
+  {
+    vtkTemplateMacro(FindSmallest(static_cast<const VTK_TT*>(all->GetVoidPointer(0)), all->GetNumberOfTuples(),
+      all->GetNumberOfComponents(), static_cast<VTK_TT*>(smallest->GetVoidPointer(0))));
+  }
+  return smallest;
 }
 
 /// Handles an array that belongs to the grid and not to the material, such as marks of blank voxels. Its values stay in
@@ -145,7 +167,7 @@ class StillArray : public ArraySampler
 {
 public:
   StillArray(vtkAbstractArray* input, const Grids& grids)
-    : Padded(MakeSampler(input, grids, true, 0.0, PaddingValues(), nullptr))
+    : Padded(MakeSampler(input, grids, true, 0.0, nullptr, PaddingValues(), nullptr))
   {
   }
 

@@ -64,6 +64,7 @@ public:
   // For the outputs, after an update.
   const TissueSource& GetTissue() const { return this->Tissue; }
   vtkDataArray* GetEngineScalars() const { return this->EngineScalars; }
+  bool HasModel() const { return this->Model != nullptr; }
   const chainmail::Model& GetModel() const { return *this->Model; }
   chainmail::Simulation& GetSimulation() const { return *this->Simulation; }
   const Results& GetResults() const { return this->Found; }

@@ -4,52 +4,70 @@
 #include "Outputs.h"
 
 #include "vtkFieldData.h"
+#include "vtkMultiProcessStream.h"
 #include "vtkNew.h"
 #include "vtkStringArray.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace vtkChainMail
 {
 
-void Shown::Set(const std::array<vtkSmartPointer<vtkImageData>, 2>& outputs, vtkImageData* image)
+void Shown::Set(const std::array<vtkSmartPointer<vtkImageData>, 2>& outputs, vtkImageData* whole)
 {
   this->Outputs = outputs;
-  image->GetExtent(this->ImageExtent.data());
+  this->ImageExtent = ExtentOf(whole);
 }
 
-void Shown::Again(const Inputs& inputs, const std::string& error, int magnification)
+void Shown::Again(
+  const Exchange& exchange, const Inputs& inputs, const std::string& error, int magnification, const Request& request)
 {
-  int extent[6] = { 0, -1, 0, -1, 0, -1 };
-  if (inputs.Image)
+  // What is to be shown is the same in all processes.
+  vtkImageData* image = inputs.Image;
+  vtkMultiProcessStream about;
+  about << (image != nullptr);
+  for (const int e : ExtentOf(image))
   {
-    inputs.Image->GetExtent(extent);
+    about << e;
   }
+  about << (image ? image->GetSpacing()[0] : 1.0);
+  exchange.FromRoot(about);
+  bool hasImage;
+  Extent extent;
+  double spacing;
+  about >> hasImage;
+  for (int& e : extent)
+  {
+    about >> e;
+  }
+  about >> spacing;
   // Downstream filters expect the announced extent. A result of another image has another extent, and with another
   // magnification extents count other voxels.
-  const bool isAsFine = this->Outputs[0] && inputs.Image &&
-                        std::lround(inputs.Image->GetSpacing()[0] / this->Outputs[0]->GetSpacing()[0]) == magnification;
-  for (auto& shown : this->Outputs)
+  const bool isAsFine =
+    this->Outputs[0] && hasImage && std::lround(spacing / this->Outputs[0]->GetSpacing()[0]) == magnification;
+  for (std::size_t port = 0; port < this->Outputs.size(); ++port)
   {
-    const bool fits = shown && inputs.Image && std::equal(extent, extent + 6, this->ImageExtent.begin()) &&
-                      shown->GetNumberOfPoints() > 0 && (isAsFine || &shown != &this->Outputs[0]);
+    auto& shown = this->Outputs[port];
+    bool fits = shown && hasImage && extent == this->ImageExtent && (isAsFine || port == 1);
+    fits = fits && (request ? ExtentOf(shown) == (*request)[port] : shown->GetNumberOfPoints() > 0);
+    fits = exchange.All(fits);
     auto again = vtkSmartPointer<vtkImageData>::New();
     if (fits)
     {
       again->ShallowCopy(shown);
     }
-    else if (inputs.Image && &shown == &this->Outputs[0])
+    else
     {
-      again->ShallowCopy(inputs.Image); // has its own field data object
-    }
-    else if (inputs.Image)
-    {
-      again->CopyStructure(inputs.Image);
-    }
-    if (!fits)
-    {
+      if (image && port == 0)
+      {
+        again->ShallowCopy(image); // has its own field data object
+      }
+      else if (image)
+      {
+        again->CopyStructure(image);
+      }
       Outputs::RemoveFigures(again->GetFieldData());
+      again = request ? exchange.Deliver(again, (*request)[port]) : again;
     }
     vtkNew<vtkStringArray> message;
     message->SetName("Error");

@@ -4,12 +4,15 @@
 #ifndef Shown_h
 #define Shown_h
 
+#include "Exchange.h"
+#include "ImageParts.h"
 #include "Inputs.h"
 
 #include "vtkImageData.h"
 #include "vtkSmartPointer.h"
 
 #include <array>
+#include <optional>
 #include <string>
 
 namespace vtkChainMail
@@ -18,20 +21,24 @@ namespace vtkChainMail
 class Shown
 {
 public:
-  /// Sets both outputs after an update that succeeded with this image.
-  void Set(const std::array<vtkSmartPointer<vtkImageData>, 2>& outputs, vtkImageData* image);
+  /// What this process shows of an output; none: all.
+  using Request = std::optional<std::array<Extent, 2>>;
+
+  /// Sets both outputs after an update that succeeded with an image of this geometry.
+  void Set(const std::array<vtkSmartPointer<vtkImageData>, 2>& outputs, vtkImageData* whole);
 
   /// After an update that failed: keeps the last outputs, with the error in their field array Error. If there are none
   /// for an image with this extent, or their magnification differs from the announced one, `magnification`, shows the
-  /// image as it is.
-  void Again(const Inputs& inputs, const std::string& error, int magnification);
+  /// image as it is. All processes call this together; `inputs` are those of all processes, on the root.
+  void Again(const Exchange& exchange, const Inputs& inputs, const std::string& error, int magnification,
+    const Request& request);
 
-  /// A complete output. Null before the first update, and where another process computes.
+  /// An output, or this process's part of it. Null before the first update.
   vtkImageData* Get(int port) const { return this->Outputs[port]; }
 
 private:
   std::array<vtkSmartPointer<vtkImageData>, 2> Outputs;
-  std::array<int, 6> ImageExtent{ { 0, -1, 0, -1, 0, -1 } }; // of the image from which the outputs were made
+  Extent ImageExtent{ { 0, -1, 0, -1, 0, -1 } }; // of the image from which the outputs were made
 };
 
 }

@@ -19,7 +19,6 @@ namespace
 
 // [voxels] Rows are long enough for SIMD, and a tile with its halo fits into the cache.
 constexpr std::array<int, 3> sizeOfTile{ { 32, 16, 16 } };
-constexpr double reach = 3.0; // cut-off of the Gaussian [standard deviations]
 
 template <typename T> void ReadRow(const T* from, int components, int count, float* to)
 {
@@ -61,7 +60,7 @@ SmoothScalars::SmoothScalars(
   , Deviation(deviation)
   , Low(static_cast<float>(notMeasured.Low))
   , High(static_cast<float>(notMeasured.High))
-  , Radius(static_cast<int>(reach * deviation * grids.Finer))
+  , Radius(RadiusOf(deviation, grids.Finer))
 {
   std::vector<double> weights;
   double sum = 0.0;
@@ -75,6 +74,8 @@ SmoothScalars::SmoothScalars(
     weight /= sum;
     this->Weights.push_back(static_cast<float>(weight));
   }
+  const int window = 2 * this->Radius + 1;
+  this->Whole = this->Convolved(Block({ { window, window, window } }, 1.0f)).Values.front();
   std::size_t tiles = 1;
   for (int a = 0; a < 3; ++a)
   {
@@ -261,8 +262,11 @@ void SmoothScalars::SmoothTile(std::size_t tile, int component, float* output) c
       for (int i = 0; i < values.Size[0] && !areKnown; ++i)
       {
         const float itself = own.Row(j + this->Radius, k + this->Radius)[i + this->Radius];
-        out[static_cast<std::ptrdiff_t>(i) * components] =
-          this->IsKnown(itself) ? value[i] / known.Row(j, k)[i] : itself;
+        const float weight = known.Row(j, k)[i];
+        // Where everything around is known, as in tiles without unknown values: so values do not depend on the tiles.
+        out[static_cast<std::ptrdiff_t>(i) * components] = !this->IsKnown(itself)  ? itself
+                                                           : weight == this->Whole ? value[i]
+                                                                                   : value[i] / weight;
       }
     }
   }

@@ -45,10 +45,13 @@ public:
   void Sample(const std::vector<chainmail::ResampledBox>& boxes) override;
   /// To be called before End(): the output's scalars of this update.
   void SetSampled(vtkDataArray* sampled) { this->Sampled = sampled; }
+  /// How many voxels around a voxel of the output have an influence on it.
+  static int RadiusOf(double deviation, int finer) { return static_cast<int>(Reach * deviation * finer); }
   vtkSmartPointer<vtkAbstractArray> End(std::uint64_t number, bool atRest) override;
 
 private:
   struct Block;
+  static constexpr double Reach = 3.0; // cut-off of the Gaussian [standard deviations]
 
   std::array<int, 3> FirstOf(std::size_t tile) const;
   /// Whether a value has weight. False for NaN, for padding, and for infinite values.
@@ -64,6 +67,7 @@ private:
   float High;
   int Radius;
   std::vector<float> Weights; // 2 Radius + 1, with a sum of 1
+  float Whole;                // their sum over a window, as it is rounded
   std::array<int, 3> Tiles;   // along each axis
   std::vector<char> Changed;  // for each tile
   vtkSmartPointer<vtkDataArray> Sampled;

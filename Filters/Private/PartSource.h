@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What one process makes its part of the deformed image from.
+
+#ifndef PartSource_h
+#define PartSource_h
+
+#include "Exchange.h"
+#include "OutputPlan.h"
+#include "Progress.h"
+#include "Scene.h"
+#include "Session.h"
+#include "Steps.h"
+
+#include "Resampler.h"
+
+#include "vtkImageData.h"
+#include "vtkSmartPointer.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace vtkChainMail
+{
+
+/// The voxels of the input that a part of the deformed image shows, and the tissue that moves into it. The root process
+/// has the simulation and the whole image; each other process gets from it what its own part needs.
+class PartSource
+{
+public:
+  PartSource(const Session& session, Progress& reports)
+    : Source(session)
+    , Reports(reports)
+  {
+  }
+
+  /// Called by all processes together, after an update. `scene`: null outside the root. `part`: of this process; none
+  /// where it has nothing to make. `own`: the part of the input image that this process has anyway; may be null.
+  void Update(const Exchange& exchange, Steps& steps, const Scene* scene, const OutputPlan& plan,
+    const Properties& properties, const std::optional<chainmail::OutputDetail>& part, vtkImageData* own);
+
+  /// The voxels, and the box that they are; all arrays that sampling reads.
+  vtkImageData* GetImage() const { return this->Image; }
+  const chainmail::VoxelBox& GetBox() const { return this->Box; }
+  /// For each point array of the whole image its smallest values (SmallestOf()); null in an update of one process.
+  vtkDataArray* GetSmallest(int array) const
+  {
+    return this->Smallest.empty() ? nullptr : this->Smallest[static_cast<std::size_t>(array)].Get();
+  }
+  /// The scalars in a form that the engine can read.
+  vtkDataArray* GetScalars() const { return this->Scalars; }
+  /// Changes where earlier resamplings cannot be continued (Resampled::number).
+  int GetVersion() const { return this->Version; }
+
+  /// To be called after a device error.
+  void Forget();
+
+  /// See chainmail::Simulation::resample().
+  chainmail::Resampled Resample(const chainmail::BoxVisitor& visit, std::uint64_t since);
+
+private:
+  void ShareTissue(const Exchange& exchange, Steps& steps, const Scene* scene);
+  void ShareVoxels(const Exchange& exchange, Steps& steps, const Scene* scene, vtkImageData* own);
+  void ShareSmallest(const Exchange& exchange, Steps& steps, const Scene* scene);
+  bool HasVoxels(vtkImageData* image) const;
+
+  const Session& Source;
+  Progress& Reports;
+
+  // Of the present update.
+  OutputPlan Plan;
+  std::optional<chainmail::OutputDetail> Part;
+  chainmail::CutSurfaces Cuts = chainmail::CutSurfaces::Stepped;
+
+  vtkSmartPointer<vtkImageData> Image;
+  chainmail::VoxelBox Box;
+  std::uint64_t ImageTime = 0; // of the whole image, from which these voxels are
+  vtkSmartPointer<vtkDataArray> Scalars;
+  std::vector<vtkSmartPointer<vtkDataArray>> Smallest;
+  std::uint64_t SmallestTime = 0;
+
+  std::unique_ptr<chainmail::Resampler> Elsewhere; // outside the root
+  std::string Device;
+  int Version = 0;
+};
+
+}
+
+#endif
