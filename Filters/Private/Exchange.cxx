@@ -30,6 +30,9 @@ namespace
 
 constexpr int root = Exchange::Root;
 
+constexpr std::size_t page = 4096;                    // [bytes] of a sparse array
+constexpr std::size_t portion = std::size_t(1) << 24; // [bytes] of a message
+
 // Messages between two processes arrive in the order in which they were sent, so the tags only help debugging.
 enum Tags
 {
@@ -43,6 +46,23 @@ enum Tags
 bool IsRaw(vtkAbstractArray* array)
 {
   return vtkDataArray::SafeDownCast(array) && array->GetDataType() != VTK_BIT;
+}
+
+/// Runs a step unless an earlier one failed, and sets `problem` to why it fails.
+template <typename F> void Try(std::string& problem, F&& step)
+{
+  if (!problem.empty())
+  {
+    return;
+  }
+  try
+  {
+    step();
+  }
+  catch (const chainmail::InputError& error)
+  {
+    problem = error.what();
+  }
 }
 
 }
@@ -176,7 +196,8 @@ void Exchange::Send(const Inputs& mine, const Wanted& wanted) const
 void Exchange::Receive(const Inputs& mine, const std::vector<Wanted>& wanted, Inputs& all) const
 {
   all.WholeExtent = mine.WholeExtent;
-  std::vector<vtkSmartPointer<vtkImageData>> parts;
+  Assembly image(mine.WholeExtent);
+  bool isAssembled = false;
   for (int p = 0; p < static_cast<int>(wanted.size()); ++p)
   {
     for (std::size_t n = 0; n < wanted[p].Numbers.size(); ++n)
@@ -195,7 +216,9 @@ void Exchange::Receive(const Inputs& mine, const std::vector<Wanted>& wanted, In
     }
     if (wanted[p].Image)
     {
-      parts.push_back(p == root ? mine.Image : this->ReceiveImage(p));
+      const vtkSmartPointer<vtkImageData> part = p == root ? mine.Image : this->ReceiveImage(p);
+      isAssembled = true;
+      Try(all.Problem, [&] { image.Add(part); });
     }
   }
   std::stable_sort(all.Leaves.begin(), all.Leaves.end(),
@@ -203,16 +226,9 @@ void Exchange::Receive(const Inputs& mine, const std::vector<Wanted>& wanted, In
     { return std::tie(a.Port, a.Input, a.Block) < std::tie(b.Port, b.Input, b.Block); });
 
   all.Image = mine.Image;
-  if (!parts.empty() && all.Problem.empty())
+  if (isAssembled)
   {
-    try
-    {
-      all.Image = PutTogether(parts, mine.WholeExtent);
-    }
-    catch (const chainmail::InputError& error)
-    {
-      all.Problem = error.what();
-    }
+    Try(all.Problem, [&] { all.Image = image.End(); });
   }
 }
 
@@ -329,14 +345,53 @@ std::vector<char> Exchange::Receive(int from) const
   return std::vector<char>(bytes, bytes + array->GetNumberOfTuples());
 }
 
-void Exchange::Send(vtkDataArray* array, int to) const
+void Exchange::SendSparse(const char* values, std::size_t bytes, int to) const
 {
-  this->Controller->Send(array, to, ARRAYS);
+  static const std::vector<char> zeros(page, 0);
+  std::vector<char> there((bytes + page - 1) / page, 0);
+  std::vector<char> filled;
+  for (std::size_t n = 0; n < there.size(); ++n)
+  {
+    there[n] = std::memcmp(values + n * page, zeros.data(), std::min(page, bytes - n * page)) != 0 ? 1 : 0;
+  }
+  this->Send(there, to);
+  for (std::size_t n = 0; n < there.size(); ++n)
+  {
+    if (there[n] != 0)
+    {
+      filled.insert(filled.end(), values + n * page, values + std::min((n + 1) * page, bytes));
+    }
+    if (filled.size() >= portion || (n + 1 == there.size() && !filled.empty()))
+    {
+      this->Send(filled, to);
+      filled.clear();
+    }
+  }
 }
 
-void Exchange::Receive(vtkDataArray* array, int from) const
+bool Exchange::ReceiveSparse(char* zeros, int from) const
 {
-  this->Controller->Receive(array, from, ARRAYS);
+  const std::vector<char> there = this->Receive(from);
+  std::vector<char> filled;
+  std::size_t next = 0;
+  for (std::size_t n = 0; n < there.size(); ++n)
+  {
+    if (there[n] != 0)
+    {
+      if (next == filled.size())
+      {
+        filled = this->Receive(from);
+        next = 0;
+      }
+      const std::size_t count = std::min(page, filled.size() - next);
+      if (zeros)
+      {
+        std::memcpy(zeros + n * page, filled.data() + next, count);
+      }
+      next += count;
+    }
+  }
+  return !there.empty();
 }
 
 vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Extent& extent) const
@@ -383,24 +438,20 @@ vtkSmartPointer<vtkImageData> Exchange::Assemble(vtkImageData* part, const Exten
   vtkSmartPointer<vtkImageData> all = part;
   if (this->IsRoot())
   {
-    std::vector<vtkSmartPointer<vtkImageData>> parts{ part };
-    for (int p = 1; p < this->Controller->GetNumberOfProcesses(); ++p)
+    Assembly image(whole);
+    bool isAssembled = false;
+    for (int p = 0; p < this->Controller->GetNumberOfProcesses(); ++p)
     {
-      parts.push_back(this->ReceiveImage(p));
-    }
-    parts.erase(std::remove_if(parts.begin(), parts.end(),
-                  [](const vtkSmartPointer<vtkImageData>& one) { return one->GetNumberOfPoints() == 0; }),
-      parts.end());
-    try
-    {
-      if (!hasAll && !parts.empty())
+      const vtkSmartPointer<vtkImageData> one = p == root ? vtkSmartPointer<vtkImageData>(part) : this->ReceiveImage(p);
+      if (!hasAll && one->GetNumberOfPoints() > 0)
       {
-        all = PutTogether(parts, whole);
+        isAssembled = true;
+        Try(problem, [&] { image.Add(one); });
       }
     }
-    catch (const chainmail::InputError& error)
+    if (isAssembled)
     {
-      problem = error.what();
+      Try(problem, [&] { all = image.End(); });
     }
   }
   else

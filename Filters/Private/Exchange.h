@@ -64,8 +64,11 @@ public:
   // From one process to another one, which receives it at the same time.
   void Send(const std::vector<char>& bytes, int to) const;
   std::vector<char> Receive(int from) const;
-  void Send(vtkDataArray* array, int to) const;
-  void Receive(vtkDataArray* array, int from) const;
+  /// Sends only what is not 0, into memory that is 0. Pages that stay 0 are not written, so the system need not provide
+  /// them. No bytes: the sender has failed, and the receiver gets false. Null: the receiver has failed, and gets
+  /// nothing.
+  void SendSparse(const char* values, std::size_t bytes, int to) const;
+  bool ReceiveSparse(char* zeros, int from) const;
   void Send(vtkImageData* image, int to) const;
   vtkSmartPointer<vtkImageData> ReceiveImage(int from) const;
 

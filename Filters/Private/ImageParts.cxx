@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ImageParts.h"
 
+#include "Arrays.h"
+
 #include "Error.h"
 
 #include "vtkCellData.h"
@@ -11,6 +13,7 @@
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
+#include <cstring>
 #include <string>
 
 namespace vtkChainMail
@@ -20,9 +23,9 @@ namespace
 {
 
 /// Where the value of a voxel comes from.
-enum Knowledge : unsigned char
+enum Knowledge : char
 {
-  Missing,
+  Nothing,
   Ghost,
   Own
 };
@@ -59,53 +62,135 @@ void Check(vtkImageData* part, vtkImageData* image)
   }
 }
 
-/// Copies the voxels of a part that are still missing, or of which only a ghost copy was found so far.
-void Copy(vtkImageData* part, vtkImageData* image, std::vector<Knowledge>& known)
+/// The extent that two have in common; empty where they have no voxel in common.
+Extent Common(const Extent& one, const Extent& other)
 {
-  vtkPointData* arrays = image->GetPointData();
-  vtkUnsignedCharArray* ghosts = part->GetPointGhostArray();
-  const Extent whole = ExtentOf(image);
-  const Extent e = ExtentOf(part);
-  vtkIdType from = 0;
+  Extent common;
+  for (int a = 0; a < 6; ++a)
+  {
+    common[a] = a % 2 == 0 ? std::max(one[a], other[a]) : std::min(one[a], other[a]);
+  }
+  return common;
+}
+
+/// The voxels of `boxes` that are not in `extent`.
+std::vector<Extent> Without(const std::vector<Extent>& boxes, const Extent& extent)
+{
+  std::vector<Extent> rest;
+  for (Extent box : boxes)
+  {
+    const Extent common = Common(box, extent);
+    if (IsEmpty(common))
+    {
+      rest.push_back(box);
+      continue;
+    }
+    // What is on both sides of the common voxels, along one axis after the other.
+    for (int a = 0; a < 3; ++a)
+    {
+      Extent low = box;
+      Extent high = box;
+      low[2 * a + 1] = common[2 * a] - 1;
+      high[2 * a] = common[2 * a + 1] + 1;
+      for (const Extent& side : { low, high })
+      {
+        if (!IsEmpty(side))
+        {
+          rest.push_back(side);
+        }
+      }
+      box[2 * a] = common[2 * a];
+      box[2 * a + 1] = common[2 * a + 1];
+    }
+  }
+  return rest;
+}
+
+vtkIdType VoxelsOf(const Extent& e)
+{
+  return static_cast<vtkIdType>(e[1] - e[0] + 1) * (e[3] - e[2] + 1) * (e[5] - e[4] + 1);
+}
+
+/// Calls f(first, count) for each row of voxels along x, with the first voxel.
+template <typename F> void ForRows(const Extent& e, const F& f)
+{
   for (int k = e[4]; k <= e[5]; ++k)
   {
     for (int j = e[2]; j <= e[3]; ++j)
     {
-      for (int i = e[0]; i <= e[1]; ++i, ++from)
-      {
-        if (!Contains(whole, { { i, i, j, j, k, k } }))
-        {
-          continue;
-        }
-        int at[3] = { i, j, k };
-        const vtkIdType to = image->ComputePointId(at);
-        const Knowledge now = ghosts && (ghosts->GetValue(from) & vtkDataSetAttributes::DUPLICATEPOINT) ? Ghost : Own;
-        if (known[to] < now)
-        {
-          known[to] = now;
-          for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
-          {
-            arrays->GetAbstractArray(a)->SetTuple(
-              to, from, part->GetPointData()->GetAbstractArray(arrays->GetArrayName(a)));
-          }
-        }
-      }
+      int first[3] = { e[0], j, k };
+      f(first, e[1] - e[0] + 1);
     }
   }
 }
 
-/// Makes the arrays active that are active in `from`. A copied array keeps only one active role, so an array that is
-/// both the vectors and the scalars would lose one.
-void CopyAttributes(vtkDataSetAttributes* from, vtkDataSetAttributes* to)
+/// Copies the tuples of a box, whose place in each of two larger boxes is given by their extents.
+void CopyTuples(
+  vtkAbstractArray* from, const Extent& ofFrom, vtkAbstractArray* to, const Extent& ofTo, const Extent& box)
 {
+  vtkDataArray* one = vtkDataArray::SafeDownCast(from);
+  vtkDataArray* other = vtkDataArray::SafeDownCast(to);
+  const bool areAlike = one && other && one->HasStandardMemoryLayout() && other->HasStandardMemoryLayout() &&
+                        one->GetDataType() == other->GetDataType() && one->GetDataType() != VTK_BIT;
+  const auto idIn = [](const Extent& e, const int* at)
+  {
+    return (at[0] - e[0]) + (e[1] - e[0] + vtkIdType(1)) *
+                              ((at[1] - e[2]) + (e[3] - e[2] + vtkIdType(1)) * static_cast<vtkIdType>(at[2] - e[4]));
+  };
+  ForRows(box,
+    [&](const int* first, int count)
+    {
+      const vtkIdType source = idIn(ofFrom, first);
+      const vtkIdType target = idIn(ofTo, first);
+      if (areAlike) // much faster than VTK's own functions
+      {
+        const vtkIdType components = one->GetNumberOfComponents();
+        std::memcpy(other->GetVoidPointer(components * target), one->GetVoidPointer(components * source),
+          static_cast<std::size_t>(components * count) * static_cast<std::size_t>(one->GetDataTypeSize()));
+      }
+      else
+      {
+        to->InsertTuples(target, count, source, from);
+      }
+    });
+}
+
+/// Adds the arrays of `from`, with the values of a part of it, and makes those active that are active there.
+void CopyArrays(vtkDataSetAttributes* from, const Extent& whole, vtkDataSetAttributes* to, const Extent& part)
+{
+  for (int a = 0; a < from->GetNumberOfArrays(); ++a)
+  {
+    vtkAbstractArray* array = from->GetAbstractArray(a);
+    const auto copy = vtkSmartPointer<vtkAbstractArray>::Take(array->NewInstance());
+    Describe(copy, array);
+    if (vtkDataArray* numbers = vtkDataArray::SafeDownCast(array))
+    {
+      vtkDataArray::SafeDownCast(copy)->SetLookupTable(numbers->GetLookupTable());
+    }
+    copy->SetNumberOfTuples(VoxelsOf(part));
+    CopyTuples(array, whole, copy, part, part);
+    to->AddArray(copy);
+  }
+  int active[vtkDataSetAttributes::NUM_ATTRIBUTES];
+  from->GetAttributeIndices(active);
   for (int attribute = 0; attribute < vtkDataSetAttributes::NUM_ATTRIBUTES; ++attribute)
   {
-    vtkAbstractArray* active = from->GetAbstractAttribute(attribute);
-    if (active && active->GetName() && to->GetAbstractAttribute(attribute) == nullptr)
+    if (active[attribute] >= 0)
     {
-      to->SetActiveAttribute(active->GetName(), attribute);
+      to->SetActiveAttribute(active[attribute], attribute);
     }
   }
+}
+
+/// The cells between the points of an extent; an axis with one point has one cell.
+Extent CellsOf(const Extent& points)
+{
+  Extent cells = points;
+  for (int a = 0; a < 3; ++a)
+  {
+    cells[2 * a + 1] = std::max(cells[2 * a + 1] - 1, cells[2 * a]);
+  }
+  return cells;
 }
 
 }
@@ -134,65 +219,135 @@ Extent ExtentOf(vtkImageData* image)
 vtkSmartPointer<vtkImageData> Cut(vtkImageData* whole, const Extent& part)
 {
   auto image = vtkSmartPointer<vtkImageData>::New();
-  image->ShallowCopy(whole);
-  // After an error the extent shown may differ from the announced one.
   const Extent there = ExtentOf(whole);
-  bool meets = true;
-  for (int a = 0; a < 3; ++a)
+  if (!IsEmpty(part) && Contains(part, there))
   {
-    meets = meets && part[2 * a] <= there[2 * a + 1] && there[2 * a] <= part[2 * a + 1];
+    image->ShallowCopy(whole);
+    return image;
   }
-  if (IsEmpty(part) || !meets)
+  image->SetOrigin(whole->GetOrigin());
+  image->SetSpacing(whole->GetSpacing());
+  image->SetDirectionMatrix(whole->GetDirectionMatrix());
+  image->GetFieldData()->ShallowCopy(whole->GetFieldData());
+  // After an error the extent shown may differ from the announced one.
+  const Extent common = Common(part, there);
+  const bool meets = !IsEmpty(part) && !IsEmpty(common);
+  const Extent extent = meets ? common : part;
+  image->SetExtent(const_cast<int*>(extent.data()));
+  if (meets)
   {
-    image->Initialize();
-    image->SetExtent(const_cast<int*>(part.data()));
-    image->GetFieldData()->ShallowCopy(whole->GetFieldData());
-  }
-  else if (!Contains(part, there))
-  {
-    image->GetPointData()->CopyAllOn();
-    image->GetCellData()->CopyAllOn();
-    image->Crop(part.data());
-    CopyAttributes(whole->GetPointData(), image->GetPointData());
+    CopyArrays(whole->GetPointData(), there, image->GetPointData(), common);
+    CopyArrays(whole->GetCellData(), CellsOf(there), image->GetCellData(), CellsOf(common));
   }
   return image;
 }
 
-vtkSmartPointer<vtkImageData> PutTogether(const std::vector<vtkSmartPointer<vtkImageData>>& parts, const Extent& whole)
+void Assembly::Begin(vtkImageData* first)
 {
-  vtkImageData* first = parts.front();
-  auto image = vtkSmartPointer<vtkImageData>::New();
-  image->SetOrigin(first->GetOrigin());
-  image->SetSpacing(first->GetSpacing());
-  image->SetDirectionMatrix(first->GetDirectionMatrix());
-  image->SetExtent(whole[0], whole[1], whole[2], whole[3], whole[4], whole[5]);
-  image->GetFieldData()->ShallowCopy(first->GetFieldData());
-  const vtkIdType voxels = image->GetNumberOfPoints();
-  vtkPointData* arrays = image->GetPointData();
+  const Extent whole = this->Missing.front();
+  this->Image = vtkSmartPointer<vtkImageData>::New();
+  this->Image->SetOrigin(first->GetOrigin());
+  this->Image->SetSpacing(first->GetSpacing());
+  this->Image->SetDirectionMatrix(first->GetDirectionMatrix());
+  this->Image->SetExtent(const_cast<int*>(whole.data()));
+  this->Image->GetFieldData()->ShallowCopy(first->GetFieldData());
+  vtkPointData* arrays = this->Image->GetPointData();
   arrays->CopyAllOn();
-  arrays->CopyAllocate(first->GetPointData(), voxels);
-  arrays->SetNumberOfTuples(voxels);
+  arrays->CopyAllocate(first->GetPointData(), this->Image->GetNumberOfPoints());
+  arrays->SetNumberOfTuples(this->Image->GetNumberOfPoints());
+}
 
-  std::vector<Knowledge> known(voxels, Missing);
-  for (vtkImageData* part : parts)
+void Assembly::Add(vtkImageData* part)
+{
+  if (!this->Image)
   {
-    Check(part, image);
-    Copy(part, image, known);
+    this->Begin(part);
   }
-  if (const auto missing = std::count(known.begin(), known.end(), Missing))
+  Check(part, this->Image);
+  const Extent extent = Common(ExtentOf(part), ExtentOf(this->Image));
+  if (IsEmpty(extent))
+  {
+    return;
+  }
+  if (part->GetPointGhostArray() && this->Known.empty())
+  {
+    // From now on it is known of each voxel what is known, since ghosts do not form a box.
+    this->Known.assign(this->Image->GetNumberOfPoints(), Own);
+    for (const Extent& box : this->Missing)
+    {
+      ForRows(box, [&](int* first, int count)
+        { std::fill_n(this->Known.begin() + this->Image->ComputePointId(first), count, Nothing); });
+    }
+  }
+  if (this->Known.empty())
+  {
+    this->CopyRows(part, extent);
+    this->Missing = Without(this->Missing, extent);
+  }
+  else
+  {
+    this->CopyVoxels(part, extent);
+  }
+}
+
+void Assembly::CopyRows(vtkImageData* part, const Extent& extent)
+{
+  vtkPointData* arrays = this->Image->GetPointData();
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    CopyTuples(part->GetPointData()->GetAbstractArray(arrays->GetArrayName(a)), ExtentOf(part),
+      arrays->GetAbstractArray(a), ExtentOf(this->Image), extent);
+  }
+}
+
+/// Copies the voxels that are still missing, or of which only a ghost copy was found so far.
+void Assembly::CopyVoxels(vtkImageData* part, const Extent& extent)
+{
+  vtkPointData* arrays = this->Image->GetPointData();
+  vtkUnsignedCharArray* ghosts = part->GetPointGhostArray();
+  ForRows(extent,
+    [&](int* first, int count)
+    {
+      const vtkIdType from = part->ComputePointId(first);
+      const vtkIdType to = this->Image->ComputePointId(first);
+      for (int i = 0; i < count; ++i)
+      {
+        const bool isGhost = ghosts && (ghosts->GetValue(from + i) & vtkDataSetAttributes::DUPLICATEPOINT) != 0;
+        const char now = isGhost ? Ghost : Own;
+        if (this->Known[to + i] < now)
+        {
+          this->Known[to + i] = now;
+          for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+          {
+            arrays->GetAbstractArray(a)->SetTuple(
+              to + i, from + i, part->GetPointData()->GetAbstractArray(arrays->GetArrayName(a)));
+          }
+        }
+      }
+    });
+}
+
+vtkSmartPointer<vtkImageData> Assembly::End()
+{
+  vtkIdType missing = std::count(this->Known.begin(), this->Known.end(), Nothing);
+  for (const Extent& box : this->Missing)
+  {
+    missing += this->Known.empty() ? VoxelsOf(box) : 0;
+  }
+  if (missing > 0)
   {
     throw chainmail::InputError("The processes' parts of the image leave out " + std::to_string(missing) + " of its " +
-                                std::to_string(voxels) + " voxels. Give the whole image.");
+                                std::to_string(this->Image->GetNumberOfPoints()) + " voxels. Give the whole image.");
   }
   // In the whole image no voxel duplicates one of another process.
-  if (vtkUnsignedCharArray* ghosts = image->GetPointGhostArray())
+  if (vtkUnsignedCharArray* ghosts = this->Image->GetPointGhostArray())
   {
-    for (vtkIdType v = 0; v < voxels; ++v)
+    for (vtkIdType v = 0; v < ghosts->GetNumberOfTuples(); ++v)
     {
       ghosts->SetValue(v, ghosts->GetValue(v) & ~vtkDataSetAttributes::DUPLICATEPOINT);
     }
   }
-  return image;
+  return this->Image;
 }
 
 }

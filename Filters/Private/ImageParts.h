@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Assembles an image of which several processes have parts.
+// Parts of images.
 
 #ifndef ImageParts_h
 #define ImageParts_h
@@ -25,9 +25,30 @@ Extent ExtentOf(vtkImageData* image);
 /// image has no voxel there.
 vtkSmartPointer<vtkImageData> Cut(vtkImageData* image, const Extent& part);
 
-/// Assembles the parts of an image. Overlapping parts have to hold the same values, except for voxels that a part marks
-/// as ghosts, which may be outdated copies. Throws InputError where parts do not fit together or leave voxels out.
-vtkSmartPointer<vtkImageData> PutTogether(const std::vector<vtkSmartPointer<vtkImageData>>& parts, const Extent& whole);
+/// Assembles an image from its parts, one after the other. Overlapping parts have to hold the same values, except for
+/// voxels that a part marks as ghosts, which may be outdated copies. The functions throw InputError where the parts do
+/// not form one image.
+class Assembly
+{
+public:
+  explicit Assembly(const Extent& whole)
+    : Missing{ whole }
+  {
+  }
+
+  void Add(vtkImageData* part);
+  /// To be called after the last part, of which there must be one.
+  vtkSmartPointer<vtkImageData> End();
+
+private:
+  void Begin(vtkImageData* first);
+  void CopyRows(vtkImageData* part, const Extent& extent);
+  void CopyVoxels(vtkImageData* part, const Extent& extent);
+
+  std::vector<Extent> Missing; // boxes of voxels that no part had yet, or only as ghosts
+  vtkSmartPointer<vtkImageData> Image;
+  std::vector<char> Known; // for each voxel, once a part has ghosts: what is known of it
+};
 
 }
 

@@ -23,6 +23,11 @@ namespace
 const char* const names[] = { "Displacement", "Element", "Links", "Constraint", "Cluster", "PropagationTime",
   "Wavefront" };
 
+std::size_t BytesOf(vtkDataArray* array)
+{
+  return static_cast<std::size_t>(array->GetNumberOfValues()) * static_cast<std::size_t>(array->GetDataTypeSize());
+}
+
 /// Calls f(first, end) for portions of the voxels, from several threads.
 template <typename F> void ForPortions(vtkIdType voxels, const F& f)
 {
@@ -189,16 +194,7 @@ void ModelAtRest::Fetch(const Exchange& exchange, Steps& steps, const std::array
     {
       if (given[6 + array] != 0)
       {
-        const chainmail::VoxelBox box = this->Plan.BoxOf(other);
-        vtkSmartPointer<vtkDataArray> values = this->Make(array, 0);
-        steps.Run(
-          [&]
-          {
-            const auto read = this->Make(array, static_cast<vtkIdType>(box.voxels()));
-            this->Read(array, box, read);
-            values = read;
-          });
-        exchange.Send(values, p);
+        this->Send(exchange, steps, array, this->Plan.BoxOf(other), p);
       }
     }
   }
@@ -208,31 +204,75 @@ void ModelAtRest::Fetch(const Exchange& exchange, Steps& steps, const std::array
     {
       continue;
     }
-    const vtkIdType voxels = part->GetNumberOfPoints();
+    const chainmail::VoxelBox box = this->Plan.BoxOf(extent);
+    vtkSmartPointer<vtkDataArray> values;
+    steps.Run([&] { values = this->Make(array, part->GetNumberOfPoints()); });
     if (exchange.IsRoot())
     {
-      steps.Run(
-        [&]
-        {
-          const auto read = this->Make(array, voxels);
-          this->Read(array, this->Plan.BoxOf(extent), read);
-          arrays[array] = read;
-        });
+      steps.Run([&] { this->Read(array, box, values->GetVoidPointer(0)); });
     }
     else
     {
-      arrays[array] = this->Make(array, 0);
-      exchange.Receive(arrays[array], Exchange::Root);
+      this->Receive(exchange, steps, array, box, values);
+    }
+    arrays[array] = steps.HaveFailed() ? nullptr : values;
+  }
+}
+
+/// Calls f(slab, first) for slabs of a box, of a size that the root can read at once; `first` is the place of a slab's
+/// values in the array.
+template <typename F> void ModelAtRest::ForSlabs(int array, const chainmail::VoxelBox& box, const F& f) const
+{
+  constexpr std::size_t most = std::size_t(1) << 24; // [bytes]
+  const std::size_t bytes = BytesOf(this->Make(array, 1));
+  chainmail::VoxelBox slab = box;
+  slab.size[2] = 1;
+  // Clusters are searched for in the whole grid, so all are read at once.
+  const int layers =
+    array == CLUSTER ? box.size[2] : static_cast<int>(std::max<std::size_t>(1, most / (bytes * slab.voxels())));
+  for (int k = 0; k < box.size[2]; k += layers)
+  {
+    slab.first[2] = box.first[2] + k;
+    slab.size[2] = std::min(layers, box.size[2] - k);
+    f(slab, bytes * box.at(box.first[0], box.first[1], slab.first[2]));
+  }
+}
+
+void ModelAtRest::Send(const Exchange& exchange, Steps& steps, int array, const chainmail::VoxelBox& box, int to) const
+{
+  this->ForSlabs(array, box,
+    [&](const chainmail::VoxelBox& slab, std::size_t)
+    {
+      vtkSmartPointer<vtkDataArray> values;
       steps.Run(
         [&]
         {
-          if (arrays[array]->GetNumberOfTuples() != voxels)
+          values = this->Make(array, static_cast<vtkIdType>(slab.voxels()));
+          this->Read(array, slab, values->GetVoidPointer(0));
+        });
+      const bool isRead = !steps.HaveFailed();
+      exchange.SendSparse(
+        isRead ? static_cast<const char*>(values->GetVoidPointer(0)) : nullptr, isRead ? BytesOf(values) : 0, to);
+    });
+}
+
+void ModelAtRest::Receive(
+  const Exchange& exchange, Steps& steps, int array, const chainmail::VoxelBox& box, vtkDataArray* values) const
+{
+  char* const memory = values ? static_cast<char*>(values->GetVoidPointer(0)) : nullptr;
+  this->ForSlabs(array, box,
+    [&](const chainmail::VoxelBox&, std::size_t first)
+    {
+      const bool isThere = exchange.ReceiveSparse(memory ? memory + first : nullptr, Exchange::Root);
+      steps.Run(
+        [&]
+        {
+          if (!isThere)
           {
             throw FailedElsewhere();
           }
         });
-    }
-  }
+    });
 }
 
 vtkSmartPointer<vtkDataArray> ModelAtRest::Make(int array, vtkIdType voxels) const
@@ -243,20 +283,18 @@ vtkSmartPointer<vtkDataArray> ModelAtRest::Make(int array, vtkIdType voxels) con
     return MakeArray<vtkFloatArray>(names[array], 3, voxels, true);
   case ELEMENT:
   case LINKS:
-    return MakeArray<vtkUnsignedCharArray>(names[array], 1, voxels);
+    return MakeArray<vtkUnsignedCharArray>(names[array], 1, voxels, true);
   case CLUSTER:
-    return MakeArray<vtkIntArray>(names[array], this->Plan.Axes, voxels);
   case WAVEFRONT:
     return MakeArray<vtkIntArray>(names[array], this->Plan.Axes, voxels, true);
   default:
-    return MakeArray<vtkFloatArray>(names[array], this->Plan.Axes, voxels);
+    return MakeArray<vtkFloatArray>(names[array], this->Plan.Axes, voxels, true);
   }
 }
 
-void ModelAtRest::Read(int array, const chainmail::VoxelBox& box, vtkDataArray* values) const
+void ModelAtRest::Read(int array, const chainmail::VoxelBox& box, void* out) const
 {
   const chainmail::Simulation& simulation = this->Source.GetSimulation();
-  void* const out = values->GetVoidPointer(0);
   switch (array)
   {
   case DISPLACEMENT:
@@ -386,7 +424,7 @@ void ModelAtRest::WriteBodies(vtkImageData* image) const
     image->GetPointData()->AddArray(labels);
   }
   const vtkSmartPointer<vtkDataArray> cluster = this->Make(CLUSTER, this->Plan.Whole->GetNumberOfPoints());
-  this->Read(CLUSTER, { {}, this->Plan.GetSize() }, cluster);
+  this->Read(CLUSTER, { {}, this->Plan.GetSize() }, cluster->GetVoidPointer(0));
   image->GetPointData()->AddArray(cluster);
 }
 

@@ -70,8 +70,14 @@ private:
   int VersionOf(int array) const;
   void Fetch(const Exchange& exchange, Steps& steps, const std::array<bool, NUMBER_OF_ARRAYS>& missing,
     vtkImageData* part, std::array<vtkSmartPointer<vtkDataArray>, NUMBER_OF_ARRAYS>& arrays) const;
+  /// Of zeros.
   vtkSmartPointer<vtkDataArray> Make(int array, vtkIdType voxels) const;
-  void Read(int array, const chainmail::VoxelBox& box, vtkDataArray* values) const;
+  template <typename F> void ForSlabs(int array, const chainmail::VoxelBox& box, const F& f) const;
+  void Send(const Exchange& exchange, Steps& steps, int array, const chainmail::VoxelBox& box, int to) const;
+  void Receive(
+    const Exchange& exchange, Steps& steps, int array, const chainmail::VoxelBox& box, vtkDataArray* values) const;
+  /// `out`: zeros.
+  void Read(int array, const chainmail::VoxelBox& box, void* out) const;
   void ReadLinks(const chainmail::VoxelBox& box, unsigned char* links) const;
   void ReadConstraint(const chainmail::VoxelBox& box, float* constraint) const;
   void ReadDisplacement(const chainmail::VoxelBox& box, float* displacement) const;
