@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Pipeline.h"
 
-#include "vtkAlgorithm.h"
-#include "vtkExtentTranslator.h"
 #include "vtkImageData.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
-#include "vtkNew.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
 
 #include <algorithm>
@@ -113,27 +110,12 @@ void AskForAll(vtkInformationVector** inputs, int ports)
 
 void AskForPiece(vtkInformationVector* inputs, int piece, int pieces)
 {
-  vtkInformation* input = inputs->GetInformationObject(0);
-  if (!input || !input->Has(Executive::WHOLE_EXTENT()))
+  // The executive of the source divides the whole extent, where it can.
+  if (vtkInformation* input = inputs->GetInformationObject(0))
   {
-    return;
+    input->Set(Executive::UPDATE_PIECE_NUMBER(), piece);
+    input->Set(Executive::UPDATE_NUMBER_OF_PIECES(), pieces);
   }
-  int whole[6];
-  input->Get(Executive::WHOLE_EXTENT(), whole);
-  int extent[6] = { 0, -1, 0, -1, 0, -1 };
-  if (input->Has(vtkAlgorithm::CAN_PRODUCE_SUB_EXTENT()))
-  {
-    vtkNew<vtkExtentTranslator> translator;
-    translator->PieceToExtentThreadSafe(
-      piece, pieces, 0, whole, extent, vtkExtentTranslator::BLOCK_MODE, /*byPoints=*/0);
-  }
-  else if (piece == 0)
-  {
-    std::copy_n(whole, 6, extent);
-  }
-  input->Set(Executive::UPDATE_EXTENT(), extent, 6);
-  input->Set(Executive::UPDATE_PIECE_NUMBER(), piece);
-  input->Set(Executive::UPDATE_NUMBER_OF_PIECES(), pieces);
 }
 
 void AskAlike(vtkInformationVector* outputs, int asked)

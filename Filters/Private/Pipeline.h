@@ -32,8 +32,8 @@ void DescribeImage(vtkInformation* info, vtkImageData* image);
 /// Requests the whole of all inputs, whatever is requested of the outputs, because a wave can come from anywhere.
 void AskForAll(vtkInformationVector** inputs, int ports);
 
-/// Requests one piece of the input of a port, as one of several processes that have a piece each. A source that cannot
-/// give pieces gives everything to the first of them.
+/// Requests one piece of the input of a port, after AskForAll(), as one of several processes that have a piece each. A
+/// source that cannot give pieces gives everything to the first of them.
 void AskForPiece(vtkInformationVector* inputs, int piece, int pieces);
 
 /// Requests the same piece of all outputs as of port `asked` (the first, where `asked` is negative). All are made

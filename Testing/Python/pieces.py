@@ -215,6 +215,13 @@ class Scene:
         show("error", filter)
         probe.Position = self.at(0.5, 0.45, 0.5)
         show("mended", filter)
+        filter.ModelArrays = ["Displacement", "Element", "Constraint", "Cluster"]
+        filter.PullBack = 1
+        filter.PropagationTimes = 1
+        show("with all arrays", filter)
+        filter.Mode = "FromRest"
+        filter.ModelReduction = 2
+        show("reduced", filter)
 
 
 def content(image):
