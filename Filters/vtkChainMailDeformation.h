@@ -130,9 +130,9 @@ public:
 
   ///@{
   /**
-   * Rigid tissue without a label is a joint where it is thinner than this number of voxels and connects parts of at
-   * least twice this thickness (with their marrow). Thin tissue belongs to the nearest body. A larger size finds
-   * thicker joints, but fewer in total. [0, 256], 0: none; not with ModelReduction. Default: 0.
+   * Rigid tissue without a label is a joint where it is thinner than this number of voxels and connects parts more than
+   * twice as thick (with their marrow). Smaller parts belong to a neighbour. A larger size finds the same joints and
+   * thicker ones. [0, 256], 0: none; not with ModelReduction. Default: 0.
    */
   vtkSetClampMacro(JointSize, int, 0, 256);
   vtkGetMacro(JointSize, int);

@@ -4,12 +4,12 @@
 #include "Dispatch.h"
 #include "Error.h"
 #include "Format.h"
+#include "Neighbours.h"
+#include "Watershed.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -38,43 +38,6 @@ constexpr int reach = 3;
 constexpr std::size_t timesCrumb = 10;
 
 using Mask = std::vector<char>;
-
-/// The neighbours of a voxel: visit(voxel).
-template <typename Visit> void forFaces(const Grid& grid, std::size_t voxel, const Visit& visit)
-{
-  const Index3 at = grid.indexOf(voxel);
-  const std::array<std::size_t, 3> strides{ 1, static_cast<std::size_t>(grid.size[0]),
-    static_cast<std::size_t>(grid.size[0]) * grid.size[1] };
-  for (int a = 0; a < 3; ++a)
-  {
-    if (at[a] > 0)
-    {
-      visit(voxel - strides[a]);
-    }
-    if (at[a] + 1 < grid.size[a])
-    {
-      visit(voxel + strides[a]);
-    }
-  }
-}
-
-/// Visits every line of voxels along an axis: visit(first voxel, stride).
-template <typename Visit> void forLines(const Grid& grid, int axis, const Visit& visit)
-{
-  const std::size_t stride = axis == 0   ? 1
-                             : axis == 1 ? static_cast<std::size_t>(grid.size[0])
-                                         : static_cast<std::size_t>(grid.size[0]) * grid.size[1];
-  const int inner = axis == 0 ? 1 : 0;
-  const int outer = axis == 2 ? 1 : 2;
-  Index3 at{ 0, 0, 0 };
-  for (at[outer] = 0; at[outer] < grid.size[outer]; ++at[outer])
-  {
-    for (at[inner] = 0; at[inner] < grid.size[inner]; ++at[inner])
-    {
-      visit(grid.at(at[0], at[1], at[2]), stride);
-    }
-  }
-}
 
 std::vector<Body> findTissue(const Grid& grid, int axes, const Model::RowReader& read, float jointConstraint)
 {
@@ -235,83 +198,6 @@ Mask filled(const Grid& grid, const std::vector<Body>& bodies)
   return solid;
 }
 
-/// The lowest corners of all solid boxes of `size` voxels along each axis. Along an axis of fewer voxels a box has as
-/// many as there are.
-Mask corners(const Grid& grid, Mask solid, int size)
-{
-  for (int a = 0; a < 3; ++a)
-  {
-    const int length = std::min(size, grid.size[a]);
-    forLines(grid, a,
-      [&](std::size_t first, std::size_t stride)
-      {
-        int run = 0;
-        for (int n = grid.size[a] - 1; n >= 0; --n)
-        {
-          char& here = solid[first + n * stride];
-          run = here != 0 ? run + 1 : 0;
-          here = run >= length ? 1 : 0;
-        }
-      });
-  }
-  return solid;
-}
-
-/// Numbers the connected components of `thick` that contain a voxel of `thicker`, from `next` on; 0 elsewhere.
-std::vector<Body> cores(const Grid& grid, Mask thick, const Mask& thicker, Body next)
-{
-  std::vector<Body> owner(thick.size(), 0);
-  std::vector<std::size_t> front;
-  for (std::size_t n = 0; n < thicker.size(); ++n)
-  {
-    if (thicker[n] == 0 || thick[n] == 0)
-    {
-      continue;
-    }
-    thick[n] = 0;
-    visitComponent(n, front,
-      [&](std::size_t here, const auto& add)
-      {
-        owner[here] = next;
-        forFaces(grid, here,
-          [&](std::size_t beside)
-          {
-            if (thick[beside] != 0)
-            {
-              thick[beside] = 0;
-              add(beside);
-            }
-          });
-      });
-    ++next;
-  }
-  return owner;
-}
-
-/// Assigns all voxels of a box to the body that its lowest corner belongs to, and to the lowest body where boxes
-/// overlap.
-void spreadBoxes(const Grid& grid, int size, std::vector<Body>& owner)
-{
-  std::vector<Body> line;
-  for (int a = 0; a < 3; ++a)
-  {
-    const int length = std::min(size, grid.size[a]);
-    forLines(grid, a,
-      [&](std::size_t first, std::size_t stride)
-      {
-        for (int n = grid.size[a] - 1; n >= 0; --n)
-        {
-          Body& here = owner[first + n * stride];
-          for (int m = std::max(0, n - length + 1); m < n; ++m)
-          {
-            // The minimum of the numbers minus 1: 0 (no body) wraps to the largest number there.
-            here = std::min(owner[first + m * stride] - 1, here - 1) + 1;
-          }
-        }
-      });
-  }
-}
-
 /// Grows bodies from the voxels of `front`, by one voxel in each of `steps` steps; where they meet, the lowest body
 /// wins. enter(voxel, body) assigns a neighbouring voxel to a body if it is free, and returns whether it did.
 template <typename Enter>
@@ -341,25 +227,7 @@ void grow(
 /// Divides unlabelled tissue into bodies where it is thinner than `size`.
 void divideByThickness(const Grid& grid, int size, Body next, std::vector<Body>& bodies)
 {
-  const Mask solid = filled(grid, bodies);
-  std::vector<Body> owner = cores(grid, corners(grid, solid, size), corners(grid, solid, 2 * size), next);
-  spreadBoxes(grid, size, owner);
-  std::vector<std::size_t> front;
-  for (std::size_t n = 0; n < bodies.size(); ++n)
-  {
-    owner[n] = bodies[n] >= firstBody ? bodies[n] : owner[n];
-    if (owner[n] != 0)
-    {
-      front.push_back(n);
-    }
-  }
-  grow(grid, owner, std::move(front), std::numeric_limits<int>::max(),
-    [&](std::size_t voxel, Body body)
-    {
-      const bool isFree = solid[voxel] != 0 && owner[voxel] == 0;
-      owner[voxel] = isFree ? body : owner[voxel];
-      return isFree;
-    });
+  const std::vector<Body> owner = watershed(grid, filled(grid, bodies), size, bodies, firstBody, next);
   for (std::size_t n = 0; n < bodies.size(); ++n)
   {
     bodies[n] = bodies[n] == unlabelled && owner[n] != 0 ? owner[n] : bodies[n];

@@ -25,8 +25,11 @@ struct FoundJoints
 /// of rigid tissue without a label may belong to a labelled body, too: to the one that it touches most. For this, the
 /// labelled bodies that it touches must have together at least ten times as many voxels.
 ///
-/// `read` returns constraints like Model::row(). The search needs 6 bytes per voxel, or 12 where joints are found by
-/// their size. Throws InputError where the labels cannot be used.
+/// With a size, unlabelled rigid tissue is divided at its thin bridges first (see watershed()).
+///
+/// `read` returns constraints like Model::row(). The search needs 6 bytes per voxel. Where joints are found by their
+/// size it needs 17, and 8 more for each voxel of unlabelled rigid tissue and its marrow. Throws InputError where the
+/// labels cannot be used.
 FoundJoints findJoints(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints);
 
 }

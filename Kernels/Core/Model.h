@@ -135,9 +135,10 @@ struct Joints
   /// connected component without a label is a body of its own. Bodies come from the labels of rigid voxels alone;
   /// labels of other tissue only assign it to one of these bodies.
   ArrayView labels;
-  /// Bridges of unlabelled rigid tissue that are thinner than this many voxels are joints where they connect parts at
-  /// least twice as thick. Tissue enclosed in rigid tissue (marrow) counts as part of it. Thinner unlabelled tissue
-  /// belongs to the body that is nearest along paths within it. 0: none.
+  /// Bridges of unlabelled rigid tissue that are thinner than this many voxels are joints where they connect parts more
+  /// than twice as thick (see watershed()). Tissue enclosed in rigid tissue (marrow) counts as part of it. Parts that
+  /// are not thick enough belong to a neighbour. A larger size finds the joints of a smaller one, and thicker ones. 0:
+  /// none.
   int size = 0;
   double constraint = 0.5; ///< of the voxels of joints, a fraction of the spacing, [0, 1]; 0: no joints, 1: free ones
   int margin = 4;          ///< of free joints, [1, 100] voxels

@@ -282,12 +282,12 @@ TEST(Joints, FiveBonesInARowAreOneBodyAndWithLabelsFive)
 
 TEST(Joints, ThinBridgesAreJoints)
 {
-  // The bridges are 3 voxels wide, the bones 9.
+  // The bridges are 3 voxels wide, the bones 9. A larger size divides no less, however thick the bones are.
   Labelled hand = finger();
   for (int size = 0; size <= 12; ++size)
   {
     hand.joints.size = size;
-    EXPECT_EQ(hand.simulate().bodies().size(), size == 4 ? 5u : 1u) << "joints of " << size << " voxels";
+    EXPECT_EQ(hand.simulate().bodies().size(), size >= 4 ? 5u : 1u) << "joints of " << size << " voxels";
   }
   // Bones keep their voxels, except where a bridge begins.
   hand.joints.size = 4;
@@ -347,10 +347,11 @@ TEST(Joints, BoneWithoutALabelIsABodyOfItsOwnOrPartOfTheNearest)
   tissue.useLabels();
   // The labelled bone is unchanged. So is the other one. Of the rim, which becomes a joint, the edges remain.
   EXPECT_EQ(sizes(tissue.simulate()), (std::multiset<std::size_t>{ 12u * 12u * 13u - 1100u - 640u, 1100u, 1400u }));
-  // The rim is thinner than three voxels, except where the other bone makes it thicker. Only the thin part becomes a
-  // joint.
+  // The rim is thinner than three voxels, except where the other bone covers it: these 100 voxels belong to that bone.
+  // Around them a layer becomes a joint: 100 voxels below, and 40 of the rim beside them.
   tissue.joints.size = 3;
-  EXPECT_EQ(sizes(tissue.simulate()), (std::multiset<std::size_t>{ 1400u + 144u, 12u * 12u * 11u }));
+  EXPECT_EQ(
+    sizes(tissue.simulate()), (std::multiset<std::size_t>{ 1400u + 100u, 12u * 12u * 13u - 100u - 100u - 40u }));
 }
 
 TEST(Joints, EveryTypeOfLabelWillDo)
