@@ -5,6 +5,8 @@
 #include "Resampling.h"
 #include "TissuePart.h"
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -126,10 +128,13 @@ void Resampler::Impl::take(const TissuePart& part)
     own.topology = part.topology;
     bricks.replaceTopology(part.topology);
   }
+  // Bricks that are not displaced any more.
   const std::vector<int> before = std::exchange(own.displaced, part.displaced);
+  std::vector<int> atRest;
+  std::set_difference(
+    before.begin(), before.end(), part.displaced.begin(), part.displaced.end(), std::back_inserter(atRest));
   const auto perBrick = static_cast<std::size_t>(3 * bricks.elementsPerBrick());
-  const std::vector<int> atRest = bricks.slotsOf(before);
-  bricks.writeSlots(atRest, std::vector<float>(perBrick * atRest.size(), 0.0f));
+  bricks.writeSlots(bricks.slotsOf(atRest), std::vector<float>(perBrick * atRest.size(), 0.0f));
   bricks.makeUpdatable(part.displaced);
   bricks.writeSlots(bricks.slotsOf(part.displaced), part.displacements);
 }

@@ -62,8 +62,8 @@ public:
     , waves_(this->bricks_, this->handles_,
         [this](const std::vector<Handles::Pointer>& handles) { return this->sharedBodies(handles); })
     , relaxation_(this->bricks_, this->handles_)
-    , paperRelaxation_(this->bricks_)
     , resampling_(this->voxels_)
+    , paperRelaxation_(this->bricks_)
   {
   }
 
@@ -107,6 +107,7 @@ public:
   Handles handles_;
   Waves waves_;
   MultiscaleRelaxation relaxation_;
+  Resampling resampling_;
 
 private:
   void checkOutput(const Index3& padding, const OutputDetail& detail) const;
@@ -140,7 +141,6 @@ private:
   RelaxationMethod relaxationMethod_ = RelaxationMethod::Projected;
   Elasticity elasticity_;
   bool beyondLimits_ = false; ///< whether links may exceed their limits, because the published method has relaxed
-  Resampling resampling_;
   std::optional<RigidClusters> clusters_;
   const std::uint64_t number_ = nextNumber(); ///< of this simulation, unique in this process
 };
@@ -870,6 +870,16 @@ void Simulation::exportTissue(const Index3& padding, CutSurfaces cuts, const std
   const std::function<void(std::size_t, const std::vector<char>&)>& take) const
 {
   this->impl_->called([&] { this->impl_->exportTissue(padding, cuts, parts, take); });
+}
+
+VoxelBox Simulation::sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail) const
+{
+  return this->impl_->called(
+    [&]
+    {
+      this->impl_->voxels();
+      return this->impl_->resampling_.sources(padding, cuts, detail);
+    });
 }
 
 }

@@ -8,7 +8,28 @@
 namespace chainmail
 {
 
-/// Calls `f` with a pointer of the array's own type.
+/// The rows of an array of a known type, wherever it is.
+template <typename T> class ArrayRows
+{
+public:
+  explicit ArrayRows(const ArrayView& view)
+    : view_(view)
+  {
+  }
+
+  /// The values of `count` voxels along x from voxel number `first` on, until the next call.
+  const T* operator()(std::size_t first, int count) const
+  {
+    return static_cast<const T*>(this->view_.read
+                                   ? this->view_.read(first, count)
+                                   : static_cast<const T*>(this->view_.data) + first * this->view_.components);
+  }
+
+private:
+  ArrayView view_;
+};
+
+/// Calls `f` with a pointer of the array's own type; it is null where the array is elsewhere (ArrayView::read).
 template <typename F> auto dispatch(const ArrayView& view, F&& f)
 {
   switch (view.type)

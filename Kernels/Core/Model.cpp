@@ -104,25 +104,29 @@ Model::RowReader readerOfArray(const ArrayView& scalars, const Material& materia
   return dispatch(scalars,
     [&](const auto* scalar) -> Model::RowReader
     {
+      const ArrayRows<std::decay_t<decltype(*scalar)>> scalarRows(scalars);
       return dispatch(fractions,
         [&](const auto* fraction) -> Model::RowReader
         {
+          const ArrayRows<std::decay_t<decltype(*fraction)>> fractionRows(fractions);
           const double threshold = material.tissueThreshold;
           const double ceiling = material.tissueCeiling;
           const std::size_t stride = scalars.components;
+          const std::size_t component = scalars.component;
           const int axes = fractions.components;
-          scalar += scalars.component;
           return [=](std::size_t first, int count, float* out)
           {
+            const auto* values = scalarRows(first, count) + component;
+            const auto* given = fractionRows(first, count);
             for (int n = 0; n < count; ++n)
             {
-              const double value = static_cast<double>(scalar[(first + n) * stride]);
+              const double value = static_cast<double>(values[n * stride]);
               const bool tissue = std::isfinite(value) && value >= threshold && value < ceiling;
               for (int a = 0; a < axes; ++a)
               {
                 out[n * axes + a] = !tissue
                                       ? air
-                                      : checkedConstraint(static_cast<double>(fraction[(first + n) * axes + a]), [&]
+                                      : checkedConstraint(static_cast<double>(given[n * axes + a]), [&]
                                           { return "in the constraint array at voxel " + std::to_string(first + n); });
               }
             }
@@ -142,13 +146,15 @@ Model::RowReader readerOfFunction(const ArrayView& scalars, const Material& mate
     {
       using T = std::decay_t<decltype(*scalar)>;
       const FunctionOfScalar<T> function(material);
+      const ArrayRows<T> rows(scalars);
       const std::size_t stride = scalars.components;
-      scalar += scalars.component;
+      const std::size_t component = scalars.component;
       return [=](std::size_t first, int count, float* out)
       {
+        const T* values = rows(first, count) + component;
         for (int n = 0; n < count; ++n)
         {
-          out[n] = function(scalar[(first + n) * stride]);
+          out[n] = function(values[n * stride]);
         }
       };
     });
@@ -192,17 +198,24 @@ Model::RowReader withRegions(
   };
 }
 
-std::size_t countNonFinite(const ArrayView& scalars, std::size_t voxels)
+std::size_t countNonFinite(const ArrayView& scalars, const Grid& grid)
 {
   return dispatch(scalars,
     [&](const auto* scalar) -> std::size_t
     {
+      using T = std::decay_t<decltype(*scalar)>;
       std::size_t count = 0;
-      if constexpr (std::is_floating_point<std::decay_t<decltype(*scalar)>>::value)
+      if constexpr (std::is_floating_point<T>::value)
       {
-        for (std::size_t n = 0; n < voxels; ++n)
+        const ArrayRows<T> rows(scalars);
+        const int width = grid.size[0];
+        for (std::size_t first = 0; first < grid.voxels(); first += width)
         {
-          count += !std::isfinite(scalar[n * scalars.components + scalars.component]);
+          const T* values = rows(first, width) + scalars.component;
+          for (int n = 0; n < width; ++n)
+          {
+            count += !std::isfinite(values[static_cast<std::size_t>(n) * scalars.components]);
+          }
         }
       }
       return count;
@@ -263,7 +276,7 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
     }
   }
   this->divide(material.joints);
-  this->nonFinite_ = countNonFinite(scalars, grid.voxels());
+  this->nonFinite_ = countNonFinite(scalars, grid);
   if (this->elements_ == 0)
   {
     throw InputError("The image is all air: no voxel has a finite scalar of at least the tissue threshold, " +

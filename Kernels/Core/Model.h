@@ -87,7 +87,8 @@ struct VoxelBox
   }
 };
 
-/// A view of one array over a grid, in the type in which it is stored. It does not own the array.
+/// A view of one array over a grid, in the type in which it is stored. It does not own the array, which may be in
+/// memory or elsewhere.
 struct ArrayView
 {
   enum class Type
@@ -109,8 +110,11 @@ struct ArrayView
   Type type = Type::None;
   int components = 1; ///< values per voxel, interleaved
   int component = 0;  ///< the component that is read as the scalar
+  /// Where the array is elsewhere (`data` is null): reads the values of `count` voxels along x, from voxel number
+  /// `first` on. They stay where they are until the next call. Called from one thread.
+  std::function<const void*(std::size_t first, int count)> read;
 
-  explicit operator bool() const { return this->data != nullptr; }
+  explicit operator bool() const { return this->data || this->read; }
 };
 
 /// A ball in which tissue has a constraint of its own, whatever the scan implies.

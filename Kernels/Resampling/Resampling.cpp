@@ -180,6 +180,7 @@ Resampling::Resampling(Bricks& bricks)
   : bricks_(bricks)
   , changes_(bricks)
   , ranges_(bricks)
+  , rest_(bricks)
 {
 }
 
@@ -298,11 +299,19 @@ void Resampling::exportTissue(const Index3& padding, CutSurfaces cuts, const std
   const std::vector<BrickExtents> reaches = findReaches(this->bricks_, frame, this->changes_, ranges, cuts);
   for (std::size_t n = 0; n < parts.size(); ++n)
   {
-    TissuePart part = partOf(this->bricks_, frame, reaches, this->changes_.displaced(), parts[n]);
+    TissuePart part = partOf(this->bricks_, this->rest_, frame, reaches, this->changes_.displaced(), parts[n]);
     part.frame.padding = padding;
     part.frame.cuts = cuts;
     take(n, part);
   }
+}
+
+VoxelBox Resampling::sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail)
+{
+  this->changes_.revise();
+  const OutputFrame frame(this->bricks_.model().grid(), padding, this->bricks_.size());
+  const Ranges ranges(this->bricks_, this->changes_);
+  return sourcesOf(this->bricks_, frame, findReaches(this->bricks_, frame, this->changes_, ranges, cuts), detail);
 }
 
 /// Computes the offsets of the voxels of these output bricks, batch by batch.

@@ -24,6 +24,8 @@ public:
   /// See Simulation::exportTissue().
   void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
     const std::function<void(std::size_t part, const TissuePart& tissue)>& take);
+  /// See Simulation::sources().
+  VoxelBox sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail);
 
   /// A group of output bricks that are processed together.
   struct Batch
@@ -56,6 +58,7 @@ private:
   OutputDetail detail_;
   bool covers_ = false; ///< whether voxels of this run have a coverage
   Ranges ranges_;       ///< of the last run
+  RestElements rest_;   ///< of bricks that were exported
   /// For each output brick the last look at which its content may have changed.
   std::vector<ChangeTracker::Revision> changedAt_;
   Scratch list_{ "the list of bricks" };

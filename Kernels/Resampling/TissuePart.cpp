@@ -96,32 +96,8 @@ private:
   std::vector<char> has_;
 };
 
-/// Displaced elements up to this far from a cell may move it, or limit where it may arrive [voxels].
+/// Displaced elements up to this far from a cell may move it: corners in air follow the elements around them [voxels].
 constexpr int around = 4;
-
-void addElements(const Bricks& bricks, TissuePart& part)
-{
-  const std::size_t bytes = static_cast<std::size_t>(bricks.elementsPerBrick()) / 8;
-  const int axes = bricks.model().axes();
-  part.elements.assign(bytes * part.bricks.size(), 0);
-  std::vector<float> constraints(static_cast<std::size_t>(bricks.size()[0]) * axes);
-  for (std::size_t n = 0; n < part.bricks.size(); ++n)
-  {
-    std::uint8_t* const bits = part.elements.data() + bytes * n;
-    for (const Bricks::Row& row : bricks.rows(part.bricks[n]))
-    {
-      const Index3 first = bricks.model().grid().indexOf(row.voxel);
-      bricks.model().row(first[0], first[1], first[2], row.count, constraints.data());
-      for (int i = 0; i < row.count; ++i)
-      {
-        if (!std::isinf(constraints[static_cast<std::size_t>(i) * axes]))
-        {
-          bits[row.local(i) / 8] |= static_cast<std::uint8_t>(1 << row.local(i) % 8);
-        }
-      }
-    }
-  }
-}
 
 void addDisplacements(const Bricks& bricks, TissuePart& part)
 {
@@ -148,79 +124,118 @@ void addDisplacements(const Bricks& bricks, TissuePart& part)
     });
 }
 
-}
-
-TissuePart partOf(Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
-  const std::vector<int>& displaced, const OutputDetail& detail)
+/// The bricks of a part of the output.
+BrickBox bricksOf(const OutputFrame& frame, const OutputDetail& detail)
 {
-  const Grid& grid = bricks.model().grid();
-  const Index3 size = bricks.size();
-  TissuePart part;
-  part.frame.grid = grid;
-  part.frame.brickSize = size;
-  part.frame.detail = detail;
-
-  // Voxels at rest show themselves; between voxels they are interpolated.
   Vector3 low;
   Vector3 high;
-  Index3 first;
-  Index3 last;
   for (int a = 0; a < 3; ++a)
   {
     low[a] = std::max(frame.low[a], detail.first[a]);
     high[a] = std::min(frame.high[a], detail.last[a]);
-    first[a] = static_cast<int>(low[a]);
-    last[a] = static_cast<int>(high[a]);
   }
-  const BrickBox shown = frame.between(low, high, frame.low, frame.high);
+  return frame.between(low, high, frame.low, frame.high);
+}
+
+}
+
+const std::vector<std::uint8_t>& RestElements::of(int brick)
+{
+  const auto known = this->known_.find(brick);
+  if (known != this->known_.end())
+  {
+    return known->second;
+  }
+  const Model& model = this->bricks_.model();
+  const std::size_t axes = static_cast<std::size_t>(model.axes());
+  std::vector<float> constraints(static_cast<std::size_t>(this->bricks_.size()[0]) * axes);
+  std::vector<std::uint8_t> bits(static_cast<std::size_t>(this->bricks_.elementsPerBrick()) / 8, 0);
+  for (const Bricks::Row& row : this->bricks_.rows(brick))
+  {
+    const Index3 first = model.grid().indexOf(row.voxel);
+    model.row(first[0], first[1], first[2], row.count, constraints.data());
+    for (int i = 0; i < row.count; ++i)
+    {
+      if (!std::isinf(constraints[static_cast<std::size_t>(i) * axes]))
+      {
+        bits[row.local(i) / 8] |= static_cast<std::uint8_t>(1 << row.local(i) % 8);
+      }
+    }
+  }
+  return this->known_.emplace(brick, std::move(bits)).first->second;
+}
+
+VoxelBox sourcesOf(
+  const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail)
+{
+  const Index3& grid = bricks.model().grid().size;
+  const Index3 size = bricks.size();
+  const BrickBox shown = bricksOf(frame, detail);
+  // Voxels at rest show themselves; between voxels they are interpolated.
+  Index3 first;
+  Index3 last;
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] = std::max(frame.low[a], detail.first[a]);
+    last[a] = std::min(frame.high[a], detail.last[a]);
+  }
+  for (const BrickExtents& reach : reaches)
+  {
+    for (int a = 0; a < 3 && reach.voxels.meets(shown); ++a)
+    {
+      first[a] = std::min(first[a], (reach.cells.first[a] + frame.firstBrick[a]) * size[a] - 1);
+      last[a] = std::max(last[a], (reach.cells.last[a] + 1 + frame.firstBrick[a]) * size[a]);
+    }
+  }
+  VoxelBox sources;
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] = std::clamp(first[a], 0, grid[a] - 1);
+    last[a] = std::clamp(last[a] + (detail.finer > 1 ? 1 : 0), 0, grid[a] - 1);
+    sources.first[a] = first[a];
+    sources.size[a] = last[a] - first[a] + 1;
+  }
+  return sources;
+}
+
+TissuePart partOf(Bricks& bricks, RestElements& rest, const OutputFrame& frame,
+  const std::vector<BrickExtents>& reaches, const std::vector<int>& displaced, const OutputDetail& detail)
+{
+  const Grid& grid = bricks.model().grid();
+  TissuePart part;
+  part.frame.grid = grid;
+  part.frame.brickSize = bricks.size();
+  part.frame.detail = detail;
+  part.frame.sources = sourcesOf(bricks, frame, reaches, detail);
 
   // The bricks of the cells that move into this part of the output, and where in it they arrive.
+  const BrickBox shown = bricksOf(frame, detail);
   BrickSet sources(bricks);
   BrickSet reached(bricks);
-  const auto numberOf = [&](std::size_t n)
+  const auto add = [&](BrickSet& set)
   {
-    const Index3 origin = frame.origin(n);
-    return bricks.brickAt(origin[0], origin[1], origin[2]);
+    return [&](std::size_t n)
+    {
+      const Index3 origin = frame.origin(n);
+      if (grid.contains(origin[0], origin[1], origin[2]))
+      {
+        set.add(bricks.brickAt(origin[0], origin[1], origin[2]));
+      }
+    };
   };
   for (const BrickExtents& reach : reaches)
   {
-    if (!reach.voxels.meets(shown))
+    if (reach.voxels.meets(shown))
     {
-      continue;
-    }
-    reach.cells.each(frame.bricks,
-      [&](std::size_t n)
+      reach.cells.each(frame.bricks, add(sources));
+      BrickBox arrives = reach.voxels;
+      for (int a = 0; a < 3; ++a)
       {
-        sources.add(numberOf(n));
-        const Index3 origin = frame.origin(n);
-        for (int a = 0; a < 3; ++a)
-        {
-          first[a] = std::min(first[a], origin[a] - 1);
-          last[a] = std::max(last[a], origin[a] + size[a]);
-        }
-      });
-    BrickBox arrives = reach.voxels;
-    for (int a = 0; a < 3; ++a)
-    {
-      arrives.first[a] = std::max(arrives.first[a], shown.first[a]);
-      arrives.last[a] = std::min(arrives.last[a], shown.last[a]);
+        arrives.first[a] = std::max(arrives.first[a], shown.first[a]);
+        arrives.last[a] = std::min(arrives.last[a], shown.last[a]);
+      }
+      arrives.each(frame.bricks, add(reached));
     }
-    arrives.each(frame.bricks,
-      [&](std::size_t n)
-      {
-        const Index3 origin = frame.origin(n);
-        if (grid.contains(origin[0], origin[1], origin[2]))
-        {
-          reached.add(numberOf(n));
-        }
-      });
-  }
-  for (int a = 0; a < 3; ++a)
-  {
-    first[a] = std::clamp(first[a], 0, grid.size[a] - 1);
-    last[a] = std::clamp(last[a] + (detail.finer > 1 ? 1 : 0), 0, grid.size[a] - 1);
-    part.frame.sources.first[a] = first[a];
-    part.frame.sources.size[a] = last[a] - first[a] + 1;
   }
 
   const BrickSet near = sources.widened({ around, around, around });
@@ -237,8 +252,12 @@ TissuePart partOf(Bricks& bricks, const OutputFrame& frame, const std::vector<Br
     }
   }
   std::sort(part.displaced.begin(), part.displaced.end());
-  part.bricks = loaded.widened(size).all(); // loading a brick loads all 26 around it
-  addElements(bricks, part);
+  part.bricks = loaded.widened(bricks.size()).all(); // loading a brick loads all 26 around it
+  for (const int brick : part.bricks)
+  {
+    const std::vector<std::uint8_t>& elements = rest.of(brick);
+    part.elements.insert(part.elements.end(), elements.begin(), elements.end());
+  }
   if (!part.displaced.empty())
   {
     addDisplacements(bricks, part);
@@ -261,6 +280,8 @@ TissuePart partOf(Bricks& bricks, const OutputFrame& frame, const std::vector<Br
 std::vector<char> TissuePart::toBytes() const
 {
   std::vector<char> bytes;
+  bytes.reserve(sizeof(float) * this->displacements.size() + this->elements.size() +
+                sizeof(int) * (this->bricks.size() + this->displaced.size()) + sizeof(Frame));
   put(bytes, &this->frame, 1);
   put(bytes, this->bricks);
   put(bytes, this->elements);

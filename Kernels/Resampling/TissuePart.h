@@ -5,6 +5,7 @@
 #include "Types.h"
 
 #include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 namespace chainmail
@@ -38,8 +39,28 @@ struct TissuePart
   static TissuePart fromBytes(const std::vector<char>& bytes);
 };
 
+/// Where tissue is at rest, by brick. It never changes, so what was read from the model once is kept: a bit an element.
+class RestElements
+{
+public:
+  explicit RestElements(const Bricks& bricks)
+    : bricks_(bricks)
+  {
+  }
+  /// As in TissuePart::elements.
+  const std::vector<std::uint8_t>& of(int brick);
+
+private:
+  const Bricks& bricks_;
+  std::unordered_map<int, std::vector<std::uint8_t>> known_;
+};
+
+/// TissuePart::Frame::sources of a part of the output.
+VoxelBox sourcesOf(
+  const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail);
+
 /// The part of the tissue of `bricks` that the output with this detail shows. `reaches` are those of all tissue.
-TissuePart partOf(Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
-  const std::vector<int>& displaced, const OutputDetail& detail);
+TissuePart partOf(Bricks& bricks, RestElements& rest, const OutputFrame& frame,
+  const std::vector<BrickExtents>& reaches, const std::vector<int>& displaced, const OutputDetail& detail);
 
 }

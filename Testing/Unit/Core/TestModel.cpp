@@ -318,4 +318,61 @@ TEST(Model, AConstraintOfMinusZeroHoldsNothing)
   }
 }
 
+/// A view of an array that is read row by row. What was read before is overwritten by the next row.
+template <typename T> ArrayView elsewhere(const std::vector<T>& values, ArrayView view)
+{
+  const auto row = std::make_shared<std::vector<T>>();
+  view.data = nullptr;
+  view.read = [&values, row, components = view.components](std::size_t first, int count)
+  {
+    std::fill(row->begin(), row->end(), T(77));
+    row->assign(values.begin() + static_cast<std::ptrdiff_t>(components * first),
+      values.begin() + static_cast<std::ptrdiff_t>(components * (first + count)));
+    return row->data();
+  };
+  return view;
+}
+
+TEST(Model, ArraysMayBeElsewhere)
+{
+  const Scene scene = randomScene({ 13, 9, 7 }, 3, 4, 0.3);
+  std::vector<float> scalars = scene.scalar;
+  scalars[40] = scalars[41] = std::numeric_limits<float>::quiet_NaN();
+  ArrayView scalar;
+  scalar.data = scalars.data();
+  scalar.type = ArrayView::Type::Float32;
+  Material material;
+  material.tissueThreshold = 0.5;
+  material.constraintArray.data = scene.constraint.data();
+  material.constraintArray.type = ArrayView::Type::Float32;
+  material.constraintArray.components = 3;
+  Material byFunction = material;
+  byFunction.constraintArray = ArrayView();
+  byFunction.constraint = [](double value) { return 0.3 * value; };
+  for (const Material& here : { material, byFunction })
+  {
+    Material there = here;
+    if (here.constraintArray)
+    {
+      there.constraintArray = elsewhere(scene.constraint, here.constraintArray);
+    }
+    const Model known(scene.grid, scalar, here, Anchors());
+    const Model read(scene.grid, elsewhere(scalars, scalar), there, Anchors());
+    EXPECT_EQ(known.elements(), read.elements());
+    EXPECT_EQ(known.nonFinite(), 2u);
+    EXPECT_EQ(read.nonFinite(), 2u);
+    ASSERT_EQ(known.axes(), read.axes());
+    std::vector<float> a(static_cast<std::size_t>(5 * known.axes())), b(a.size());
+    for (int k = 0; k < 7; ++k)
+    {
+      for (int j = 0; j < 9; ++j)
+      {
+        known.row(4, j, k, 5, a.data());
+        read.row(4, j, k, 5, b.data());
+        EXPECT_TRUE(sameBits(a, b)) << j << " " << k;
+      }
+    }
+  }
+}
+
 }
