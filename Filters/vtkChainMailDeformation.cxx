@@ -14,6 +14,8 @@
 #include "Private/Scene.h"
 #include "Private/Session.h"
 #include "Private/Shown.h"
+#include "Private/SpreadImage.h"
+#include "Private/Team.h"
 
 #include "Device.h"
 #include "Error.h"
@@ -53,6 +55,8 @@ using vtkChainMail::IMAGE;
 using vtkChainMail::Inputs;
 using vtkChainMail::Outcome;
 using vtkChainMail::PROBES;
+using vtkChainMail::Steps;
+using vtkChainMail::Team;
 
 namespace
 {
@@ -127,24 +131,20 @@ public:
   }
 
   /// Computes this process's parts of both outputs or, after an error, what they show instead. All processes call this
-  /// together. `inputs`: those of all processes, on the root. `own`: the part of the image that this process has.
-  Outcome Compute(
-    const Exchange& exchange, Inputs inputs, const vtkChainMail::Outputs::Request& request, vtkImageData* own)
+  /// together. `inputs`: those of all processes, on the root.
+  Outcome Compute(const Team& team, Inputs inputs, const vtkChainMail::Outputs::Request& request)
   {
     this->Work = std::make_unique<Job>();
     this->Work->Given = std::move(inputs);
     this->Work->Values = this->GetProperties();
-    return this->Complete(exchange, request, own, [&] { this->Update(request); });
+    return this->Complete(team, request, [&] { this->Update(request); });
   }
 
   /// Makes other parts of the outputs of the last update. All processes call this together.
-  Outcome Redistribute(const Exchange& exchange, const vtkChainMail::Outputs::Request& request, vtkImageData* own)
+  Outcome Redistribute(const Team& team, const vtkChainMail::Outputs::Request& request)
   {
-    return this->Complete(exchange, request, own, [] {});
+    return this->Complete(team, request, [] {});
   }
-
-  /// The image of the last update, of all processes; null where it has ended with an error or on another process.
-  vtkImageData* GetKnownImage() const { return this->Work ? this->Work->Given.Image.Get() : nullptr; }
 
   /// Whether several processes are to make one piece each of the outputs, all at once: the processes of a parallel
   /// server. Any other request, for example of a streaming writer, is answered by this process alone.
@@ -166,11 +166,12 @@ public:
 
   /// Gives output 1 the arrays that are chosen now. The state is that of the last update. All processes call this
   /// together.
-  void ChangeModelArrays(const Exchange& exchange)
+  void ChangeModelArrays(const Team& team)
   {
+    const Exchange& exchange = team.GetLink();
     Outcome outcome = this->Last;
-    this->Try(outcome,
-      [&] { this->Writer.ChooseModelArrays(exchange, this->Self->GetModelArraySelection(), this->Shows.Get(1)); });
+    this->Try(
+      outcome, [&] { this->Writer.ChooseModelArrays(team, this->Self->GetModelArraySelection(), this->Shows.Get(1)); });
     exchange.Agree(outcome);
     if (!outcome.Error.empty() && exchange.IsRoot())
     {
@@ -182,20 +183,56 @@ public:
 
   bool GetBodies(vtkImageData* image)
   {
-    if (!this->Engine.HasModel() || !this->Shows.Get(1) || !this->Last.Error.empty() || this->Last.Stopped)
+    bool isThere = false;
+    const auto write = [&]
     {
-      return false;
-    }
-    try
+      if (this->Engine.HasModel() && this->Shows.Get(1) && this->Last.Error.empty() && !this->Last.Stopped)
+      {
+        this->Writer.WriteBodies(image);
+        isThere = true;
+      }
+    };
+    Steps steps; // the next update reports an error
+    if (this->ComputedInParallel && this->Held.IsSpread())
     {
-      this->Writer.WriteBodies(image);
-      return true;
+      this->MakeTeam(Exchange(this->Self->GetController())).Lead(steps, write);
     }
-    catch (const std::exception&)
+    else
     {
-      return false; // the next update reports the error
+      steps.Run(write);
     }
+    return isThere;
   }
+
+  /// Keeps what processes of a parallel run ask each other for, after the inputs `all` were gathered: this process's
+  /// part of the image, `own`, and on the root the image. `isKnown`: the image has not changed.
+  void Keep(vtkImageData* own, bool isKnown, const Exchange& exchange, Inputs& all)
+  {
+    if (!isKnown)
+    {
+      this->Own = nullptr;
+      this->Spread.reset();
+    }
+    if (!isKnown && own && exchange.GetSize() > 1)
+    {
+      // Another consumer may ask the source for other voxels, which then has new arrays in the same image.
+      this->Own = vtkSmartPointer<vtkImageData>::New();
+      this->Own->ShallowCopy(own);
+    }
+    if (this->Held.IsSpread() && exchange.IsRoot())
+    {
+      if (!this->Spread)
+      {
+        this->Spread = std::make_shared<vtkChainMail::SpreadImage>(exchange, this->Own, this->Held);
+      }
+      all.Image = this->Own;
+      all.Spread = this->Spread;
+    }
+    this->Known = exchange.GetSize() > 1 && all.Problem.empty() ? all.Image : nullptr;
+  }
+
+  /// The processes of an update, after the inputs were gathered.
+  Team MakeTeam(const Exchange& exchange) const { return Team(exchange, this->Own, this->Held, this->Spread); }
 
   vtkChainMailDeformation* Self;
   vtkChainMail::Progress Reports;
@@ -223,6 +260,11 @@ public:
   Outcome Last;
   bool ComputedInParallel = false;
   vtkChainMail::Outputs::Request Made;
+  vtkSmartPointer<vtkImageData> Own; // the part of the image that this process has
+  vtkChainMail::Holding Held;        // how the image is spread over the processes
+  // On the root of several processes: the image of the last update, of all processes or the root's part of it.
+  vtkSmartPointer<vtkImageData> Known;
+  std::shared_ptr<vtkChainMail::SpreadImage> Spread;
 
 private:
   /// An update, for as long as its state can be shown.
@@ -264,15 +306,13 @@ private:
   }
 
   /// Calls update() on the root, and makes the outputs.
-  template <typename F>
-  Outcome Complete(
-    const Exchange& exchange, const vtkChainMail::Outputs::Request& request, vtkImageData* own, F&& update)
+  template <typename F> Outcome Complete(const Team& team, const vtkChainMail::Outputs::Request& request, F&& update)
   {
+    const Exchange& exchange = team.GetLink();
     Outcome outcome;
-    if (exchange.IsRoot())
-    {
-      this->Try(outcome, update);
-    }
+    Steps steps;
+    team.Lead(steps, update);
+    this->Try(outcome, [&] { steps.End(); });
     const auto agree = [&]
     {
       const bool isFine = !outcome.Stopped && outcome.Error.empty();
@@ -283,7 +323,7 @@ private:
     bool isFine = agree();
     if (isFine)
     {
-      this->Try(outcome, [&] { this->Write(exchange, request, own); });
+      this->Try(outcome, [&] { this->Write(team, request); });
       isFine = agree();
     }
     if (outcome.Stopped)
@@ -294,7 +334,7 @@ private:
     {
       outcome.NeedsUpdate = false;
       const std::string problem = outcome.Stopped ? "The update was stopped." : outcome.Error;
-      this->Shows.Again(exchange, this->Work->Given, problem, this->Announced.Magnification, request);
+      this->Shows.Again(team, this->Work->Given, problem, this->Announced.Magnification, request);
       this->Words.Set(problem);
       this->Work.reset();
     }
@@ -338,21 +378,32 @@ private:
       this->Announced.Deformed != this->Good.Deformed || this->Announced.Magnification != this->Good.Magnification;
     if (isNew && this->Announced.Magnification > 1)
     {
-      RequireMemory(scene.Output, inputs.Image, request ? (*request)[0] : scene.Output.ExtentOf(inputs.Image),
+      RequireMemory(scene.Output, inputs.Image, request ? (*request)[0] : scene.Output.ExtentOf(scene.Whole),
         (properties.PullBack ? 3 * sizeof(float) : 0) + (properties.ScalarSmoothing > 0.0 ? sizeof(float) : 0));
     }
     this->Engine.Update(scene);
   }
 
-  void Write(const Exchange& exchange, const vtkChainMail::Outputs::Request& request, vtkImageData* own)
+  void Write(const Team& team, const vtkChainMail::Outputs::Request& request)
   {
     const vtkChainMail::Scene* scene = this->Work->Scene.get();
-    const auto outputs = this->Writer.Write(exchange, scene, this->Work->Values, request, own);
-    this->Shows.Set(outputs, this->Writer.GetWhole());
-    if (scene)
-    {
-      this->Words.Set(*scene, this->Engine, this->Shows.Get(0)->GetFieldData());
-    }
+    Steps steps;
+    steps.Run(
+      [&]
+      {
+        const auto outputs = this->Writer.Write(team, scene, this->Work->Values, request);
+        this->Shows.Set(outputs, this->Writer.GetWhole());
+      });
+    team.Lead(steps,
+      [&]
+      {
+        this->Words.Set(*scene, this->Engine, this->Shows.Get(0)->GetFieldData());
+        if (team.IsSpread())
+        {
+          this->Words.Get(this->Engine); // reads tissue, so it cannot wait for a request
+        }
+      });
+    steps.End();
   }
 
   std::unique_ptr<Job> Work; // the last update; null after an error
@@ -743,10 +794,11 @@ int vtkChainMailDeformation::RequestData(
   const bool areSameParts = exchange.All(internals.Made == request);
   if (!isSameState || (!areSameParts && !internals.Last.Error.empty()))
   {
-    vtkImageData* const known = internals.GetKnownImage();
-    const bool isKnown =
-      parallel && exchange.All(wasPart && internals.Watch.IsImageUnchanged() && (known || !exchange.IsRoot()));
-    internals.Last = internals.Compute(exchange, exchange.Gather(mine, isKnown, known), request, mine.Image);
+    const bool isKnown = parallel && exchange.All(wasPart && internals.Watch.IsImageUnchanged() &&
+                                                  (internals.Known || !exchange.IsRoot()));
+    Inputs all = exchange.Gather(mine, isKnown, internals.Known, internals.Held);
+    internals.Keep(mine.Image, isKnown, exchange, all);
+    internals.Last = internals.Compute(internals.MakeTeam(exchange), std::move(all), request);
     if (!exchange.IsRoot())
     {
       internals.Engine.DeleteAll();
@@ -760,11 +812,11 @@ int vtkChainMailDeformation::RequestData(
   }
   else if (!areSameParts)
   {
-    internals.Last = internals.Redistribute(exchange, request, mine.Image);
+    internals.Last = internals.Redistribute(internals.MakeTeam(exchange), request);
   }
   else if (internals.Last.Error.empty())
   {
-    internals.ChangeModelArrays(exchange);
+    internals.ChangeModelArrays(internals.MakeTeam(exchange));
   }
   internals.Made = request;
 

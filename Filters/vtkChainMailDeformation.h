@@ -72,7 +72,8 @@ public:
   /**
    * Gives an image the grid of the scan, the BodyArray, if there is one, and the present point array `Cluster` of
    * output 1, whether ModelArrays has it or not. Returns false where there is no result: before the first update, after
-   * an update that failed or was stopped, and on a process for which another one computes.
+   * an update that failed or was stopped, and on all processes of a parallel run but the first. They have to call it
+   * together, because the first one asks the others for voxels.
    */
   bool GetBodies(vtkImageData* image);
 
@@ -577,8 +578,9 @@ public:
 
   ///@{
   /**
-   * The processes that update this filter together, each requesting its own piece, as on a parallel server. Null: this
-   * process works alone. Default: the global controller.
+   * The processes that update this filter together, each requesting its own piece, as on a parallel server. Each asks
+   * its source for its own piece of the image, and makes its own pieces of the outputs; the first one computes the
+   * deformation. Null: this process works alone. Default: the global controller.
    */
   void SetController(vtkMultiProcessController* controller);
   vtkMultiProcessController* GetController();

@@ -38,7 +38,8 @@ enum Tags
 {
   LEAVES = 7101,
   ARRAYS,
-  BYTES
+  BYTES,
+  REQUESTS
 };
 
 /// Whether an array is sent as a block of memory. Bits, strings and variants have other storage and are sent as a table
@@ -63,6 +64,73 @@ template <typename F> void Try(std::string& problem, F&& step)
   {
     problem = error.what();
   }
+}
+
+}
+
+namespace
+{
+
+/// Whether parts of an image can be read voxel by voxel: all its arrays are numbers in memory, one for each voxel, and
+/// no voxel is a copy that may be outdated.
+bool IsPlain(vtkImageData* image)
+{
+  bool is = !image->GetPointGhostArray() && !image->GetCellGhostArray();
+  vtkPointData* arrays = image->GetPointData();
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    vtkAbstractArray* array = arrays->GetAbstractArray(a);
+    is = is && IsRaw(array) && array->HasStandardMemoryLayout() &&
+         array->GetNumberOfTuples() == image->GetNumberOfPoints();
+  }
+  return is && arrays->GetNumberOfArrays() > 0;
+}
+
+/// The hash of what all parts of an image have in common.
+Fingerprint KindOf(vtkImageData* image)
+{
+  Fingerprint h = FingerprintOf(image->GetOrigin(), 3 * sizeof(double));
+  h = FingerprintOf(image->GetSpacing(), 3 * sizeof(double), h);
+  h = FingerprintOf(image->GetDirectionMatrix()->GetData(), 9 * sizeof(double), h);
+  const std::string types = ListTypes(image);
+  return FingerprintOf(types.data(), types.size(), h);
+}
+
+struct Part
+{
+  bool IsPlain = false;
+  Fingerprint Kind = 0;
+  Extent Voxels{ { 0, -1, 0, -1, 0, -1 } };
+};
+
+/// What each process provides of an image that stays spread. Nothing where it has to be assembled: where a part is not
+/// plain or parts differ, where the root has none, and where parts share more voxels than the planes between pieces.
+std::vector<Extent> OwnedOf(const std::vector<Part>& parts, const Extent& whole)
+{
+  std::vector<Extent> owned;
+  vtkIdType voxels = 0;
+  std::vector<Extent> missing{ whole };
+  for (const Part& part : parts)
+  {
+    Extent own = part.Voxels;
+    for (int a = 0; a < 3 && !IsEmpty(part.Voxels); ++a)
+    {
+      own[2 * a] += own[2 * a] > whole[2 * a] ? 1 : 0; // this plane belongs to the piece before
+    }
+    owned.push_back(own);
+    if (IsEmpty(part.Voxels))
+    {
+      continue;
+    }
+    if (!part.IsPlain || part.Kind != parts.front().Kind || !Contains(whole, part.Voxels) || IsEmpty(own))
+    {
+      return {};
+    }
+    voxels += VoxelsOf(own);
+    missing = Without(missing, own);
+  }
+  const bool isExact = missing.empty() && voxels == VoxelsOf(whole);
+  return isExact && !IsEmpty(owned.front()) ? owned : std::vector<Extent>();
 }
 
 }
@@ -104,10 +172,11 @@ bool Exchange::All(bool mine) const
   return all != 0;
 }
 
-Inputs Exchange::Gather(const Inputs& mine, bool isKnown, vtkImageData* known) const
+Inputs Exchange::Gather(const Inputs& mine, bool isKnown, vtkImageData* known, Holding& holding) const
 {
   if (!this->Controller)
   {
+    holding = Holding();
     return mine;
   }
   // Each process first sends a list of what it has, so nothing is sent that the root already has.
@@ -117,7 +186,16 @@ Inputs Exchange::Gather(const Inputs& mine, bool isKnown, vtkImageData* known) c
   {
     about << leaf.Port << leaf.Input << leaf.Block << leaf.BlockName << leaf.GetFingerprint();
   }
-  about << static_cast<bool>(mine.Image && mine.Image->GetNumberOfPoints() > 0);
+  const bool hasImage = mine.Image && mine.Image->GetNumberOfPoints() > 0;
+  about << hasImage;
+  if (hasImage)
+  {
+    about << IsPlain(mine.Image) << KindOf(mine.Image);
+    for (const int e : ExtentOf(mine.Image))
+    {
+      about << e;
+    }
+  }
   std::vector<vtkMultiProcessStream> abouts;
   this->Controller->Gather(about, abouts, root);
 
@@ -126,8 +204,13 @@ Inputs Exchange::Gather(const Inputs& mine, bool isKnown, vtkImageData* known) c
   vtkMultiProcessStream wishes;
   if (this->IsRoot())
   {
-    wanted = Choose(mine, isKnown, abouts, all.Problem);
+    wanted = Choose(mine, isKnown, abouts, all.Problem, holding);
     std::for_each(wanted.begin(), wanted.end(), [&](const Wanted& one) { one.Write(wishes); });
+    wishes << static_cast<int>(holding.Owned.size());
+    for (const Extent& owned : holding.Owned)
+    {
+      std::for_each(owned.begin(), owned.end(), [&](int e) { wishes << e; });
+    }
   }
   this->Controller->Broadcast(wishes, root);
   if (this->IsRoot())
@@ -141,18 +224,27 @@ Inputs Exchange::Gather(const Inputs& mine, bool isKnown, vtkImageData* known) c
   else
   {
     std::for_each(wanted.begin(), wanted.end(), [&](Wanted& one) { one.Read(wishes); });
+    int owners = 0;
+    wishes >> owners;
+    holding.Whole = mine.WholeExtent;
+    holding.Owned.resize(owners);
+    for (Extent& owned : holding.Owned)
+    {
+      std::for_each(owned.begin(), owned.end(), [&](int& e) { wishes >> e; });
+    }
     this->Send(mine, wanted[this->Controller->GetLocalProcessId()]);
   }
   return all;
 }
 
 std::vector<Exchange::Wanted> Exchange::Choose(
-  const Inputs& mine, bool isKnown, std::vector<vtkMultiProcessStream>& abouts, std::string& problem)
+  const Inputs& mine, bool isKnown, std::vector<vtkMultiProcessStream>& abouts, std::string& problem, Holding& holding)
 {
   const bool hasAll =
     isKnown || (mine.Image && mine.Image->GetNumberOfPoints() > 0 && Contains(ExtentOf(mine.Image), mine.WholeExtent));
   std::vector<std::tuple<int, int, int, Fingerprint>> known;
   std::vector<Wanted> wanted(abouts.size());
+  std::vector<Part> parts;
   for (int p = 0; p < static_cast<int>(abouts.size()); ++p)
   {
     std::string problemThere;
@@ -177,6 +269,22 @@ std::vector<Exchange::Wanted> Exchange::Choose(
     bool hasImage;
     abouts[p] >> hasImage;
     wanted[p].Image = hasImage && !hasAll;
+    Part part;
+    if (hasImage)
+    {
+      abouts[p] >> part.IsPlain >> part.Kind;
+      std::for_each(part.Voxels.begin(), part.Voxels.end(), [&](int& e) { abouts[p] >> e; });
+    }
+    parts.push_back(part);
+  }
+  if (!isKnown)
+  {
+    holding.Whole = mine.WholeExtent;
+    holding.Owned = hasAll ? std::vector<Extent>() : OwnedOf(parts, mine.WholeExtent);
+  }
+  for (Wanted& one : wanted)
+  {
+    one.Image = one.Image && !holding.IsSpread();
   }
   return wanted;
 }
@@ -260,6 +368,42 @@ void Exchange::Agree(Outcome& outcome) const
   result << agreed.Error << agreed.Stopped << agreed.NeedsUpdate << agreed.Interacting;
   this->Controller->Broadcast(result, root);
   result >> outcome.Error >> outcome.Stopped >> outcome.NeedsUpdate >> outcome.Interacting;
+}
+
+int Exchange::GetRank() const
+{
+  return this->Controller ? this->Controller->GetLocalProcessId() : root;
+}
+
+std::vector<int> Exchange::ToAll(const std::vector<int>& mine) const
+{
+  if (!this->Controller)
+  {
+    return mine;
+  }
+  std::vector<int> all(mine.size() * static_cast<std::size_t>(this->GetSize()));
+  this->Controller->AllGather(mine.data(), all.data(), static_cast<vtkIdType>(mine.size()));
+  return all;
+}
+
+void Exchange::Request(int process, const Command& command) const
+{
+  this->Controller->Send(command.data(), static_cast<vtkIdType>(command.size()), process, REQUESTS);
+}
+
+Exchange::Command Exchange::ReceiveRequest() const
+{
+  Command command;
+  this->Controller->Receive(command.data(), static_cast<vtkIdType>(command.size()), root, REQUESTS);
+  return command;
+}
+
+void Exchange::EndRequests() const
+{
+  for (int p = 1; p < this->GetSize(); ++p)
+  {
+    this->Request(p, { { END } });
+  }
 }
 
 int Exchange::GetSize() const
@@ -369,7 +513,7 @@ void Exchange::SendSparse(const char* values, std::size_t bytes, int to) const
   }
 }
 
-bool Exchange::ReceiveSparse(char* zeros, int from) const
+void Exchange::ReceiveSparse(char* zeros, int from) const
 {
   const std::vector<char> there = this->Receive(from);
   std::vector<char> filled;
@@ -391,7 +535,6 @@ bool Exchange::ReceiveSparse(char* zeros, int from) const
       next += count;
     }
   }
-  return !there.empty();
 }
 
 vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Extent& extent) const

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the processes of a parallel server exchange in an update. The root process has the simulation and gets the
-// inputs of all processes. Each process makes its own part of the outputs, for which the root sends it tissue and
-// voxels. So the result depends neither on the number of processes nor on how the inputs are distributed over them.
+// What the processes of a parallel server exchange in an update. The root process has the simulation, and gets the
+// probes and surfaces of all processes. The image stays where it is. Each process makes its own part of the outputs,
+// for which the root sends it tissue. So the result depends neither on the number of processes nor on how the inputs
+// are distributed over them.
 
 #ifndef Exchange_h
 #define Exchange_h
 
+#include "ImageParts.h"
 #include "Inputs.h"
 
 #include <array>
@@ -45,30 +47,48 @@ public:
   bool All(bool mine) const;
 
   /// Sends the inputs of all processes to the root; the others get nothing. Equal data of several processes count once.
-  /// The image is assembled from its parts where the root does not have all of it. `isKnown`: the same on all
-  /// processes; the image is still `known` of the root, and is not sent again.
-  Inputs Gather(const Inputs& mine, bool isKnown, vtkImageData* known) const;
+  /// Where the root does not have all of the image, and each process has a piece of it as VTK divides images, the image
+  /// stays spread, as `holding` says then on all processes, and the root has its own part. Otherwise it is assembled.
+  /// `isKnown`: the same on all processes; the image and `holding` are as in the last call, and `known` is the root's
+  /// image.
+  Inputs Gather(const Inputs& mine, bool isKnown, vtkImageData* known, Holding& holding) const;
 
   /// Gives all processes the same outcome: the first process's error or stop, and what the root says of the state.
   void Agree(Outcome& outcome) const;
 
   int GetSize() const;
+  int GetRank() const;
   /// The numbers of all processes one after the other, on the root. Each gives equally many.
   std::vector<int> ToRoot(const std::vector<int>& mine) const;
+  /// The same on all processes.
+  std::vector<int> ToAll(const std::vector<int>& mine) const;
   /// Gives all processes what the root has.
   void FromRoot(vtkMultiProcessStream& stream) const;
   vtkTypeUInt64 FromRoot(vtkTypeUInt64 number) const;
   std::vector<vtkSmartPointer<vtkDataArray>> FromRoot(std::vector<vtkSmartPointer<vtkDataArray>> arrays) const;
   void FromRoot(vtkFieldData* fields) const;
 
+  // What the root asks of another process (Team): a command, an array, the extent of a box.
+  enum Commands
+  {
+    END,
+    OFFER,
+    VALUES,
+    STATISTICS,
+    SMALLEST
+  };
+  using Command = std::array<int, 8>;
+  void Request(int process, const Command& command) const;
+  Command ReceiveRequest() const;
+  void EndRequests() const;
+
   // From one process to another one, which receives it at the same time.
   void Send(const std::vector<char>& bytes, int to) const;
   std::vector<char> Receive(int from) const;
   /// Sends only what is not 0, into memory that is 0. Pages that stay 0 are not written, so the system need not provide
-  /// them. No bytes: the sender has failed, and the receiver gets false. Null: the receiver has failed, and gets
-  /// nothing.
+  /// them. Null: the receiver has no memory, and gets nothing.
   void SendSparse(const char* values, std::size_t bytes, int to) const;
-  bool ReceiveSparse(char* zeros, int from) const;
+  void ReceiveSparse(char* zeros, int from) const;
   void Send(vtkImageData* image, int to) const;
   vtkSmartPointer<vtkImageData> ReceiveImage(int from) const;
 
@@ -93,8 +113,8 @@ private:
   };
 
   /// Chooses from the lists of all processes what the root lacks. `problem` is that of the first process with one.
-  static std::vector<Wanted> Choose(
-    const Inputs& mine, bool isKnown, std::vector<vtkMultiProcessStream>& abouts, std::string& problem);
+  static std::vector<Wanted> Choose(const Inputs& mine, bool isKnown, std::vector<vtkMultiProcessStream>& abouts,
+    std::string& problem, Holding& holding);
   void Send(const Inputs& mine, const Wanted& wanted) const;
   void Receive(const Inputs& mine, const std::vector<Wanted>& wanted, Inputs& all) const;
 

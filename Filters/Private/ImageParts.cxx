@@ -52,6 +52,13 @@ void Check(vtkImageData* part, vtkImageData* image)
   {
     const char* name = arrays->GetArrayName(a);
     vtkAbstractArray* from = part->GetPointData()->GetAbstractArray(name);
+    if (from && from->GetNumberOfTuples() != part->GetNumberOfPoints())
+    {
+      throw chainmail::InputError(
+        "The point array \"" + std::string(name ? name : "") + "\" has " + std::to_string(from->GetNumberOfTuples()) +
+        " tuples in a part of the image that has " + std::to_string(part->GetNumberOfPoints()) +
+        " voxels. Remove it, or give it a value for each.");
+    }
     if (!from || from->GetDataType() != arrays->GetAbstractArray(a)->GetDataType() ||
         from->GetNumberOfComponents() != arrays->GetAbstractArray(a)->GetNumberOfComponents())
     {
@@ -60,55 +67,6 @@ void Check(vtkImageData* part, vtkImageData* image)
                                   "number of components there. Give all parts the same arrays.");
     }
   }
-}
-
-/// The extent that two have in common; empty where they have no voxel in common.
-Extent Common(const Extent& one, const Extent& other)
-{
-  Extent common;
-  for (int a = 0; a < 6; ++a)
-  {
-    common[a] = a % 2 == 0 ? std::max(one[a], other[a]) : std::min(one[a], other[a]);
-  }
-  return common;
-}
-
-/// The voxels of `boxes` that are not in `extent`.
-std::vector<Extent> Without(const std::vector<Extent>& boxes, const Extent& extent)
-{
-  std::vector<Extent> rest;
-  for (Extent box : boxes)
-  {
-    const Extent common = Common(box, extent);
-    if (IsEmpty(common))
-    {
-      rest.push_back(box);
-      continue;
-    }
-    // What is on both sides of the common voxels, along one axis after the other.
-    for (int a = 0; a < 3; ++a)
-    {
-      Extent low = box;
-      Extent high = box;
-      low[2 * a + 1] = common[2 * a] - 1;
-      high[2 * a] = common[2 * a + 1] + 1;
-      for (const Extent& side : { low, high })
-      {
-        if (!IsEmpty(side))
-        {
-          rest.push_back(side);
-        }
-      }
-      box[2 * a] = common[2 * a];
-      box[2 * a + 1] = common[2 * a + 1];
-    }
-  }
-  return rest;
-}
-
-vtkIdType VoxelsOf(const Extent& e)
-{
-  return static_cast<vtkIdType>(e[1] - e[0] + 1) * (e[3] - e[2] + 1) * (e[5] - e[4] + 1);
 }
 
 /// Calls f(first, count) for each row of voxels along x, with the first voxel.
@@ -124,35 +82,28 @@ template <typename F> void ForRows(const Extent& e, const F& f)
   }
 }
 
+/// The place of a voxel in an array over a box.
+vtkIdType IdIn(const Extent& e, const int* at)
+{
+  return (at[0] - e[0]) + (e[1] - e[0] + vtkIdType(1)) *
+                            ((at[1] - e[2]) + (e[3] - e[2] + vtkIdType(1)) * static_cast<vtkIdType>(at[2] - e[4]));
+}
+
 /// Copies the tuples of a box, whose place in each of two larger boxes is given by their extents.
 void CopyTuples(
   vtkAbstractArray* from, const Extent& ofFrom, vtkAbstractArray* to, const Extent& ofTo, const Extent& box)
 {
   vtkDataArray* one = vtkDataArray::SafeDownCast(from);
   vtkDataArray* other = vtkDataArray::SafeDownCast(to);
-  const bool areAlike = one && other && one->HasStandardMemoryLayout() && other->HasStandardMemoryLayout() &&
-                        one->GetDataType() == other->GetDataType() && one->GetDataType() != VTK_BIT;
-  const auto idIn = [](const Extent& e, const int* at)
+  if (one && other && one->HasStandardMemoryLayout() && other->HasStandardMemoryLayout() &&
+      one->GetDataType() == other->GetDataType() && one->GetDataType() != VTK_BIT)
   {
-    return (at[0] - e[0]) + (e[1] - e[0] + vtkIdType(1)) *
-                              ((at[1] - e[2]) + (e[3] - e[2] + vtkIdType(1)) * static_cast<vtkIdType>(at[2] - e[4]));
-  };
-  ForRows(box,
-    [&](const int* first, int count)
-    {
-      const vtkIdType source = idIn(ofFrom, first);
-      const vtkIdType target = idIn(ofTo, first);
-      if (areAlike) // much faster than VTK's own functions
-      {
-        const vtkIdType components = one->GetNumberOfComponents();
-        std::memcpy(other->GetVoidPointer(components * target), one->GetVoidPointer(components * source),
-          static_cast<std::size_t>(components * count) * static_cast<std::size_t>(one->GetDataTypeSize()));
-      }
-      else
-      {
-        to->InsertTuples(target, count, source, from);
-      }
-    });
+    CopyBox(static_cast<const char*>(one->GetVoidPointer(0)), ofFrom, static_cast<char*>(other->GetVoidPointer(0)),
+      ofTo, box, BytesOfVoxel(one)); // much faster than VTK's own functions
+    return;
+  }
+  ForRows(
+    box, [&](const int* first, int count) { to->InsertTuples(IdIn(ofTo, first), count, IdIn(ofFrom, first), from); });
 }
 
 /// Adds the arrays of `from`, with the values of a part of it, and makes those active that are active there.
@@ -193,6 +144,83 @@ Extent CellsOf(const Extent& points)
   return cells;
 }
 
+}
+
+Extent Common(const Extent& one, const Extent& other)
+{
+  Extent common;
+  for (int a = 0; a < 6; ++a)
+  {
+    common[a] = a % 2 == 0 ? std::max(one[a], other[a]) : std::min(one[a], other[a]);
+  }
+  return common;
+}
+
+std::vector<Extent> Without(const std::vector<Extent>& boxes, const Extent& extent)
+{
+  std::vector<Extent> rest;
+  for (Extent box : boxes)
+  {
+    const Extent common = Common(box, extent);
+    if (IsEmpty(common))
+    {
+      rest.push_back(box);
+      continue;
+    }
+    // What is on both sides of the common voxels, along one axis after the other.
+    for (int a = 0; a < 3; ++a)
+    {
+      Extent low = box;
+      Extent high = box;
+      low[2 * a + 1] = common[2 * a] - 1;
+      high[2 * a] = common[2 * a + 1] + 1;
+      for (const Extent& side : { low, high })
+      {
+        if (!IsEmpty(side))
+        {
+          rest.push_back(side);
+        }
+      }
+      box[2 * a] = common[2 * a];
+      box[2 * a + 1] = common[2 * a + 1];
+    }
+  }
+  return rest;
+}
+
+vtkIdType VoxelsOf(const Extent& e)
+{
+  return static_cast<vtkIdType>(e[1] - e[0] + 1) * (e[3] - e[2] + 1) * (e[5] - e[4] + 1);
+}
+
+std::size_t BytesOfVoxel(vtkDataArray* array)
+{
+  return static_cast<std::size_t>(array->GetNumberOfComponents()) * static_cast<std::size_t>(array->GetDataTypeSize());
+}
+
+void CopyBox(
+  const char* from, const Extent& ofFrom, char* to, const Extent& ofTo, const Extent& box, std::size_t bytesOfVoxel)
+{
+  ForRows(box,
+    [&](const int* first, int count)
+    {
+      std::memcpy(to + bytesOfVoxel * static_cast<std::size_t>(IdIn(ofTo, first)),
+        from + bytesOfVoxel * static_cast<std::size_t>(IdIn(ofFrom, first)),
+        bytesOfVoxel * static_cast<std::size_t>(count));
+    });
+}
+
+std::string ListTypes(vtkImageData* image)
+{
+  std::string list;
+  vtkPointData* arrays = image->GetPointData();
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    vtkAbstractArray* array = arrays->GetAbstractArray(a);
+    list += std::string(array->GetName() ? array->GetName() : "") + '\n' + std::to_string(array->GetDataType()) + ' ' +
+            std::to_string(array->GetNumberOfComponents()) + '\n';
+  }
+  return list;
 }
 
 bool IsEmpty(const Extent& e)

@@ -4,10 +4,13 @@
 #ifndef ImageParts_h
 #define ImageParts_h
 
+#include "vtkDataArray.h"
 #include "vtkImageData.h"
 #include "vtkSmartPointer.h"
 
 #include <array>
+#include <cstddef>
+#include <string>
 #include <vector>
 
 namespace vtkChainMail
@@ -20,6 +23,34 @@ bool Contains(const Extent& outer, const Extent& inner);
 
 /// The extent of an image; an empty one for null.
 Extent ExtentOf(vtkImageData* image);
+
+/// The extent that two have in common; empty where they have no voxel in common.
+Extent Common(const Extent& one, const Extent& other);
+
+vtkIdType VoxelsOf(const Extent& extent);
+
+/// The voxels of `boxes` that are not in `extent`, as boxes that do not overlap if those do not.
+std::vector<Extent> Without(const std::vector<Extent>& boxes, const Extent& extent);
+
+/// Names, types and components of the point arrays, in their order.
+std::string ListTypes(vtkImageData* image);
+
+/// The bytes of a tuple of an array.
+std::size_t BytesOfVoxel(vtkDataArray* array);
+
+/// Copies the values of a box of voxels between arrays over two larger boxes.
+void CopyBox(
+  const char* from, const Extent& ofFrom, char* to, const Extent& ofTo, const Extent& box, std::size_t bytesOfVoxel);
+
+/// How an image is spread over processes that have a part each.
+struct Holding
+{
+  Extent Whole{ { 0, -1, 0, -1, 0, -1 } };
+  /// For each process the voxels that it provides; each voxel is provided by one. Empty: the first process has all.
+  std::vector<Extent> Owned;
+
+  bool IsSpread() const { return !this->Owned.empty(); }
+};
 
 /// The part of an image with this extent, with all field data; the image itself where that is all. Empty where the
 /// image has no voxel there.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Inputs.h"
 
+#include "SpreadImage.h"
+
 #include "Error.h"
 #include "Model.h"
 
@@ -115,6 +117,11 @@ Fingerprint InputDataset::GetFingerprint() const
     return h;
   }
   return OfCells(this->Data->GetStrips(), OfCells(this->Data->GetPolys(), h));
+}
+
+vtkImageData* Inputs::GetWhole() const
+{
+  return this->Spread ? this->Spread->GetWhole() : this->Image.Get();
 }
 
 Fingerprint Inputs::GetImageFingerprint() const

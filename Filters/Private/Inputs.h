@@ -12,6 +12,7 @@
 #include "vtkSmartPointer.h"
 
 #include <array>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -20,6 +21,8 @@ class vtkInformationVector;
 
 namespace vtkChainMail
 {
+
+class SpreadImage;
 
 /// The filter's input ports.
 enum Ports
@@ -65,11 +68,15 @@ struct Inputs
 {
   /// What is wrong with the inputs, in a sentence for the user; empty where nothing is.
   std::string Problem;
-  /// Null where the process has no image.
+  /// Null where the process has no image. Where the image is spread: the root's own part.
   vtkSmartPointer<vtkImageData> Image;
+  std::shared_ptr<SpreadImage> Spread; ///< on the root, where the image is spread; else null
   std::array<int, 6> WholeExtent{ { 0, -1, 0, -1, 0, -1 } };
   /// In the order of port, input, block and process.
   std::vector<InputDataset> Leaves;
+
+  /// An image with the geometry of the whole image; null where there is none.
+  vtkImageData* GetWhole() const;
 
   /// The fingerprints of everything in the image, and in the leaves, that can change an output.
   Fingerprint GetImageFingerprint() const;

@@ -71,7 +71,7 @@ int ModelAtRest::VersionOf(int array) const
                                                  : -1;
 }
 
-vtkSmartPointer<vtkImageData> ModelAtRest::Write(const Exchange& exchange, Steps& steps, const OutputPlan& plan,
+vtkSmartPointer<vtkImageData> ModelAtRest::Write(const Team& team, Steps& steps, const OutputPlan& plan,
   vtkDataArraySelection* chosen, bool times, const Extent& extent)
 {
   const bool isSamePart = extent == this->Part && this->Plan.Whole && plan.Builds == this->Plan.Builds;
@@ -89,14 +89,14 @@ vtkSmartPointer<vtkImageData> ModelAtRest::Write(const Exchange& exchange, Steps
   part->SetSpacing(plan.Whole->GetSpacing());
   part->SetDirectionMatrix(plan.Whole->GetDirectionMatrix());
   part->SetExtent(const_cast<int*>(extent.data()));
-  this->Choose(exchange, steps, chosen, part);
+  this->Choose(team, steps, chosen, part);
   if (times)
   {
     std::array<bool, NUMBER_OF_ARRAYS> missing{};
     missing[TIME] = missing[WAVEFRONT] = true;
     std::array<vtkSmartPointer<vtkDataArray>, NUMBER_OF_ARRAYS> arrays;
     this->Begin(steps, 0.98, 1.0);
-    this->Fetch(exchange, steps, missing, part, arrays);
+    this->Fetch(team, steps, missing, part, arrays);
     this->Reports.EndPart();
     for (const int array : { TIME, WAVEFRONT })
     {
@@ -121,7 +121,7 @@ void ModelAtRest::Begin(Steps& steps, double from, double to)
     });
 }
 
-void ModelAtRest::Choose(const Exchange& exchange, Steps& steps, vtkDataArraySelection* chosen, vtkImageData* part)
+void ModelAtRest::Choose(const Team& team, Steps& steps, vtkDataArraySelection* chosen, vtkImageData* part)
 {
   vtkPointData* output = part->GetPointData();
   std::array<bool, NUMBER_OF_ARRAYS> missing{};
@@ -145,7 +145,7 @@ void ModelAtRest::Choose(const Exchange& exchange, Steps& steps, vtkDataArraySel
   {
     this->Begin(steps, 0.9, 0.98);
   }
-  this->Fetch(exchange, steps, missing, part, arrays);
+  this->Fetch(team, steps, missing, part, arrays);
   this->Reports.EndPart();
   steps.Run(
     [&]
@@ -175,7 +175,7 @@ void ModelAtRest::Choose(const Exchange& exchange, Steps& steps, vtkDataArraySel
 }
 
 /// Makes what is missing, in all processes: the root reads it for each of them.
-void ModelAtRest::Fetch(const Exchange& exchange, Steps& steps, const std::array<bool, NUMBER_OF_ARRAYS>& missing,
+void ModelAtRest::Fetch(const Team& team, Steps& steps, const std::array<bool, NUMBER_OF_ARRAYS>& missing,
   vtkImageData* part, std::array<vtkSmartPointer<vtkDataArray>, NUMBER_OF_ARRAYS>& arrays) const
 {
   const Extent extent = ExtentOf(part);
@@ -184,95 +184,82 @@ void ModelAtRest::Fetch(const Exchange& exchange, Steps& steps, const std::array
   {
     mine.push_back(one && !IsEmpty(extent) ? 1 : 0);
   }
-  const std::vector<int> all = exchange.ToRoot(mine);
-  for (int p = 1; exchange.IsRoot() && p < exchange.GetSize(); ++p)
-  {
-    const int* given = all.data() + mine.size() * static_cast<std::size_t>(p);
-    Extent other;
-    std::copy_n(given, 6, other.begin());
-    for (int array = 0; array < NUMBER_OF_ARRAYS; ++array)
-    {
-      if (given[6 + array] != 0)
-      {
-        this->Send(exchange, steps, array, this->Plan.BoxOf(other), p);
-      }
-    }
-  }
+  const std::vector<int> all = team.GetLink().ToRoot(mine);
+  std::array<bool, NUMBER_OF_ARRAYS> isThere{};
   for (int array = 0; array < NUMBER_OF_ARRAYS; ++array)
   {
-    if (!missing[array] || IsEmpty(extent))
+    if (missing[array] && !IsEmpty(extent))
     {
-      continue;
+      steps.Run([&] { arrays[array] = this->Make(array, part->GetNumberOfPoints()); });
     }
+  }
+  const auto lead = [&]
+  {
+    for (int p = 0; p < team.GetLink().GetSize(); ++p)
+    {
+      const int* given = all.data() + mine.size() * static_cast<std::size_t>(p);
+      Extent other;
+      std::copy_n(given, 6, other.begin());
+      for (int array = 0; array < NUMBER_OF_ARRAYS; ++array)
+      {
+        if (given[6 + array] != 0 && p == Exchange::Root)
+        {
+          this->Read(array, this->Plan.BoxOf(other), arrays[array]->GetVoidPointer(0));
+          isThere[array] = true;
+        }
+        else if (given[6 + array] != 0)
+        {
+          this->Send(team, array, this->Plan.BoxOf(other), p);
+        }
+      }
+    }
+  };
+  const auto take = [&](int array, int layer)
+  {
     const chainmail::VoxelBox box = this->Plan.BoxOf(extent);
-    vtkSmartPointer<vtkDataArray> values;
-    steps.Run([&] { values = this->Make(array, part->GetNumberOfPoints()); });
-    if (exchange.IsRoot())
+    vtkDataArray* const values = arrays[array];
+    isThere[array] = layer == box.size[2];
+    if (!isThere[array])
     {
-      steps.Run([&] { this->Read(array, box, values->GetVoidPointer(0)); });
+      const std::size_t first = box.at(box.first[0], box.first[1], box.first[2] + layer);
+      char* const memory =
+        values ? static_cast<char*>(values->GetVoidPointer(0)) + BytesOfVoxel(values) * first : nullptr;
+      team.GetLink().ReceiveSparse(memory, Exchange::Root);
     }
-    else
-    {
-      this->Receive(exchange, steps, array, box, values);
-    }
-    arrays[array] = steps.HaveFailed() ? nullptr : values;
+  };
+  team.Lead(steps, lead, take);
+  for (int array = 0; array < NUMBER_OF_ARRAYS; ++array)
+  {
+    steps.Run(
+      [&]
+      {
+        if (missing[array] && !IsEmpty(extent) && !isThere[array])
+        {
+          throw FailedElsewhere();
+        }
+      });
   }
 }
 
-/// Calls f(slab, first) for slabs of a box, of a size that the root can read at once; `first` is the place of a slab's
-/// values in the array.
-template <typename F> void ModelAtRest::ForSlabs(int array, const chainmail::VoxelBox& box, const F& f) const
+/// Sends the values of a box to a process, in slabs that this process can read at once.
+void ModelAtRest::Send(const Team& team, int array, const chainmail::VoxelBox& box, int to) const
 {
   constexpr std::size_t most = std::size_t(1) << 24; // [bytes]
-  const std::size_t bytes = BytesOf(this->Make(array, 1));
   chainmail::VoxelBox slab = box;
   slab.size[2] = 1;
+  const std::size_t layer = BytesOf(this->Make(array, 1)) * slab.voxels();
   // Clusters are searched for in the whole grid, so all are read at once.
-  const int layers =
-    array == CLUSTER ? box.size[2] : static_cast<int>(std::max<std::size_t>(1, most / (bytes * slab.voxels())));
+  const int layers = array == CLUSTER ? box.size[2] : static_cast<int>(std::max<std::size_t>(1, most / layer));
   for (int k = 0; k < box.size[2]; k += layers)
   {
     slab.first[2] = box.first[2] + k;
     slab.size[2] = std::min(layers, box.size[2] - k);
-    f(slab, bytes * box.at(box.first[0], box.first[1], slab.first[2]));
+    const vtkSmartPointer<vtkDataArray> values = this->Make(array, static_cast<vtkIdType>(slab.voxels()));
+    this->Read(array, slab, values->GetVoidPointer(0));
+    team.Offer(to, array, k);
+    team.GetLink().SendSparse(static_cast<const char*>(values->GetVoidPointer(0)), BytesOf(values), to);
   }
-}
-
-void ModelAtRest::Send(const Exchange& exchange, Steps& steps, int array, const chainmail::VoxelBox& box, int to) const
-{
-  this->ForSlabs(array, box,
-    [&](const chainmail::VoxelBox& slab, std::size_t)
-    {
-      vtkSmartPointer<vtkDataArray> values;
-      steps.Run(
-        [&]
-        {
-          values = this->Make(array, static_cast<vtkIdType>(slab.voxels()));
-          this->Read(array, slab, values->GetVoidPointer(0));
-        });
-      const bool isRead = !steps.HaveFailed();
-      exchange.SendSparse(
-        isRead ? static_cast<const char*>(values->GetVoidPointer(0)) : nullptr, isRead ? BytesOf(values) : 0, to);
-    });
-}
-
-void ModelAtRest::Receive(
-  const Exchange& exchange, Steps& steps, int array, const chainmail::VoxelBox& box, vtkDataArray* values) const
-{
-  char* const memory = values ? static_cast<char*>(values->GetVoidPointer(0)) : nullptr;
-  this->ForSlabs(array, box,
-    [&](const chainmail::VoxelBox&, std::size_t first)
-    {
-      const bool isThere = exchange.ReceiveSparse(memory ? memory + first : nullptr, Exchange::Root);
-      steps.Run(
-        [&]
-        {
-          if (!isThere)
-          {
-            throw FailedElsewhere();
-          }
-        });
-    });
+  team.Offer(to, array, box.size[2]);
 }
 
 vtkSmartPointer<vtkDataArray> ModelAtRest::Make(int array, vtkIdType voxels) const

@@ -4,12 +4,12 @@
 #ifndef ModelAtRest_h
 #define ModelAtRest_h
 
-#include "Exchange.h"
 #include "Fingerprint.h"
 #include "OutputPlan.h"
 #include "Progress.h"
 #include "Session.h"
 #include "Steps.h"
+#include "Team.h"
 
 #include "vtkImageData.h"
 #include "vtkIntArray.h"
@@ -40,12 +40,12 @@ public:
   static bool IsDefault(const std::string& array);
 
   /// Makes the part with this extent, which may be empty. All processes call this together, after an update.
-  vtkSmartPointer<vtkImageData> Write(const Exchange& exchange, Steps& steps, const OutputPlan& plan,
+  vtkSmartPointer<vtkImageData> Write(const Team& team, Steps& steps, const OutputPlan& plan,
     vtkDataArraySelection* chosen, bool times, const Extent& extent);
 
   /// Gives the part of the last Write() the arrays that are chosen now, and no others of Choices. All processes call
   /// this together.
-  void Choose(const Exchange& exchange, Steps& steps, vtkDataArraySelection* chosen, vtkImageData* part);
+  void Choose(const Team& team, Steps& steps, vtkDataArraySelection* chosen, vtkImageData* part);
 
   /// Makes the image of the whole model with the array Cluster and, if there is one, the BodyArray. Only where the
   /// simulation is.
@@ -68,14 +68,11 @@ private:
   void Begin(Steps& steps, double from, double to);
   bool IsWanted(int array, vtkDataArraySelection* chosen) const;
   int VersionOf(int array) const;
-  void Fetch(const Exchange& exchange, Steps& steps, const std::array<bool, NUMBER_OF_ARRAYS>& missing,
-    vtkImageData* part, std::array<vtkSmartPointer<vtkDataArray>, NUMBER_OF_ARRAYS>& arrays) const;
+  void Fetch(const Team& team, Steps& steps, const std::array<bool, NUMBER_OF_ARRAYS>& missing, vtkImageData* part,
+    std::array<vtkSmartPointer<vtkDataArray>, NUMBER_OF_ARRAYS>& arrays) const;
   /// Of zeros.
   vtkSmartPointer<vtkDataArray> Make(int array, vtkIdType voxels) const;
-  template <typename F> void ForSlabs(int array, const chainmail::VoxelBox& box, const F& f) const;
-  void Send(const Exchange& exchange, Steps& steps, int array, const chainmail::VoxelBox& box, int to) const;
-  void Receive(
-    const Exchange& exchange, Steps& steps, int array, const chainmail::VoxelBox& box, vtkDataArray* values) const;
+  void Send(const Team& team, int array, const chainmail::VoxelBox& box, int to) const;
   /// `out`: zeros.
   void Read(int array, const chainmail::VoxelBox& box, void* out) const;
   void ReadLinks(const chainmail::VoxelBox& box, unsigned char* links) const;

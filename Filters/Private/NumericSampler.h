@@ -23,21 +23,21 @@
 namespace vtkChainMail
 {
 
-/// Writes the smallest finite value of each component, 0 where there is none.
-template <typename T> void FindSmallest(const T* values, vtkIdType tuples, int components, T* smallest)
+/// Writes the smallest finite value of each component, 0 where there is none, and whether there is one.
+template <typename T> void FindSmallest(const T* values, vtkIdType tuples, int components, T* smallest, char* found)
 {
   for (int c = 0; c < components; ++c)
   {
     smallest[c] = T(0);
-    bool found = false;
+    found[c] = 0;
     for (vtkIdType t = 0; t < tuples; ++t)
     {
       const T value = values[t * components + c];
       const bool finite = value >= std::numeric_limits<T>::lowest() && value <= std::numeric_limits<T>::max();
-      if (finite && (!found || value < smallest[c]))
+      if (finite && (found[c] == 0 || value < smallest[c]))
       {
         smallest[c] = value;
-        found = true;
+        found[c] = 1;
       }
     }
   }
@@ -480,7 +480,8 @@ private:
       std::copy_n(static_cast<const T*>(this->Smallest->GetVoidPointer(0)), this->Components, this->Background.begin());
       return;
     }
-    FindSmallest(this->In, this->G.InputVoxels(), this->Components, this->Background.data());
+    std::vector<char> found(static_cast<std::size_t>(this->Components));
+    FindSmallest(this->In, this->G.InputVoxels(), this->Components, this->Background.data(), found.data());
   }
 
   vtkSmartPointer<vtkDataArray> Original;

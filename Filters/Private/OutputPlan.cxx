@@ -28,21 +28,8 @@ int Floor(int n, int divisor)
 
 }
 
-std::string ListTypes(vtkImageData* image)
-{
-  std::string list;
-  vtkPointData* arrays = image->GetPointData();
-  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
-  {
-    vtkAbstractArray* array = arrays->GetAbstractArray(a);
-    list += std::string(array->GetName() ? array->GetName() : "") + '\n' + std::to_string(array->GetDataType()) + ' ' +
-            std::to_string(array->GetNumberOfComponents()) + '\n';
-  }
-  return list;
-}
-
 OutputPlan::OutputPlan(const Scene& scene, const Session& session)
-  : Whole(GeometryOf(scene.Image))
+  : Whole(GeometryOf(scene.Whole))
   , Padding(scene.Output.Padding)
   , Detail(scene.Output.Detail)
   , Background(scene.BackgroundValue)

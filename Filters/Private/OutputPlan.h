@@ -51,7 +51,7 @@ struct OutputPlan
   double Ceiling = 0.0; ///< scalars of at least this are not tissue
   bool AreLabels = false;
   std::vector<std::string> LabelArrays;
-  std::string Arrays; ///< names, types and components of the point arrays, in their order
+  std::string Arrays; ///< ListTypes() of the image
 
   int Builds = 0; // see Session
   int TissueChanges = 0;
@@ -59,9 +59,6 @@ struct OutputPlan
   bool IsCut = false;
   int Axes = 1;
 };
-
-/// OutputPlan::Arrays of an image.
-std::string ListTypes(vtkImageData* image);
 
 }
 

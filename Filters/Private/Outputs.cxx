@@ -37,7 +37,7 @@ void Outputs::RemoveFigures(vtkFieldData* fields)
 }
 
 std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(
-  const Exchange& exchange, const Scene* scene, const Properties& properties, const Request& request, vtkImageData* own)
+  const Team& team, const Scene* scene, const Properties& properties, const Request& request)
 {
   Steps steps;
   vtkMultiProcessStream stream;
@@ -47,36 +47,33 @@ std::array<vtkSmartPointer<vtkImageData>, 2> Outputs::Write(
     plan = OutputPlan(*scene, this->Source);
     plan.Write(stream);
   }
-  exchange.FromRoot(stream);
+  team.GetLink().FromRoot(stream);
   if (!scene)
   {
     plan = OutputPlan::Read(stream);
   }
   const auto deformed = this->WriteDeformed(
-    exchange, steps, scene, plan, properties, request ? std::optional<Extent>((*request)[0]) : std::nullopt, own);
-  const auto model = this->Model.Write(exchange, steps, plan, properties.ModelArrays, properties.PropagationTimes,
+    team, steps, scene, plan, properties, request ? std::optional<Extent>((*request)[0]) : std::nullopt);
+  const auto model = this->Model.Write(team, steps, plan, properties.ModelArrays, properties.PropagationTimes,
     request ? (*request)[1] : ExtentOf(plan.Whole));
   vtkNew<vtkFieldData> fields;
-  steps.Run(
+  team.Lead(steps,
     [&]
     {
-      if (scene)
-      {
-        const double peak = 1e-6 * static_cast<double>(this->Source.GetSimulation().takePeakDeviceBytes());
-        this->WriteFieldData(*scene, peak, fields);
-      }
+      const double peak = 1e-6 * static_cast<double>(this->Source.GetSimulation().takePeakDeviceBytes());
+      this->WriteFieldData(*scene, peak, fields);
     });
-  exchange.FromRoot(fields);
+  team.GetLink().FromRoot(fields);
   steps.End();
   deformed->GetFieldData()->ShallowCopy(fields);
   model->GetFieldData()->ShallowCopy(fields);
   return { { deformed, model } };
 }
 
-void Outputs::ChooseModelArrays(const Exchange& exchange, vtkDataArraySelection* chosen, vtkImageData* model)
+void Outputs::ChooseModelArrays(const Team& team, vtkDataArraySelection* chosen, vtkImageData* model)
 {
   Steps steps;
-  this->Model.Choose(exchange, steps, chosen, model);
+  this->Model.Choose(team, steps, chosen, model);
   steps.End();
 }
 
@@ -175,8 +172,8 @@ void Outputs::ChooseSamplers(
 }
 
 /// `extent`: of the part that this process makes; none for the whole image.
-vtkSmartPointer<vtkImageData> Outputs::WriteDeformed(const Exchange& exchange, Steps& steps, const Scene* scene,
-  const OutputPlan& plan, const Properties& properties, const std::optional<Extent>& extent, vtkImageData* own)
+vtkSmartPointer<vtkImageData> Outputs::WriteDeformed(const Team& team, Steps& steps, const Scene* scene,
+  const OutputPlan& plan, const Properties& properties, const std::optional<Extent>& extent)
 {
   std::optional<chainmail::OutputDetail> part = plan.GetRange();
   if (extent)
@@ -193,7 +190,7 @@ vtkSmartPointer<vtkImageData> Outputs::WriteDeformed(const Exchange& exchange, S
       }
     }
   }
-  this->Material.Update(exchange, steps, scene, plan, properties, part, own);
+  this->Material.Update(team, steps, scene, plan, properties, part);
   const auto output = vtkSmartPointer<vtkImageData>::New();
   output->SetOrigin(plan.Whole->GetOrigin());
   chainmail::Vector3 spacing;

@@ -4,7 +4,6 @@
 #ifndef Outputs_h
 #define Outputs_h
 
-#include "Exchange.h"
 #include "Fingerprint.h"
 #include "ModelAtRest.h"
 #include "OutputPlan.h"
@@ -16,6 +15,7 @@
 #include "Session.h"
 #include "SmoothScalars.h"
 #include "Steps.h"
+#include "Team.h"
 
 #include "vtkImageData.h"
 #include "vtkMath.h"
@@ -56,11 +56,11 @@ public:
 
   /// Makes the deformed image and the model at rest. All processes call this together, after an update. `scene`: that
   /// of the update, null outside the root. `own`: the part of the input image that this process has; may be null.
-  std::array<vtkSmartPointer<vtkImageData>, 2> Write(const Exchange& exchange, const Scene* scene,
-    const Properties& properties, const Request& request, vtkImageData* own);
+  std::array<vtkSmartPointer<vtkImageData>, 2> Write(
+    const Team& team, const Scene* scene, const Properties& properties, const Request& request);
 
   /// Gives the model at rest of the last Write() the arrays that are chosen now. All processes call this together.
-  void ChooseModelArrays(const Exchange& exchange, vtkDataArraySelection* chosen, vtkImageData* model);
+  void ChooseModelArrays(const Team& team, vtkDataArraySelection* chosen, vtkImageData* model);
 
   /// The geometry of the whole input image of the last Write().
   vtkImageData* GetWhole() const { return this->Plan.Whole; }
@@ -96,8 +96,8 @@ private:
   };
 
   void ChooseSamplers(const Scene* scene, const OutputPlan& plan, const Properties& properties, const Grids& grids);
-  vtkSmartPointer<vtkImageData> WriteDeformed(const Exchange& exchange, Steps& steps, const Scene* scene,
-    const OutputPlan& plan, const Properties& properties, const std::optional<Extent>& extent, vtkImageData* own);
+  vtkSmartPointer<vtkImageData> WriteDeformed(const Team& team, Steps& steps, const Scene* scene,
+    const OutputPlan& plan, const Properties& properties, const std::optional<Extent>& extent);
   void Sample(const Scene* scene, const OutputPlan& plan, const Properties& properties,
     const chainmail::OutputDetail& part, vtkImageData* output);
   void WriteFieldData(const Scene& scene, double peakMegabytes, vtkFieldData* fields);

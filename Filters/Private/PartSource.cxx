@@ -19,30 +19,27 @@ namespace
 /// Voxels that a process gets in addition on every side, for the next updates of a drag.
 constexpr int reserve = 8;
 
-/// When the image or one of its point arrays was last modified. VTK counts all modifications in a process.
-vtkMTimeType TimeOf(vtkImageData* image)
+/// Changes where the image or one of its point arrays has changed. VTK counts all modifications in a process.
+vtkTypeUInt64 TimeOf(const Scene& scene)
 {
-  vtkMTimeType time = image->GetMTime();
-  for (int a = 0; a < image->GetPointData()->GetNumberOfArrays(); ++a)
+  vtkMTimeType time = scene.Image->GetMTime();
+  for (int a = 0; a < scene.Image->GetPointData()->GetNumberOfArrays(); ++a)
   {
-    time = std::max(time, image->GetPointData()->GetAbstractArray(a)->GetMTime());
+    time = std::max(time, scene.Image->GetPointData()->GetAbstractArray(a)->GetMTime());
   }
-  return time;
+  return scene.Given.Spread ? scene.Given.Spread->FingerprintFor(scene.Scalars) : time;
 }
 
 }
 
-void PartSource::Update(const Exchange& exchange, Steps& steps, const Scene* scene, const OutputPlan& plan,
-  const Properties& properties, const std::optional<chainmail::OutputDetail>& part, vtkImageData* own)
+void PartSource::Update(const Team& team, Steps& steps, const Scene* scene, const OutputPlan& plan,
+  const Properties& properties, const std::optional<chainmail::OutputDetail>& part)
 {
   this->Plan = plan;
   this->Part = part;
   this->Cuts = properties.SmoothCuts ? chainmail::CutSurfaces::Smooth : chainmail::CutSurfaces::Stepped;
   if (scene)
   {
-    this->Image = scene->Image;
-    this->Box = { {}, plan.GetSize() };
-    this->Scalars = this->Source.GetEngineScalars();
     this->Version += this->Elsewhere ? 1 : 0;
     this->Elsewhere.reset();
   }
@@ -58,18 +55,25 @@ void PartSource::Update(const Exchange& exchange, Steps& steps, const Scene* sce
         this->Elsewhere->setCompiling([this] { return this->Reports.ShowCompiling(); });
       });
   }
-  if (exchange.GetSize() == 1)
+  if (scene && !team.IsSpread())
+  {
+    this->Image = scene->Image;
+    this->Box = { {}, plan.GetSize() };
+    this->Scalars = this->Source.GetEngineScalars();
+  }
+  if (team.GetLink().GetSize() == 1)
   {
     this->Smallest.clear();
     return;
   }
-  this->ShareTissue(exchange, steps, scene);
-  this->ShareVoxels(exchange, steps, scene, own);
-  this->ShareSmallest(exchange, steps, scene);
+  this->ShareTissue(team, steps, scene);
+  this->ShareVoxels(team, steps, scene);
+  this->ShareSmallest(team, steps, scene);
 }
 
-void PartSource::ShareTissue(const Exchange& exchange, Steps& steps, const Scene* scene)
+void PartSource::ShareTissue(const Team& team, Steps& steps, const Scene* scene)
 {
+  const Exchange& exchange = team.GetLink();
   std::vector<int> mine(7, 0);
   if (this->Part)
   {
@@ -78,157 +82,170 @@ void PartSource::ShareTissue(const Exchange& exchange, Steps& steps, const Scene
     std::copy_n(this->Part->last.begin(), 3, mine.begin() + 4);
   }
   const std::vector<int> all = exchange.ToRoot(mine);
-  if (!scene)
+  bool isTaken = false;
+  const auto lead = [&]
   {
+    std::vector<int> receivers;
+    std::vector<chainmail::OutputDetail> parts;
+    for (int p = 1; p < exchange.GetSize(); ++p)
+    {
+      const int* given = all.data() + 7 * p;
+      if (given[0] != 0)
+      {
+        chainmail::OutputDetail part = this->Plan.Detail;
+        std::copy_n(given + 1, 3, part.first.begin());
+        std::copy_n(given + 4, 3, part.last.begin());
+        receivers.push_back(p);
+        parts.push_back(part);
+      }
+    }
+    const chainmail::Simulation& simulation = this->Source.GetSimulation();
+    simulation.exportTissue(this->Plan.Padding, this->Cuts, parts,
+      [&](std::size_t n, const std::vector<char>& tissue)
+      {
+        team.Offer(receivers[n], 0);
+        exchange.Send(tissue, receivers[n]);
+      });
     if (this->Part)
     {
-      const std::vector<char> tissue = exchange.Receive(Exchange::Root);
-      steps.Run(
-        [&]
-        {
-          if (tissue.empty())
-          {
-            throw FailedElsewhere();
-          }
-          this->Elsewhere->take(tissue);
-        });
+      this->Sources = simulation.sources(this->Plan.Padding, this->Cuts, *this->Part);
     }
-    return;
-  }
-  std::vector<int> receivers;
-  std::vector<chainmail::OutputDetail> parts;
-  for (int p = 1; p < exchange.GetSize(); ++p)
+  };
+  const auto take = [&](int, int)
   {
-    const int* given = all.data() + 7 * p;
-    if (given[0] != 0)
-    {
-      chainmail::OutputDetail part = this->Plan.Detail;
-      std::copy_n(given + 1, 3, part.first.begin());
-      std::copy_n(given + 4, 3, part.last.begin());
-      receivers.push_back(p);
-      parts.push_back(part);
-    }
-  }
-  std::size_t sent = 0;
+    const std::vector<char> tissue = exchange.Receive(Exchange::Root);
+    isTaken = true;
+    steps.Run(
+      [&]
+      {
+        this->Elsewhere->take(tissue);
+        this->Sources = this->Elsewhere->sources();
+      });
+  };
+  team.Lead(steps, lead, take);
   steps.Run(
     [&]
     {
-      this->Source.GetSimulation().exportTissue(this->Plan.Padding, this->Cuts, parts,
-        [&](std::size_t n, const std::vector<char>& tissue)
-        {
-          exchange.Send(tissue, receivers[n]);
-          ++sent;
-        });
+      if (this->Part && !scene && !isTaken)
+      {
+        throw FailedElsewhere();
+      }
     });
-  for (; sent < receivers.size(); ++sent)
-  {
-    exchange.Send(std::vector<char>(), receivers[sent]);
-  }
 }
 
 /// Whether an image has all voxels that this part shows.
 bool PartSource::HasVoxels(vtkImageData* image) const
 {
   return image && image->GetNumberOfPoints() > 0 && ListTypes(image) == this->Plan.Arrays &&
-         this->Plan.BoxOf(ExtentOf(image)).contains(this->Elsewhere->sources());
+         this->Plan.BoxOf(ExtentOf(image)).contains(this->Sources);
 }
 
-void PartSource::ShareVoxels(const Exchange& exchange, Steps& steps, const Scene* scene, vtkImageData* own)
+void PartSource::ShareVoxels(const Team& team, Steps& steps, const Scene* scene)
 {
-  const std::uint64_t time = exchange.FromRoot(scene ? TimeOf(scene->Image) : 0);
-  std::vector<int> mine(7, 0);
-  chainmail::VoxelBox wanted;
+  const Exchange& exchange = team.GetLink();
+  const vtkTypeUInt64 time = exchange.FromRoot(scene ? TimeOf(*scene) : 0);
+  const Extent whole = ExtentOf(this->Plan.Whole);
+  Extent wanted{ { 0, -1, 0, -1, 0, -1 } };
   steps.Run(
     [&]
     {
-      if (scene || !this->Part || (this->ImageTime == time && this->HasVoxels(this->Image)))
+      if (!this->Part || (scene && !team.IsSpread()) || (this->ImageTime == time && this->HasVoxels(this->Image)))
       {
         return;
       }
       this->Image = nullptr;
       // Values of ghost voxels may be outdated.
-      if (this->HasVoxels(own) && !own->GetPointGhostArray())
+      if (this->HasVoxels(team.GetOwn()) && !team.GetOwn()->GetPointGhostArray())
       {
-        this->Image = own;
+        this->Image = team.GetOwn();
         return;
       }
-      const chainmail::VoxelBox sources = this->Elsewhere->sources();
-      const chainmail::Index3 size = this->Plan.GetSize();
       for (int a = 0; a < 3; ++a)
       {
-        wanted.first[a] = std::max(sources.first[a] - reserve, 0);
-        wanted.size[a] = std::min(sources.first[a] + sources.size[a] + reserve, size[a]) - wanted.first[a];
+        const int first = whole[2 * a] + this->Sources.first[a];
+        wanted[2 * a] = std::max(first - reserve, whole[2 * a]);
+        wanted[2 * a + 1] = std::min(first + this->Sources.size[a] - 1 + reserve, whole[2 * a + 1]);
       }
-      mine[0] = 1;
-      std::copy_n(wanted.first.begin(), 3, mine.begin() + 1);
-      std::copy_n(wanted.size.begin(), 3, mine.begin() + 4);
     });
-  const std::vector<int> all = exchange.ToRoot(mine);
-  if (scene)
+  if (exchange.All(IsEmpty(wanted)))
   {
-    const Extent whole = ExtentOf(scene->Image);
-    for (int p = 1; p < exchange.GetSize(); ++p)
-    {
-      const int* given = all.data() + 7 * p;
-      if (given[0] != 0)
-      {
-        Extent extent;
-        for (int a = 0; a < 3; ++a)
-        {
-          extent[2 * a] = whole[2 * a] + given[1 + a];
-          extent[2 * a + 1] = extent[2 * a] + given[4 + a] - 1;
-        }
-        auto voxels = vtkSmartPointer<vtkImageData>::New();
-        steps.Run([&] { voxels = Cut(scene->Image, extent); });
-        voxels->GetFieldData()->Initialize();
-        exchange.Send(voxels, p);
-      }
-    }
-    return;
+    // all have what they need
   }
-  if (mine[0] != 0)
+  else if (team.IsSpread())
   {
-    const vtkSmartPointer<vtkImageData> voxels = exchange.ReceiveImage(Exchange::Root);
-    steps.Run(
-      [&]
-      {
-        if (voxels->GetNumberOfPoints() == 0)
-        {
-          throw FailedElsewhere();
-        }
-        this->Image = voxels;
-      });
+    const vtkSmartPointer<vtkImageData> voxels = team.Fetch(wanted);
+    this->Image = IsEmpty(wanted) ? this->Image : voxels;
+  }
+  else
+  {
+    const std::vector<int> all = exchange.ToRoot(std::vector<int>(wanted.begin(), wanted.end()));
+    if (scene)
+    {
+      this->SendVoxels(exchange, steps, *scene, all);
+    }
+    else if (!IsEmpty(wanted))
+    {
+      this->Image = exchange.ReceiveImage(Exchange::Root);
+    }
   }
   steps.Run(
     [&]
     {
-      if (this->Part)
+      if (!this->Part || (scene && !team.IsSpread()))
       {
-        this->ImageTime = time;
-        this->Box = this->Plan.BoxOf(ExtentOf(this->Image));
-        this->Scalars =
-          ToEngineArray(vtkDataArray::SafeDownCast(this->Image->GetPointData()->GetAbstractArray(this->Plan.Scalars)));
+        return;
       }
+      if (!this->HasVoxels(this->Image))
+      {
+        throw FailedElsewhere();
+      }
+      this->ImageTime = time;
+      this->Box = this->Plan.BoxOf(ExtentOf(this->Image));
+      this->Scalars =
+        ToEngineArray(vtkDataArray::SafeDownCast(this->Image->GetPointData()->GetAbstractArray(this->Plan.Scalars)));
     });
 }
 
-void PartSource::ShareSmallest(const Exchange& exchange, Steps& steps, const Scene* scene)
+/// Sends the parts of the whole image that the other processes want.
+void PartSource::SendVoxels(
+  const Exchange& exchange, Steps& steps, const Scene& scene, const std::vector<int>& wanted) const
 {
-  const std::uint64_t time = exchange.FromRoot(scene ? TimeOf(scene->Image) : 0);
-  if (!exchange.All(!this->Smallest.empty() && this->SmallestTime == time))
+  for (int p = 1; p < exchange.GetSize(); ++p)
   {
-    steps.Run(
-      [&]
-      {
-        this->Smallest.clear();
-        for (int a = 0; scene && a < scene->Image->GetPointData()->GetNumberOfArrays(); ++a)
-        {
-          this->Smallest.push_back(SmallestOf(scene->Image->GetPointData()->GetAbstractArray(a)));
-        }
-      });
-    this->Smallest = exchange.FromRoot(this->Smallest);
-    this->SmallestTime = time;
+    Extent extent;
+    std::copy_n(wanted.data() + 6 * p, 6, extent.begin());
+    if (!IsEmpty(extent))
+    {
+      auto voxels = vtkSmartPointer<vtkImageData>::New();
+      steps.Run([&] { voxels = Cut(scene.Image, extent); });
+      voxels->GetFieldData()->Initialize();
+      exchange.Send(voxels, p);
+    }
   }
+}
+
+void PartSource::ShareSmallest(const Team& team, Steps& steps, const Scene* scene)
+{
+  const Exchange& exchange = team.GetLink();
+  const vtkTypeUInt64 time = exchange.FromRoot(scene ? TimeOf(*scene) : 0);
+  if (exchange.All(!this->Smallest.empty() && this->SmallestTime == time))
+  {
+    return;
+  }
+  const auto lead = [&]
+  {
+    this->Smallest.clear();
+    for (int a = 0; a < scene->Image->GetPointData()->GetNumberOfArrays(); ++a)
+    {
+      vtkAbstractArray* array = scene->Image->GetPointData()->GetAbstractArray(a);
+      this->Smallest.push_back(scene->Given.Spread
+                                 ? scene->Given.Spread->GetSmallest(array)
+                                 : vtkChainMail::Smallest(vtkDataArray::SafeDownCast(array)).ToArray());
+    }
+  };
+  team.Lead(steps, lead);
+  this->Smallest = exchange.FromRoot(this->Smallest);
+  this->SmallestTime = time;
 }
 
 void PartSource::Forget()

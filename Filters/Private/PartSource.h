@@ -4,12 +4,12 @@
 #ifndef PartSource_h
 #define PartSource_h
 
-#include "Exchange.h"
 #include "OutputPlan.h"
 #include "Progress.h"
 #include "Scene.h"
 #include "Session.h"
 #include "Steps.h"
+#include "Team.h"
 
 #include "Resampler.h"
 
@@ -37,9 +37,9 @@ public:
   }
 
   /// Called by all processes together, after an update. `scene`: null outside the root. `part`: of this process; none
-  /// where it has nothing to make. `own`: the part of the input image that this process has anyway; may be null.
-  void Update(const Exchange& exchange, Steps& steps, const Scene* scene, const OutputPlan& plan,
-    const Properties& properties, const std::optional<chainmail::OutputDetail>& part, vtkImageData* own);
+  /// where it has nothing to make.
+  void Update(const Team& team, Steps& steps, const Scene* scene, const OutputPlan& plan, const Properties& properties,
+    const std::optional<chainmail::OutputDetail>& part);
 
   /// The voxels, and the box that they are; all arrays that sampling reads.
   vtkImageData* GetImage() const { return this->Image; }
@@ -61,9 +61,10 @@ public:
   chainmail::Resampled Resample(const chainmail::BoxVisitor& visit, std::uint64_t since);
 
 private:
-  void ShareTissue(const Exchange& exchange, Steps& steps, const Scene* scene);
-  void ShareVoxels(const Exchange& exchange, Steps& steps, const Scene* scene, vtkImageData* own);
-  void ShareSmallest(const Exchange& exchange, Steps& steps, const Scene* scene);
+  void ShareTissue(const Team& team, Steps& steps, const Scene* scene);
+  void ShareVoxels(const Team& team, Steps& steps, const Scene* scene);
+  void SendVoxels(const Exchange& exchange, Steps& steps, const Scene& scene, const std::vector<int>& wanted) const;
+  void ShareSmallest(const Team& team, Steps& steps, const Scene* scene);
   bool HasVoxels(vtkImageData* image) const;
 
   const Session& Source;
@@ -72,6 +73,7 @@ private:
   // Of the present update.
   OutputPlan Plan;
   std::optional<chainmail::OutputDetail> Part;
+  chainmail::VoxelBox Sources; // the voxels of the input that this part shows
   chainmail::CutSurfaces Cuts = chainmail::CutSurfaces::Stepped;
 
   vtkSmartPointer<vtkImageData> Image;

@@ -140,26 +140,65 @@ inline std::unique_ptr<ArraySampler> MakeSampler(vtkAbstractArray* input, const 
   return std::make_unique<TupleSampler>(input, grids);
 }
 
-/// The smallest finite value of each component of an array, 0 where there is none, as an array of one tuple; null where
-/// the array does not hold numbers.
-inline vtkSmartPointer<vtkDataArray> SmallestOf(vtkAbstractArray* array)
+/// The smallest finite value of each component of an array, also of one that is spread over processes.
+class Smallest
 {
-  vtkDataArray* numbers = vtkDataArray::SafeDownCast(array);
-  if (!numbers || numbers->GetDataType() == VTK_BIT)
+public:
+  /// `array`: null or of bits where there is none.
+  explicit Smallest(vtkDataArray* array)
   {
-    return nullptr;
+    if (!array || array->GetDataType() == VTK_BIT)
+    {
+      return;
+    }
+    this->Values = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(array->GetDataType()));
+    this->Values->SetNumberOfComponents(array->GetNumberOfComponents());
+    this->Values->SetNumberOfTuples(1);
+    this->Found.assign(static_cast<std::size_t>(array->GetNumberOfComponents()), 0);
+    const vtkSmartPointer<vtkDataArray> all = Interleaved(array);
+    switch (array->GetDataType())
+    {
+      vtkTemplateMacro(FindSmallest(static_cast<const VTK_TT*>(all->GetVoidPointer(0)), all->GetNumberOfTuples(),
+        all->GetNumberOfComponents(), static_cast<VTK_TT*>(this->Values->GetVoidPointer(0)), this->Found.data()));
+    }
   }
-  auto smallest = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(numbers->GetDataType()));
-  smallest->SetNumberOfComponents(numbers->GetNumberOfComponents());
-  smallest->SetNumberOfTuples(1);
-  const vtkSmartPointer<vtkDataArray> all = Interleaved(numbers);
-  switch (numbers->GetDataType())
+
+  /// The values, and for each component whether it has any.
+  std::vector<char> ToBytes() const
   {
-    vtkTemplateMacro(FindSmallest(static_cast<const VTK_TT*>(all->GetVoidPointer(0)), all->GetNumberOfTuples(),
-      all->GetNumberOfComponents(), static_cast<VTK_TT*>(smallest->GetVoidPointer(0))));
+    const auto* const first = static_cast<const char*>(this->Values->GetVoidPointer(0));
+    std::vector<char> bytes(first, first + this->Found.size() * this->Values->GetDataTypeSize());
+    bytes.insert(bytes.end(), this->Found.begin(), this->Found.end());
+    return bytes;
   }
-  return smallest;
-}
+  /// Adds the values of another part.
+  void Add(const std::vector<char>& bytes)
+  {
+    const char* const found = bytes.data() + bytes.size() - this->Found.size();
+    const auto take = [&](auto* mine, const auto* others)
+    {
+      for (std::size_t c = 0; c < this->Found.size(); ++c)
+      {
+        if (found[c] != 0 && (this->Found[c] == 0 || others[c] < mine[c]))
+        {
+          mine[c] = others[c];
+          this->Found[c] = 1;
+        }
+      }
+    };
+    switch (this->Values->GetDataType())
+    {
+      vtkTemplateMacro(
+        take(static_cast<VTK_TT*>(this->Values->GetVoidPointer(0)), reinterpret_cast<const VTK_TT*>(bytes.data())));
+    }
+  }
+  /// As an array of one tuple, with 0 where a component has none; null where the array does not hold numbers.
+  vtkSmartPointer<vtkDataArray> ToArray() const { return this->Values; }
+
+private:
+  vtkSmartPointer<vtkDataArray> Values;
+  std::vector<char> Found; // for each component
+};
 
 /// Handles an array that belongs to the grid and not to the material, such as marks of blank voxels. Its values stay in
 /// place, with 0 in the padding.

@@ -3,6 +3,7 @@
 
 #include "../vtkChainMailScanStatistics.h"
 #include "Choices.h"
+#include "SpreadImage.h"
 #include "Text.h"
 
 #include "vtkAbstractArray.h"
@@ -151,8 +152,9 @@ Scene::Scene(const vtkChainMail::Properties& properties, const Inputs& inputs, c
   : Properties(properties)
   , Given(inputs)
   , Image(inputs.Image)
-  , Space(inputs.Image)
-  , Output(properties, inputs.Image)
+  , Whole(inputs.GetWhole())
+  , Space(this->Whole)
+  , Output(properties, this->Whole)
   , BackgroundValue(properties.BackgroundValue)
   , LabelArrays(properties.LabelArrays)
 {
@@ -209,6 +211,28 @@ void Scene::CheckPointArrays() const
   }
 }
 
+/// An array of the image, also of one that is spread.
+ArrayContents Scene::ContentsOf(vtkDataArray* array, const ArrayContents& before) const
+{
+  ArrayContents contents;
+  if (this->Given.Spread)
+  {
+    contents.Array = array;
+    contents.Values = this->Given.Spread->FingerprintFor(array);
+  }
+  else
+  {
+    contents.Take(array, this->Image->GetMTime(), before);
+  }
+  return contents;
+}
+
+/// An array of the image with the values of all voxels.
+vtkSmartPointer<vtkDataArray> Scene::WholeOf(vtkDataArray* array) const
+{
+  return this->Given.Spread && array ? this->Given.Spread->Gather(array) : vtkSmartPointer<vtkDataArray>(array);
+}
+
 void Scene::ReadTissue(const ChosenArray& chosen, const TissueSource& before)
 {
   vtkPointData* arrays = this->Image->GetPointData();
@@ -216,16 +240,15 @@ void Scene::ReadTissue(const ChosenArray& chosen, const TissueSource& before)
   vtkDataArray* constraints = ReadNamed(arrays, "ConstraintArray", this->Properties.ConstraintArray);
 
   TissueSource& tissue = this->Tissue;
-  const vtkMTimeType imageTime = this->Image->GetMTime();
-  tissue.Scalars.Take(this->Scalars, imageTime, before.Scalars);
+  tissue.Scalars = this->ContentsOf(this->Scalars, before.Scalars);
   if (constraints)
   {
-    tissue.Constraints.Take(constraints, imageTime, before.Constraints);
+    tissue.Constraints = this->ContentsOf(constraints, before.Constraints);
   }
 
   this->ReadBodies(before);
 
-  this->Image->GetDimensions(tissue.Size.data());
+  this->Whole->GetDimensions(tissue.Size.data());
   tissue.Spacing = this->Space.GetSpacing();
   tissue.GetGrid().check(); // the model checks it again, but only after the statistics have read all scalars
   tissue.Anchors.rigid = this->Properties.AnchorRigid;
@@ -252,7 +275,7 @@ void Scene::ReadBodies(const TissueSource& before)
   }
   if (divides && labels)
   {
-    tissue.Bodies.Take(labels, this->Image->GetMTime(), before.Bodies);
+    tissue.Bodies.Take(this->WholeOf(labels), this->Image->GetMTime(), before.Bodies);
   }
   if (divides)
   {
@@ -270,7 +293,8 @@ void Scene::ReadMaterial()
   vtkPiecewiseFunction* given = isFunction ? this->Properties.MaterialFunction : nullptr;
   tissue.Threshold = isFunction ? this->Properties.TissueThreshold : vtkMath::Nan();
 
-  const auto statistics = vtkChainMailScanStatistics::Of(this->Image, this->Scalars);
+  const auto statistics = this->Given.Spread ? this->Given.Spread->GetStatistics(this->Scalars)
+                                             : vtkChainMailScanStatistics::Of(this->Image, this->Scalars);
   this->Function = vtkSmartPointer<vtkPiecewiseFunction>::New();
   double fitted;
   statistics->GetMaterial(static_cast<int>(preset), fitted, this->Function);
@@ -507,7 +531,7 @@ void Scene::ReadPoses(LabelVoxels& labels)
   std::vector<vtkTypeInt64> wanted;
   std::transform(
     bodies.begin(), bodies.end(), std::back_inserter(wanted), [](const auto& body) { return body.second; });
-  labels.Read(array, this->Image->GetMTime(), wanted);
+  labels.Read(this->WholeOf(array), this->Image->GetMTime(), wanted);
   for (const auto& [n, label] : bodies)
   {
     const LabelVoxels::Body& body = labels.Get(label);

@@ -94,7 +94,8 @@ struct Scene
 
   const vtkChainMail::Properties& Properties;
   const Inputs& Given;
-  vtkImageData* Image;
+  vtkImageData* Image; // with the arrays; where the image is spread, those of the root's part
+  vtkImageData* Whole; // its geometry, without arrays where the image is spread
   Frame Space;
   OutputGrid Output;
   vtkDataArray* Scalars = nullptr; // the image's own array
@@ -121,6 +122,8 @@ struct Scene
 
 private:
   void CheckPointArrays() const;
+  ArrayContents ContentsOf(vtkDataArray* array, const ArrayContents& before) const;
+  vtkSmartPointer<vtkDataArray> WholeOf(vtkDataArray* array) const;
   void ReadTissue(const ChosenArray& chosen, const TissueSource& before);
   void ReadBodies(const TissueSource& before);
   void ReadMaterial();

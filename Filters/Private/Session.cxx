@@ -2,6 +2,7 @@
 #include "Session.h"
 
 #include "Convert.h"
+#include "SpreadImage.h"
 
 #include "Error.h"
 #include "Format.h"
@@ -191,14 +192,16 @@ void Session::Build(const Scene& scene)
   // The old model and simulation are kept until the new ones exist. So an error in the new tissue does not destroy the
   // state.
   const TissueSource& tissue = scene.Tissue;
+  SpreadImage* const spread = scene.Given.Spread.get();
   const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars.Array);
   const vtkSmartPointer<vtkDataArray> constraints =
     tissue.Constraints.Array ? ToEngineArray(tissue.Constraints.Array) : nullptr;
+  const auto view = [spread](vtkDataArray* array) { return spread && array ? spread->View(array) : View(array); };
 
   chainmail::Material material;
   material.tissueThreshold = tissue.Threshold;
   material.tissueCeiling = tissue.HighPadding;
-  material.constraintArray = View(constraints);
+  material.constraintArray = view(constraints);
   material.constraint = ToEngineFunction(scene.Function);
   for (std::size_t n = 0; n < tissue.Regions.size(); n += 5)
   {
@@ -212,7 +215,7 @@ void Session::Build(const Scene& scene)
   material.joints.margin = tissue.JointMargin;
 
   const auto model =
-    std::make_shared<const chainmail::Model>(tissue.GetGrid(), View(scalars), material, tissue.Anchors);
+    std::make_shared<const chainmail::Model>(tissue.GetGrid(), view(scalars), material, tissue.Anchors);
   if (model->nonFinite() > 0)
   {
     this->Reports.Warn(
@@ -242,6 +245,7 @@ void Session::Build(const Scene& scene)
 
   this->DeleteSimulation();
   this->Doubt = scene.Doubt;
+  this->EngineImage = scene.Given.Spread;
   this->EngineScalars = scalars;
   this->EngineConstraints = constraints;
   this->Model = model;

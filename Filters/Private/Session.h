@@ -105,7 +105,8 @@ private:
   bool ResetRequested = false;
 
   TissueSource Tissue;
-  vtkSmartPointer<vtkDataArray> EngineScalars; // the model reads its memory during its lifetime
+  std::shared_ptr<SpreadImage> EngineImage;    // the model reads from it during its lifetime
+  vtkSmartPointer<vtkDataArray> EngineScalars; // or the memory of these two
   vtkSmartPointer<vtkDataArray> EngineConstraints;
   std::shared_ptr<const chainmail::Model> Model;
   std::unique_ptr<chainmail::Simulation> Simulation;

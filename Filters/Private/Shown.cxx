@@ -20,10 +20,11 @@ void Shown::Set(const std::array<vtkSmartPointer<vtkImageData>, 2>& outputs, vtk
 }
 
 void Shown::Again(
-  const Exchange& exchange, const Inputs& inputs, const std::string& error, int magnification, const Request& request)
+  const Team& team, const Inputs& inputs, const std::string& error, int magnification, const Request& request)
 {
   // What is to be shown is the same in all processes.
-  vtkImageData* image = inputs.Image;
+  const Exchange& exchange = team.GetLink();
+  vtkImageData* image = inputs.GetWhole();
   vtkMultiProcessStream about;
   about << (image != nullptr);
   for (const int e : ExtentOf(image))
@@ -58,16 +59,22 @@ void Shown::Again(
     }
     else
     {
-      if (image && port == 0)
+      if (inputs.Image && port == 0 && !team.IsSpread())
       {
-        again->ShallowCopy(image); // has its own field data object
+        again->ShallowCopy(inputs.Image); // has its own field data object
       }
       else if (image)
       {
         again->CopyStructure(image);
       }
-      Outputs::RemoveFigures(again->GetFieldData());
       again = request ? exchange.Deliver(again, (*request)[port]) : again;
+      if (team.IsSpread() && port == 0)
+      {
+        const Extent wanted = Common((*request)[port], extent);
+        const vtkSmartPointer<vtkImageData> voxels = team.Fetch(wanted);
+        again = voxels ? voxels : again;
+      }
+      Outputs::RemoveFigures(again->GetFieldData());
     }
     vtkNew<vtkStringArray> message;
     message->SetName("Error");

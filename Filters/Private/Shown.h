@@ -4,9 +4,9 @@
 #ifndef Shown_h
 #define Shown_h
 
-#include "Exchange.h"
 #include "ImageParts.h"
 #include "Inputs.h"
+#include "Team.h"
 
 #include "vtkImageData.h"
 #include "vtkSmartPointer.h"
@@ -30,8 +30,8 @@ public:
   /// After an update that failed: keeps the last outputs, with the error in their field array Error. If there are none
   /// for an image with this extent, or their magnification differs from the announced one, `magnification`, shows the
   /// image as it is. All processes call this together; `inputs` are those of all processes, on the root.
-  void Again(const Exchange& exchange, const Inputs& inputs, const std::string& error, int magnification,
-    const Request& request);
+  void Again(
+    const Team& team, const Inputs& inputs, const std::string& error, int magnification, const Request& request);
 
   /// An output, or this process's part of it. Null before the first update.
   vtkImageData* Get(int port) const { return this->Outputs[port]; }

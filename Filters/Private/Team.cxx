@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Team.h"
+
+#include "../vtkChainMailScanStatistics.h"
+#include "Sampling.h"
+
+#include "vtkNew.h"
+#include "vtkPointData.h"
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+template <typename T> std::vector<char> ToBytes(const std::vector<T>& values)
+{
+  const auto* const first = reinterpret_cast<const char*>(values.data());
+  return std::vector<char>(first, first + sizeof(T) * values.size());
+}
+
+}
+
+void Team::Serve(const Take& take) const
+{
+  for (;;)
+  {
+    const Exchange::Command command = this->Link.ReceiveRequest();
+    if (command[0] == Exchange::END)
+    {
+      return;
+    }
+    if (command[0] == Exchange::OFFER)
+    {
+      take(command[1], command[2]);
+      continue;
+    }
+    // A failure is an empty answer.
+    std::vector<char> answer;
+    try
+    {
+      auto* array = vtkDataArray::SafeDownCast(this->Own->GetPointData()->GetAbstractArray(command[1]));
+      if (command[0] == Exchange::VALUES)
+      {
+        Extent box;
+        std::copy_n(command.begin() + 2, 6, box.begin());
+        answer.resize(BytesOfVoxel(array) * static_cast<std::size_t>(VoxelsOf(box)));
+        CopyBox(static_cast<const char*>(array->GetVoidPointer(0)), ExtentOf(this->Own), answer.data(), box, box,
+          BytesOfVoxel(array));
+      }
+      else if (command[0] == Exchange::STATISTICS)
+      {
+        vtkNew<vtkChainMailScanStatistics> statistics;
+        statistics->ReadPart(this->Own, array, this->Held.Whole.data());
+        answer = ToBytes(statistics->Pack());
+      }
+      else
+      {
+        answer = Smallest(array).ToBytes();
+      }
+    }
+    catch (const std::exception&)
+    {
+      answer.clear();
+    }
+    this->Link.Send(answer, Exchange::Root);
+  }
+}
+
+vtkSmartPointer<vtkImageData> Team::Fetch(const Extent& wanted) const
+{
+  const int size = this->Link.GetSize();
+  const std::vector<int> all = this->Link.ToAll(std::vector<int>(wanted.begin(), wanted.end()));
+  const int me = this->Link.GetRank();
+  Assembly assembly(wanted);
+  // All processes go through the pairs in the same order, so each one that sends meets one that receives.
+  for (int from = 0; from < size; ++from)
+  {
+    for (int to = 0; to < size; ++to)
+    {
+      Extent box;
+      std::copy_n(all.data() + 6 * to, 6, box.begin());
+      const Extent common = IsEmpty(box) ? box : Common(this->Held.Owned[from], box);
+      if (IsEmpty(common) || (from != me && to != me))
+      {
+        continue;
+      }
+      vtkSmartPointer<vtkImageData> part;
+      if (from == me)
+      {
+        part = Cut(this->Own, common);
+        part->GetFieldData()->Initialize();
+      }
+      if (from != to)
+      {
+        if (from == me)
+        {
+          this->Link.Send(part, to);
+          continue;
+        }
+        part = this->Link.ReceiveImage(from);
+      }
+      assembly.Add(part);
+    }
+  }
+  return IsEmpty(wanted) ? nullptr : assembly.End();
+}
+
+}
