@@ -181,27 +181,27 @@ public:
     this->Reports.End();
   }
 
+  bool IsSpread() const { return this->ComputedInParallel && this->Held.IsSpread(); }
+
   bool GetBodies(vtkImageData* image)
   {
-    bool isThere = false;
-    const auto write = [&]
+    if (this->IsSpread())
     {
-      if (this->Engine.HasModel() && this->Shows.Get(1) && this->Last.Error.empty() && !this->Last.Stopped)
-      {
-        this->Writer.WriteBodies(image);
-        isThere = true;
-      }
-    };
+      image->ShallowCopy(this->Bodies);
+      return this->Bodies->GetNumberOfPoints() > 0;
+    }
     Steps steps; // the next update reports an error
-    if (this->ComputedInParallel && this->Held.IsSpread())
+    steps.Run([&] { this->WriteBodies(image); });
+    return image->GetNumberOfPoints() > 0;
+  }
+
+  void CollectBodies()
+  {
+    if (this->IsSpread())
     {
-      this->MakeTeam(Exchange(this->Self->GetController())).Lead(steps, write);
+      Steps steps; // as in GetBodies()
+      this->MakeTeam(Exchange(this->Self->GetController())).Lead(steps, [&] { this->WriteBodies(this->Bodies); });
     }
-    else
-    {
-      steps.Run(write);
-    }
-    return isThere;
   }
 
   /// Keeps what processes of a parallel run ask each other for, after the inputs `all` were gathered: this process's
@@ -265,8 +265,19 @@ public:
   // On the root of several processes: the image of the last update, of all processes or the root's part of it.
   vtkSmartPointer<vtkImageData> Known;
   std::shared_ptr<vtkChainMail::SpreadImage> Spread;
+  vtkNew<vtkImageData> Bodies; // see CollectBodies()
 
 private:
+  /// Leaves the image empty where there is no result.
+  void WriteBodies(vtkImageData* image)
+  {
+    image->Initialize();
+    if (this->Engine.HasModel() && this->Shows.Get(1) && this->Last.Error.empty() && !this->Last.Stopped)
+    {
+      this->Writer.WriteBodies(image);
+    }
+  }
+
   /// An update, for as long as its state can be shown.
   struct Job
   {
@@ -309,6 +320,7 @@ private:
   template <typename F> Outcome Complete(const Team& team, const vtkChainMail::Outputs::Request& request, F&& update)
   {
     const Exchange& exchange = team.GetLink();
+    this->Bodies->Initialize();
     Outcome outcome;
     Steps steps;
     team.Lead(steps, update);
@@ -473,6 +485,12 @@ vtkImageData* vtkChainMailDeformation::GetModelOutput()
 bool vtkChainMailDeformation::GetBodies(vtkImageData* image)
 {
   return this->Internals->GetBodies(image);
+}
+
+//------------------------------------------------------------------------------
+void vtkChainMailDeformation::CollectBodies()
+{
+  this->Internals->CollectBodies();
 }
 
 //------------------------------------------------------------------------------

@@ -72,10 +72,16 @@ public:
   /**
    * Gives an image the grid of the scan, the BodyArray, if there is one, and the present point array `Cluster` of
    * output 1, whether ModelArrays has it or not. Returns false where there is no result: before the first update, after
-   * an update that failed or was stopped, and on all processes of a parallel run but the first. They have to call it
-   * together, because the first one asks the others for voxels.
+   * an update that failed or was stopped, and on all processes of a parallel run but the first. Where the image is
+   * spread over processes, CollectBodies() has to come first.
    */
   bool GetBodies(vtkImageData* image);
+
+  /**
+   * Collects in the first process of a parallel run what GetBodies() gives there until the next update. All processes
+   * have to call it together, because the first one asks the others for voxels. Elsewhere it does nothing.
+   */
+  void CollectBodies();
 
   enum MaterialPresets
   {

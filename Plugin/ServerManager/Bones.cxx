@@ -17,6 +17,7 @@ bool Ask(vtkSMProxy* deformation, vtkPVChainMailBoneInformation* asked, Bone& bo
   {
     return false;
   }
+  source->InvokeCommand("CollectBodies"); // on all processes of the server; information is asked of the first one alone
   source->GatherInformation(asked);
   bone = { asked->Body, asked->Bounds, asked->Middle };
   return asked->IsFound;

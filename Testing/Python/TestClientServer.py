@@ -108,6 +108,7 @@ def play(results):
     keep("turned", posed)
     posed.UpdatePropertyInformation()
     require("rotated by 10.8 of 10.8 degrees" in posed.Report, "the bone is where the report says %s", posed.Report)
+    posed.InvokeCommand("CollectBodies")  # as the button Turn Bone does, on all processes
     pose.Target = [0.5, 0, 0.25]
     keep("turned and moved", posed)
     np.savez(results, **kept)

@@ -175,6 +175,7 @@ def play(seed):
             require(words(mine) == words(reference), "seed %d (%s), step %d: '%s' and '%s'", seed, kind, step, words(mine),
                     words(reference))
         bodies, expected = vtkImageData(), vtkImageData()
+        mine.CollectBodies()
         known = mine.GetBodies(bodies)
         is_known = reference.GetBodies(expected)
         require(known == (is_known and rank == 0), "seed %d: process %d knows the bodies: %s", seed, rank, known)
