@@ -164,7 +164,7 @@ void Resampler::take(const std::vector<char>& bytes)
   translated([&] { this->impl_->take(TissuePart::fromBytes(bytes)); });
 }
 
-VoxelBox Resampler::sources() const
+Sources Resampler::sources() const
 {
   return this->impl_->frame.sources;
 }

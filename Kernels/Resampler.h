@@ -30,8 +30,8 @@ public:
   /// Replaces the tissue by that of Simulation::exportTissue().
   void take(const std::vector<char>& bytes);
 
-  /// The voxels of the grid that the part of the output may show: every offset leads into this box.
-  VoxelBox sources() const;
+  /// The voxels of the grid that the part of the output may show.
+  Sources sources() const;
 
   /// Resamples the part for which the tissue was exported. See Simulation::resample(). `since` names an earlier call of
   /// this function; the tissue of all calls since must be that of one simulation, with equal padding, cuts and detail.

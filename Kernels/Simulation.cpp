@@ -872,7 +872,7 @@ void Simulation::exportTissue(const Index3& padding, CutSurfaces cuts, const std
   this->impl_->called([&] { this->impl_->exportTissue(padding, cuts, parts, take); });
 }
 
-VoxelBox Simulation::sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail) const
+Sources Simulation::sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail) const
 {
   return this->impl_->called(
     [&]

@@ -239,8 +239,8 @@ public:
   void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
     const std::function<void(std::size_t part, const std::vector<char>& bytes)>& take) const;
 
-  /// The voxels of the grid that a part of such an output may show: every offset leads into this box.
-  VoxelBox sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail) const;
+  /// The voxels of the grid that a part of such an output may show.
+  Sources sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail) const;
 
 private:
   VoxelBox whole() const { return VoxelBox::all(this->model().grid()); }

@@ -7,6 +7,7 @@
 #include "Types.h"
 
 #include "vtkAbstractArray.h"
+#include "vtkDataArray.h"
 #include "vtkSmartPointer.h"
 
 #include <cmath>
@@ -20,6 +21,14 @@ namespace vtkChainMail
 
 /// Tells whether a voxel of the input is tissue at rest. May be called from several threads.
 using TissueTest = std::function<bool(vtkIdType)>;
+
+/// Values of voxels that are not at their own place in the output: those of tissue that moves into it from elsewhere.
+struct FarValues
+{
+  vtkSmartPointer<vtkDataArray> Array; // null where there are none
+  chainmail::VoxelBox Box;
+  TissueTest IsTissue; // for numbers of voxels in this array
+};
 
 /// Numbers that stand for "not measured": those up to Low and those from High on. Not to be confused with the voxels
 /// that OutputPadding adds.

@@ -49,22 +49,19 @@ template <typename T> class NumericSampler : public ArraySampler
 public:
   /// See MakeSampler().
   NumericSampler(vtkDataArray* original, const Grids& grids, bool nearest, double background, vtkDataArray* smallest,
-    const PaddingValues& notMeasured, const TissueTest& isTissue)
+    const PaddingValues& notMeasured, const TissueTest& isTissue, const FarValues& far)
     : Original(original)
     , Input(Interleaved(original))
-    , In(static_cast<const T*>(this->Input->GetVoidPointer(0)))
     , Components(this->Input->GetNumberOfComponents())
+    , Near(this->Input, grids.Held, isTissue)
+    , Far(far.Array ? Interleaved(far.Array) : nullptr, far.Box, far.IsTissue)
     , G(grids)
     , Nearest(nearest)
     , BackgroundValue(background)
     , Smallest(smallest)
     , NotMeasured(notMeasured)
     , HasPadding(notMeasured.AreThere())
-    , IsTissue(isTissue)
   {
-    this->Step[0] = this->Components;
-    this->Step[1] = this->Step[0] * grids.Held.size[0];
-    this->Step[2] = this->Step[1] * grids.Held.size[1];
   }
 
   std::uint64_t Begin() override { return this->Since = this->Buffers.Begin(); }
@@ -112,6 +109,27 @@ public:
   }
 
 private:
+  /// A box of voxels of the input.
+  struct Part
+  {
+    Part(const vtkSmartPointer<vtkDataArray>& array, const chainmail::VoxelBox& box, const TissueTest& isTissue)
+      : Array(array)
+      , In(array ? static_cast<const T*>(array->GetVoidPointer(0)) : nullptr)
+      , Box(box)
+      , IsTissue(isTissue)
+    {
+      this->Step[0] = array ? array->GetNumberOfComponents() : 0;
+      this->Step[1] = this->Step[0] * box.size[0];
+      this->Step[2] = this->Step[1] * box.size[1];
+    }
+
+    vtkSmartPointer<vtkDataArray> Array;
+    const T* In;
+    chainmail::VoxelBox Box;
+    TissueTest IsTissue;
+    vtkIdType Step[3];
+  };
+
   static constexpr bool IsWide = std::is_integral<T>::value && sizeof(T) == 8;
 
   /// The value of the type that is nearest to `value`.
@@ -173,7 +191,7 @@ private:
 
   /// Interpolates along the axes 0 to `Axis`. Neighbours of weight 0 are not read, so a place on a voxel gets exactly
   /// its value, whatever its neighbours are.
-  template <int Axis> double Interpolate(const T* corner, const double* share, T base) const
+  template <int Axis> static double Interpolate(const Part& from, const T* corner, const double* share, T base)
   {
     if constexpr (Axis < 0)
     {
@@ -181,11 +199,10 @@ private:
     }
     else
     {
-      const double low = this->template Interpolate<Axis - 1>(corner, share, base);
+      const double low = Interpolate<Axis - 1>(from, corner, share, base);
       return share[Axis] == 0.0
                ? low
-               : Between(
-                   low, this->template Interpolate<Axis - 1>(corner + this->Step[Axis], share, base), share[Axis]);
+               : Between(low, Interpolate<Axis - 1>(from, corner + from.Step[Axis], share, base), share[Axis]);
     }
   }
 
@@ -198,23 +215,23 @@ private:
   /// Like Interpolate(), but without weight for values outside tissue that are not finite, which would spread NaN into
   /// adjacent tissue, and for padding, whose blends occur in no scan. Non-finite values within tissue keep their
   /// weight: what is unknown there stays unknown.
-  template <int Axis> Weighted InterpolateKnown(const T* corner, const double* share) const
+  template <int Axis> Weighted InterpolateKnown(const Part& from, const T* corner, const double* share) const
   {
     if constexpr (Axis < 0)
     {
       const auto value = static_cast<double>(*corner);
-      const bool known = !this->NotMeasured.Has(value) &&
-                         (std::isfinite(value) || this->IsTissue((corner - this->In) / this->Components));
+      const bool known =
+        !this->NotMeasured.Has(value) && (std::isfinite(value) || from.IsTissue((corner - from.In) / this->Components));
       return { value, known ? 1.0 : 0.0 };
     }
     else
     {
-      const Weighted low = this->template InterpolateKnown<Axis - 1>(corner, share);
+      const Weighted low = this->template InterpolateKnown<Axis - 1>(from, corner, share);
       if (share[Axis] == 0.0)
       {
         return low;
       }
-      const Weighted high = this->template InterpolateKnown<Axis - 1>(corner + this->Step[Axis], share);
+      const Weighted high = this->template InterpolateKnown<Axis - 1>(from, corner + from.Step[Axis], share);
       const double part = share[Axis] * high.Weight;
       const double whole = (1.0 - share[Axis]) * low.Weight + part;
       return { high.Weight == 0.0  ? low.Value
@@ -236,11 +253,11 @@ private:
     {
       const int finer = this->G.Finer;
       const vtkIdType from = this->G.InputId(voxel[0] / finer, voxel[1] / finer, voxel[2] / finer);
-      std::copy_n(this->In + this->Components * from, this->Components, out);
+      std::copy_n(this->Near.In + this->Components * from, this->Components, out);
     }
     else
     {
-      this->SampleAt(voxel, offset, out);
+      this->SampleAt(this->PartFor(voxel, offset), voxel, offset, out);
       if (rests && this->HasPadding)
       {
         this->KeepPadding(voxel, out);
@@ -272,20 +289,36 @@ private:
     }
   }
 
-  void SampleAt(const std::array<int, 3>& voxel, const float* offset, T* out) const
+  /// The part that has all voxels around a place.
+  const Part& PartFor(const std::array<int, 3>& voxel, const float* offset) const
   {
-    const T* corner = this->In;
+    bool isNear = true;
+    for (int a = 0; a < 3 && this->Far.In; ++a)
+    {
+      const double place =
+        std::clamp(this->G.PlaceOf(voxel[a]) + static_cast<double>(offset[a]), 0.0, this->G.Size[a] - 1.0);
+      const int first = this->Near.Box.first[a];
+      isNear = isNear && place >= first && place <= first + this->Near.Box.size[a] - 1;
+    }
+    return isNear ? this->Near : this->Far;
+  }
+
+  void SampleAt(const Part& from, const std::array<int, 3>& voxel, const float* offset, T* out) const
+  {
+    const T* corner = from.In;
     vtkIdType step[3]; // to the next voxel; 0 at the last voxel, where the share is 0
     double share[3];
     for (int a = 0; a < 3; ++a)
     {
-      const int first = this->G.Held.first[a];
-      const int last = first + this->G.Held.size[a] - 1;
-      const double place = this->G.Inside(this->G.PlaceOf(voxel[a]) + static_cast<double>(offset[a]), a);
+      const int first = from.Box.first[a];
+      const int last = first + from.Box.size[a] - 1;
+      const double place =
+        std::min(std::max(this->G.PlaceOf(voxel[a]) + static_cast<double>(offset[a]), static_cast<double>(first)),
+          static_cast<double>(last));
       const int index = static_cast<int>(this->Nearest ? place + 0.5 : place);
       share[a] = this->Nearest ? 0.0 : place - index;
-      step[a] = index < last ? this->Step[a] : 0;
-      corner += (index - first) * this->Step[a];
+      step[a] = index < last ? from.Step[a] : 0;
+      corner += (index - first) * from.Step[a];
     }
     if (this->Nearest)
     {
@@ -299,7 +332,7 @@ private:
     {
       if (this->HasPadding && this->IsBesidePadding(corner + c, step))
       {
-        this->SampleKnown(corner + c, share, c, out + c);
+        this->SampleKnown(from, corner + c, share, c, out + c);
         continue;
       }
       if constexpr (!IsWide)
@@ -312,17 +345,17 @@ private:
           continue;
         }
       }
-      this->SampleCarefully(corner + c, share, c, out + c);
+      this->SampleCarefully(from, corner + c, share, c, out + c);
     }
   }
 
   /// For an output voxel at rest: takes the value of the nearest input voxel where that is padding.
   void KeepPadding(const std::array<int, 3>& voxel, T* out) const
   {
-    const T* nearest = this->In;
+    const T* nearest = this->Near.In;
     for (int a = 0; a < 3; ++a)
     {
-      nearest += (static_cast<int>(this->G.PlaceOf(voxel[a]) + 0.5) - this->G.Held.first[a]) * this->Step[a];
+      nearest += (static_cast<int>(this->G.PlaceOf(voxel[a]) + 0.5) - this->G.Held.first[a]) * this->Near.Step[a];
     }
     for (int c = 0; c < this->Components; ++c)
     {
@@ -344,17 +377,17 @@ private:
 
   /// Samples the voxels that have weight. If the nearest voxel has none, its value is taken, or the background if it is
   /// padding. Otherwise tissue would grow by half a voxel on all sides.
-  void SampleKnown(const T* corner, const double* share, int component, T* out) const
+  void SampleKnown(const Part& from, const T* corner, const double* share, int component, T* out) const
   {
     vtkIdType toNearest = 0;
     for (int a = 0; a < 3; ++a)
     {
-      toNearest += share[a] >= 0.5 ? this->Step[a] : 0;
+      toNearest += share[a] >= 0.5 ? from.Step[a] : 0;
     }
-    const Weighted nearest = this->template InterpolateKnown<-1>(corner + toNearest, share);
+    const Weighted nearest = this->template InterpolateKnown<-1>(from, corner + toNearest, share);
     if (nearest.Weight > 0.0)
     {
-      *out = ToType(this->template InterpolateKnown<2>(corner, share).Value);
+      *out = ToType(this->template InterpolateKnown<2>(from, corner, share).Value);
     }
     else
     {
@@ -394,19 +427,19 @@ private:
   }
 
   /// Samples one component where values may not be finite, or not fit into a double.
-  void SampleCarefully(const T* corner, const double* share, int component, T* out) const
+  void SampleCarefully(const Part& from, const T* corner, const double* share, int component, T* out) const
   {
     if (share[0] == 0.0 && share[1] == 0.0 && share[2] == 0.0)
     {
       *out = *corner;
       return;
     }
-    const double value = this->template Interpolate<2>(corner, share, *corner);
+    const double value = Interpolate<2>(from, corner, share, *corner);
     if constexpr (std::is_floating_point<T>::value)
     {
       if (!std::isfinite(value))
       {
-        this->SampleKnown(corner, share, component, out);
+        this->SampleKnown(from, corner, share, component, out);
         return;
       }
     }
@@ -453,7 +486,7 @@ private:
     if (this->G.Finer == 1)
     {
       std::memcpy(this->Out + this->Components * this->G.OutputId(first[0], first[1], first[2]),
-        this->In + this->Components * this->G.InputId(first[0], first[1], first[2]), this->Bytes(count));
+        this->Near.In + this->Components * this->G.InputId(first[0], first[1], first[2]), this->Bytes(count));
       return;
     }
     const float rest[3] = { 0.0f, 0.0f, 0.0f };
@@ -481,21 +514,20 @@ private:
       return;
     }
     std::vector<char> found(static_cast<std::size_t>(this->Components));
-    FindSmallest(this->In, this->G.InputVoxels(), this->Components, this->Background.data(), found.data());
+    FindSmallest(this->Near.In, this->G.InputVoxels(), this->Components, this->Background.data(), found.data());
   }
 
   vtkSmartPointer<vtkDataArray> Original;
   vtkSmartPointer<vtkDataArray> Input;
-  const T* In;
   int Components;
+  Part Near; // the voxels of the output's own place
+  Part Far;  // those that move into it from elsewhere; none where Near has all
   Grids G;
   bool Nearest;
   double BackgroundValue;
   vtkSmartPointer<vtkDataArray> Smallest;
   PaddingValues NotMeasured;
   bool HasPadding;
-  TissueTest IsTissue;
-  vtkIdType Step[3];
   std::vector<T> Background;
 
   OutputBuffers Buffers;

@@ -80,7 +80,7 @@ void Outputs::ChooseModelArrays(const Team& team, vtkDataArraySelection* chosen,
 bool Outputs::Sampled::operator==(const Sampled& other) const
 {
   const auto all = [](const Sampled& s)
-  { return std::tie(s.Array, s.Numbers, s.Time, s.G, s.Nearest, s.Still, s.SmoothCuts, s.Builds); };
+  { return std::tie(s.Array, s.Far.Array, s.Numbers, s.Time, s.G, s.Nearest, s.Still, s.SmoothCuts, s.Builds); };
   const bool sameBackground =
     this->Background == other.Background || (std::isnan(this->Background) && std::isnan(other.Background));
   return all(*this) == all(other) && sameBackground && this->NotMeasured == other.NotMeasured;
@@ -91,11 +91,14 @@ void Outputs::ChooseSamplers(
   const Scene* scene, const OutputPlan& plan, const Properties& properties, const Grids& grids)
 {
   // The same test as that of the model, which only one thread at a time may use.
-  const auto isTissue = [scalars = vtkSmartPointer<vtkDataArray>(this->Material.GetScalars()),
-                          threshold = plan.Threshold, ceiling = plan.Ceiling](vtkIdType voxel)
+  const auto tissueIn = [&plan](vtkDataArray* of) -> TissueTest
   {
-    const double scalar = scalars->GetComponent(voxel, 0);
-    return std::isfinite(scalar) && scalar >= threshold && scalar < ceiling;
+    return
+      [scalars = vtkSmartPointer<vtkDataArray>(of), threshold = plan.Threshold, ceiling = plan.Ceiling](vtkIdType voxel)
+    {
+      const double scalar = scalars->GetComponent(voxel, 0);
+      return std::isfinite(scalar) && scalar >= threshold && scalar < ceiling;
+    };
   };
   const bool goOn = this->MaterialVersion == this->Material.GetVersion();
   this->MaterialVersion = this->Material.GetVersion();
@@ -134,6 +137,11 @@ void Outputs::ChooseSamplers(
       one.Background = plan.Background;
       one.NotMeasured = plan.NotMeasured;
     }
+    if (vtkImageData* far = this->Material.GetFarImage())
+    {
+      one.Far = { vtkDataArray::SafeDownCast(far->GetPointData()->GetAbstractArray(a)), this->Material.GetFarBox(),
+        tissueIn(this->Material.GetFarScalars()) };
+    }
     one.SmoothCuts = properties.SmoothCuts;
     one.Builds = plan.Builds;
     const auto same = std::find(before.begin(), before.end(), one);
@@ -147,8 +155,8 @@ void Outputs::ChooseSamplers(
     }
     else
     {
-      one.Sampler = MakeSampler(
-        array, grids, one.Nearest, one.Background, this->Material.GetSmallest(a), one.NotMeasured, isTissue);
+      one.Sampler = MakeSampler(array, grids, one.Nearest, one.Background, this->Material.GetSmallest(a),
+        one.NotMeasured, tissueIn(this->Material.GetScalars()), one.Far);
     }
     this->Samplers.push_back(one);
     if (areScalars && properties.ScalarSmoothing > 0.0 && array->GetDataType() != VTK_BIT)

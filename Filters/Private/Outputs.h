@@ -82,6 +82,7 @@ private:
 
     Grids G;
     vtkAbstractArray* Array = nullptr; ///< of the input
+    FarValues Far;                     ///< what this array lacks
     ArrayContents Numbers;             ///< for arrays of numbers
     vtkMTimeType Time = 0;             ///< for all other arrays
     bool Nearest = false;

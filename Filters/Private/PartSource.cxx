@@ -19,6 +19,18 @@ namespace
 /// Voxels that a process gets in addition on every side, for the next updates of a drag.
 constexpr int reserve = 8;
 
+/// Whether all arrays can be sampled from two images (MakeSampler()).
+bool AreNumbers(vtkPointData* arrays)
+{
+  bool are = true;
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    vtkDataArray* numbers = vtkDataArray::SafeDownCast(arrays->GetAbstractArray(a));
+    are = are && numbers && numbers->GetDataType() != VTK_BIT;
+  }
+  return are;
+}
+
 /// Changes where the image or one of its point arrays has changed. VTK counts all modifications in a process.
 vtkTypeUInt64 TimeOf(const Scene& scene)
 {
@@ -60,6 +72,7 @@ void PartSource::Update(const Team& team, Steps& steps, const Scene* scene, cons
     this->Image = scene->Image;
     this->Box = { {}, plan.GetSize() };
     this->Scalars = this->Source.GetEngineScalars();
+    this->FarImage = nullptr;
   }
   if (team.GetLink().GetSize() == 1)
   {
@@ -133,48 +146,74 @@ void PartSource::ShareTissue(const Team& team, Steps& steps, const Scene* scene)
     });
 }
 
-/// Whether an image has all voxels that this part shows.
-bool PartSource::HasVoxels(vtkImageData* image) const
+/// Whether an image has all voxels of a box, and the arrays of the whole image.
+bool PartSource::Has(vtkImageData* image, const chainmail::VoxelBox& box) const
 {
   return image && image->GetNumberOfPoints() > 0 && ListTypes(image) == this->Plan.Arrays &&
-         this->Plan.BoxOf(ExtentOf(image)).contains(this->Sources);
+         this->Plan.BoxOf(ExtentOf(image)).contains(box);
+}
+
+/// Decides which voxels this process lacks; `wanted` gets their extent.
+void PartSource::Choose(const Team& team, const Scene* scene, vtkTypeUInt64 time, Extent& wanted)
+{
+  if (!this->Part || (scene && !team.IsSpread()))
+  {
+    return;
+  }
+  const chainmail::VoxelBox& resting = this->Sources.resting;
+  const chainmail::VoxelBox& moved = this->Sources.moved;
+  const bool isOld = this->ImageTime != time;
+  this->FarImage = isOld ? nullptr : this->FarImage;
+  const auto isComplete = [&](vtkImageData* image)
+  { return this->Has(image, resting) && (moved.voxels() == 0 || this->Has(image, moved)); };
+  if (!isOld && isComplete(this->Image))
+  {
+    this->FarImage = nullptr;
+    return;
+  }
+  if (!isOld && this->Has(this->Image, resting) && this->Has(this->FarImage, moved))
+  {
+    return;
+  }
+  // Values of ghost voxels may be outdated.
+  vtkImageData* const own = team.GetOwn();
+  const bool isOwn =
+    this->Has(own, resting) && !own->GetPointGhostArray() && (isComplete(own) || AreNumbers(own->GetPointData()));
+  this->Image = isOwn ? own : nullptr;
+  this->FarImage = nullptr;
+  if (isOwn && isComplete(own))
+  {
+    return;
+  }
+  const Extent whole = ExtentOf(this->Plan.Whole);
+  for (int a = 0; a < 3; ++a)
+  {
+    int first = moved.first[a];
+    int last = first + moved.size[a] - 1;
+    if (!isOwn)
+    {
+      first = moved.voxels() > 0 ? std::min(first, resting.first[a]) : resting.first[a];
+      last = std::max(last, resting.first[a] + resting.size[a] - 1);
+    }
+    wanted[2 * a] = std::max(whole[2 * a] + first - reserve, whole[2 * a]);
+    wanted[2 * a + 1] = std::min(whole[2 * a] + last + reserve, whole[2 * a + 1]);
+  }
 }
 
 void PartSource::ShareVoxels(const Team& team, Steps& steps, const Scene* scene)
 {
   const Exchange& exchange = team.GetLink();
   const vtkTypeUInt64 time = exchange.FromRoot(scene ? TimeOf(*scene) : 0);
-  const Extent whole = ExtentOf(this->Plan.Whole);
   Extent wanted{ { 0, -1, 0, -1, 0, -1 } };
-  steps.Run(
-    [&]
-    {
-      if (!this->Part || (scene && !team.IsSpread()) || (this->ImageTime == time && this->HasVoxels(this->Image)))
-      {
-        return;
-      }
-      this->Image = nullptr;
-      // Values of ghost voxels may be outdated.
-      if (this->HasVoxels(team.GetOwn()) && !team.GetOwn()->GetPointGhostArray())
-      {
-        this->Image = team.GetOwn();
-        return;
-      }
-      for (int a = 0; a < 3; ++a)
-      {
-        const int first = whole[2 * a] + this->Sources.first[a];
-        wanted[2 * a] = std::max(first - reserve, whole[2 * a]);
-        wanted[2 * a + 1] = std::min(first + this->Sources.size[a] - 1 + reserve, whole[2 * a + 1]);
-      }
-    });
+  steps.Run([&] { this->Choose(team, scene, time, wanted); });
+  vtkSmartPointer<vtkImageData> voxels;
   if (exchange.All(IsEmpty(wanted)))
   {
     // all have what they need
   }
   else if (team.IsSpread())
   {
-    const vtkSmartPointer<vtkImageData> voxels = team.Fetch(wanted);
-    this->Image = IsEmpty(wanted) ? this->Image : voxels;
+    voxels = team.Fetch(wanted);
   }
   else
   {
@@ -185,7 +224,7 @@ void PartSource::ShareVoxels(const Team& team, Steps& steps, const Scene* scene)
     }
     else if (!IsEmpty(wanted))
     {
-      this->Image = exchange.ReceiveImage(Exchange::Root);
+      voxels = exchange.ReceiveImage(Exchange::Root);
     }
   }
   steps.Run(
@@ -195,15 +234,27 @@ void PartSource::ShareVoxels(const Team& team, Steps& steps, const Scene* scene)
       {
         return;
       }
-      if (!this->HasVoxels(this->Image))
+      if (!IsEmpty(wanted))
+      {
+        (this->Image ? this->FarImage : this->Image) = voxels;
+      }
+      const chainmail::VoxelBox& moved = this->Sources.moved;
+      if (!this->Has(this->Image, this->Sources.resting) ||
+          (moved.voxels() > 0 && !this->Has(this->FarImage ? this->FarImage : this->Image, moved)))
       {
         throw FailedElsewhere();
       }
       this->ImageTime = time;
       this->Box = this->Plan.BoxOf(ExtentOf(this->Image));
-      this->Scalars =
-        ToEngineArray(vtkDataArray::SafeDownCast(this->Image->GetPointData()->GetAbstractArray(this->Plan.Scalars)));
+      this->Scalars = this->ScalarsOf(this->Image);
+      this->FarBox = this->FarImage ? this->Plan.BoxOf(ExtentOf(this->FarImage)) : chainmail::VoxelBox();
+      this->FarScalars = this->FarImage ? this->ScalarsOf(this->FarImage) : nullptr;
     });
+}
+
+vtkSmartPointer<vtkDataArray> PartSource::ScalarsOf(vtkImageData* image) const
+{
+  return ToEngineArray(vtkDataArray::SafeDownCast(image->GetPointData()->GetAbstractArray(this->Plan.Scalars)));
 }
 
 /// Sends the parts of the whole image that the other processes want.

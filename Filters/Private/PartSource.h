@@ -41,16 +41,20 @@ public:
   void Update(const Team& team, Steps& steps, const Scene* scene, const OutputPlan& plan, const Properties& properties,
     const std::optional<chainmail::OutputDetail>& part);
 
-  /// The voxels, and the box that they are; all arrays that sampling reads.
+  /// The voxels at the place of the part, and the box that they are; all arrays that sampling reads.
   vtkImageData* GetImage() const { return this->Image; }
   const chainmail::VoxelBox& GetBox() const { return this->Box; }
+  /// The same for voxels that move into the part from elsewhere; null where GetImage() has all.
+  vtkImageData* GetFarImage() const { return this->FarImage; }
+  const chainmail::VoxelBox& GetFarBox() const { return this->FarBox; }
   /// For each point array of the whole image its smallest values (SmallestOf()); null in an update of one process.
   vtkDataArray* GetSmallest(int array) const
   {
     return this->Smallest.empty() ? nullptr : this->Smallest[static_cast<std::size_t>(array)].Get();
   }
-  /// The scalars in a form that the engine can read.
+  /// The scalars of both, in a form that the engine can read.
   vtkDataArray* GetScalars() const { return this->Scalars; }
+  vtkDataArray* GetFarScalars() const { return this->FarScalars; }
   /// Changes where earlier resamplings cannot be continued (Resampled::number).
   int GetVersion() const { return this->Version; }
 
@@ -65,7 +69,9 @@ private:
   void ShareVoxels(const Team& team, Steps& steps, const Scene* scene);
   void SendVoxels(const Exchange& exchange, Steps& steps, const Scene& scene, const std::vector<int>& wanted) const;
   void ShareSmallest(const Team& team, Steps& steps, const Scene* scene);
-  bool HasVoxels(vtkImageData* image) const;
+  void Choose(const Team& team, const Scene* scene, vtkTypeUInt64 time, Extent& wanted);
+  bool Has(vtkImageData* image, const chainmail::VoxelBox& box) const;
+  vtkSmartPointer<vtkDataArray> ScalarsOf(vtkImageData* image) const;
 
   const Session& Source;
   Progress& Reports;
@@ -73,13 +79,16 @@ private:
   // Of the present update.
   OutputPlan Plan;
   std::optional<chainmail::OutputDetail> Part;
-  chainmail::VoxelBox Sources; // the voxels of the input that this part shows
+  chainmail::Sources Sources;
   chainmail::CutSurfaces Cuts = chainmail::CutSurfaces::Stepped;
 
   vtkSmartPointer<vtkImageData> Image;
   chainmail::VoxelBox Box;
   std::uint64_t ImageTime = 0; // of the whole image, from which these voxels are
   vtkSmartPointer<vtkDataArray> Scalars;
+  vtkSmartPointer<vtkImageData> FarImage;
+  chainmail::VoxelBox FarBox;
+  vtkSmartPointer<vtkDataArray> FarScalars;
   std::vector<vtkSmartPointer<vtkDataArray>> Smallest;
   std::uint64_t SmallestTime = 0;
 

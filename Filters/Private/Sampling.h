@@ -124,9 +124,11 @@ private:
 };
 
 /// Makes the sampler for an array. `background` NaN: the smallest finite value of the array, by component. This is
-/// `smallest`, of one tuple, or null: where this process has the whole array, it can be found when it is needed.
+/// `smallest`, of one tuple, or null: where this process has the whole array, it can be found when it is needed. `far`:
+/// what `input` lacks of what the output shows; only of arrays of numbers.
 inline std::unique_ptr<ArraySampler> MakeSampler(vtkAbstractArray* input, const Grids& grids, bool nearest,
-  double background, vtkDataArray* smallest, const PaddingValues& notMeasured, const TissueTest& isTissue)
+  double background, vtkDataArray* smallest, const PaddingValues& notMeasured, const TissueTest& isTissue,
+  const FarValues& far = {})
 {
   vtkDataArray* numbers = vtkDataArray::SafeDownCast(input);
   if (numbers)
@@ -134,7 +136,7 @@ inline std::unique_ptr<ArraySampler> MakeSampler(vtkAbstractArray* input, const 
     switch (numbers->GetDataType())
     {
       vtkTemplateMacro(return std::make_unique<NumericSampler<VTK_TT>>(
-        numbers, grids, nearest, background, smallest, notMeasured, isTissue));
+        numbers, grids, nearest, background, smallest, notMeasured, isTissue, far));
     }
   }
   return std::make_unique<TupleSampler>(input, grids);

@@ -59,6 +59,12 @@ public:
     return this->Row.data();
   }
 
+  void Clear()
+  {
+    this->Kept.clear();
+    this->Total = 0;
+  }
+
 private:
   static constexpr int Size[3] = { 64, 16, 16 };
 
@@ -169,6 +175,18 @@ SpreadImage::SpreadImage(const Exchange& link, vtkImageData* own, const Holding&
 
 SpreadImage::~SpreadImage() = default;
 
+void SpreadImage::Close()
+{
+  this->IsOpen = false;
+  for (const std::weak_ptr<Pages>& viewed : this->Viewed)
+  {
+    if (const std::shared_ptr<Pages> pages = viewed.lock())
+    {
+      pages->Clear();
+    }
+  }
+}
+
 int SpreadImage::IndexOf(vtkAbstractArray* ofOwn) const
 {
   int index = 0;
@@ -222,6 +240,7 @@ chainmail::ArrayView SpreadImage::View(vtkDataArray* ofOwn)
   chainmail::ArrayView view = vtkChainMail::View(ofOwn);
   view.data = nullptr;
   const auto pages = std::make_shared<Pages>(*this, this->IndexOf(ofOwn), BytesOfVoxel(ofOwn));
+  this->Viewed.push_back(pages);
   view.read = [pages](std::size_t first, int count) { return pages->Read(first, count); };
   return view;
 }

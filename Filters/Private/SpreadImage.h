@@ -61,7 +61,7 @@ public:
     {
       if (this->Image)
       {
-        this->Image->IsOpen = false;
+        this->Image->Close();
       }
     }
     Open(const Open&) = delete;
@@ -74,6 +74,8 @@ public:
 private:
   class Pages;
 
+  /// Until the next Open: nothing can be read, and rows that were kept make room for other things.
+  void Close();
   int IndexOf(vtkAbstractArray* ofOwn) const;
   /// Writes the values of a box of one array, x fastest.
   void Read(int array, const Extent& box, char* out) const;
@@ -85,6 +87,7 @@ private:
   vtkSmartPointer<vtkImageData> Whole;
   Fingerprint Number;
   bool IsOpen = false;
+  std::vector<std::weak_ptr<Pages>> Viewed;
   std::map<int, vtkSmartPointer<vtkDataArray>> Gathered;
   std::map<int, vtkSmartPointer<vtkChainMailScanStatistics>> Statistics;
   std::map<int, vtkSmartPointer<vtkDataArray>> Smallests;

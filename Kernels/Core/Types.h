@@ -197,7 +197,7 @@ struct SurfaceParts
 /// What a relaxation did.
 struct RelaxResult
 {
-  int iterations = 0; ///< sweeps; a correction on coarser grids counts as 12
+  int iterations = 0;       ///< sweeps; a correction on coarser grids counts as 12
   double largestMove = 0.0; ///< of the last iteration, as a fraction of the spacing
   bool converged = false;
   std::optional<double> coarseStep; ///< where coarser grids took part (Simulation::setCoarseToFine()): the share of
@@ -294,6 +294,15 @@ struct OutputDetail
     return this->finer == other.finer && this->first == other.first && this->last == other.last;
   }
   bool operator!=(const OutputDetail& other) const { return !(*this == other); }
+};
+
+/// The voxels of the grid that a part of an output may show. Where offsets are 0, a voxel shows voxels of `resting`.
+/// Every other offset leads into `moved`, which is empty where nothing moves into that part; places outside the grid
+/// count as its nearest ones.
+struct Sources
+{
+  VoxelBox resting;
+  VoxelBox moved;
 };
 
 /// Gets one or more boxes at a time. Their pointers are valid until it returns.

@@ -306,7 +306,7 @@ void Resampling::exportTissue(const Index3& padding, CutSurfaces cuts, const std
   }
 }
 
-VoxelBox Resampling::sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail)
+Sources Resampling::sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail)
 {
   this->changes_.revise();
   const OutputFrame frame(this->bricks_.model().grid(), padding, this->bricks_.size());

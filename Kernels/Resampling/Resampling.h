@@ -25,7 +25,7 @@ public:
   void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
     const std::function<void(std::size_t part, const TissuePart& tissue)>& take);
   /// See Simulation::sources().
-  VoxelBox sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail);
+  Sources sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail);
 
   /// A group of output bricks that are processed together.
   struct Batch

@@ -165,35 +165,50 @@ const std::vector<std::uint8_t>& RestElements::of(int brick)
   return this->known_.emplace(brick, std::move(bits)).first->second;
 }
 
-VoxelBox sourcesOf(
+Sources sourcesOf(
   const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail)
 {
   const Index3& grid = bricks.model().grid().size;
   const Index3 size = bricks.size();
   const BrickBox shown = bricksOf(frame, detail);
-  // Voxels at rest show themselves; between voxels they are interpolated.
+  BrickBox moved;
+  for (const BrickExtents& reach : reaches)
+  {
+    if (reach.voxels.meets(shown) && !reach.cells.isEmpty())
+    {
+      moved.include(reach.cells.first);
+      moved.include(reach.cells.last);
+    }
+  }
+  // The voxels from `first` to `last` that are in the grid, or its nearest ones.
+  const auto clipped = [&](const Index3& first, const Index3& last)
+  {
+    VoxelBox box;
+    for (int a = 0; a < 3; ++a)
+    {
+      box.first[a] = std::clamp(first[a], 0, grid[a] - 1);
+      box.size[a] = std::clamp(last[a], 0, grid[a] - 1) - box.first[a] + 1;
+    }
+    return box;
+  };
   Index3 first;
   Index3 last;
   for (int a = 0; a < 3; ++a)
   {
+    // Output voxels between those of the grid are interpolated.
     first[a] = std::max(frame.low[a], detail.first[a]);
-    last[a] = std::min(frame.high[a], detail.last[a]);
+    last[a] = std::min(frame.high[a], detail.last[a]) + (detail.finer > 1 ? 1 : 0);
   }
-  for (const BrickExtents& reach : reaches)
+  Sources sources;
+  sources.resting = clipped(first, last);
+  if (!moved.isEmpty())
   {
-    for (int a = 0; a < 3 && reach.voxels.meets(shown); ++a)
+    for (int a = 0; a < 3; ++a)
     {
-      first[a] = std::min(first[a], (reach.cells.first[a] + frame.firstBrick[a]) * size[a] - 1);
-      last[a] = std::max(last[a], (reach.cells.last[a] + 1 + frame.firstBrick[a]) * size[a]);
+      first[a] = (moved.first[a] + frame.firstBrick[a]) * size[a] - 1;
+      last[a] = (moved.last[a] + 1 + frame.firstBrick[a]) * size[a];
     }
-  }
-  VoxelBox sources;
-  for (int a = 0; a < 3; ++a)
-  {
-    first[a] = std::clamp(first[a], 0, grid[a] - 1);
-    last[a] = std::clamp(last[a] + (detail.finer > 1 ? 1 : 0), 0, grid[a] - 1);
-    sources.first[a] = first[a];
-    sources.size[a] = last[a] - first[a] + 1;
+    sources.moved = clipped(first, last);
   }
   return sources;
 }

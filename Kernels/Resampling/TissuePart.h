@@ -25,7 +25,7 @@ struct TissuePart
     Index3 padding{};
     CutSurfaces cuts = CutSurfaces::Stepped;
     OutputDetail detail;
-    VoxelBox sources; ///< the voxels that the output may show, clipped to the grid
+    Sources sources;
   };
 
   Frame frame;
@@ -55,8 +55,7 @@ private:
   std::unordered_map<int, std::vector<std::uint8_t>> known_;
 };
 
-/// TissuePart::Frame::sources of a part of the output.
-VoxelBox sourcesOf(
+Sources sourcesOf(
   const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail);
 
 /// The part of the tissue of `bricks` that the output with this detail shows. `reaches` are those of all tissue.

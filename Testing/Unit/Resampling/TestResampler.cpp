@@ -92,21 +92,21 @@ struct Part
   /// The number of voxels whose offset leads out of what the part says that it shows.
   std::size_t strays() const
   {
-    const VoxelBox sources = this->resampler.sources();
+    const Sources sources = this->resampler.sources();
     std::size_t count = 0;
     this->shown.each(
       [&](int i, int j, int k)
       {
         const float* offset = this->shown.offset.data() + 3 * this->shown.at(i, j, k);
         const int at[3] = { i, j, k };
+        const bool rests = offset[0] == 0.0f && offset[1] == 0.0f && offset[2] == 0.0f;
+        const VoxelBox& box = rests ? sources.resting : sources.moved;
         bool inside = true;
         for (int a = 0; a < 3 && !std::isnan(offset[0]); ++a)
         {
-          // Places beyond the grid are clamped to it.
-          const double place = static_cast<double>(at[a]) / this->detail.finer + offset[a];
-          const int end = sources.first[a] + sources.size[a] - 1;
-          inside = inside && (place >= sources.first[a] || sources.first[a] == 0) &&
-                   (place <= end || end == this->grid[a] - 1);
+          const double end = this->grid[a] - 1;
+          const double place = std::clamp(static_cast<double>(at[a]) / this->detail.finer + offset[a], 0.0, end);
+          inside = inside && std::floor(place) >= box.first[a] && std::ceil(place) <= box.first[a] + box.size[a] - 1;
         }
         count += inside ? 0 : 1;
       });
@@ -224,7 +224,8 @@ TEST(Resampler, GetsOnlyTheTissueOfItsPart)
       bytes.push_back(tissue.size());
       Resampler resampler(testDevice());
       resampler.take(tissue);
-      const VoxelBox sources = resampler.sources();
+      const VoxelBox sources = resampler.sources().resting;
+      EXPECT_EQ(resampler.sources().moved.voxels() > 0, n == 0);
       EXPECT_EQ(resampler.resample([](const std::vector<ResampledBox>&) {}).atRest, n == 1);
       EXPECT_TRUE(n == 0 || (sources.first == Index3{ 80, 0, 0 } && sources.size == Index3{ 40, 20, 20 }));
     });
