@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 #include <unordered_map>
 #include <utility>
@@ -107,7 +106,7 @@ public:
   std::function<bool(double)> progress;
   std::function<bool()> compiling;
   TissuePart::Frame frame;
-  std::optional<Copy> copy;
+  std::unique_ptr<Copy> copy;
 };
 
 void Resampler::Impl::take(const TissuePart& part)
@@ -117,7 +116,7 @@ void Resampler::Impl::take(const TissuePart& part)
   if (!this->copy || !isSame(part.frame, this->frame))
   {
     this->copy.reset(); // frees its memory first
-    this->copy.emplace(this->context, part.frame);
+    this->copy = std::make_unique<Copy>(this->context, part.frame);
   }
   this->frame = part.frame;
   Copy& own = *this->copy;
