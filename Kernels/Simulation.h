@@ -239,7 +239,8 @@ public:
   void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
     const std::function<void(std::size_t part, const std::vector<char>& bytes)>& take) const;
 
-  /// The voxels of the grid that a part of such an output may show.
+  /// The voxels of the grid that a part of such an output may show. Loads the tissue that resample() needs for it, so
+  /// that needs no rows of the model.
   Sources sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail) const;
 
 private:

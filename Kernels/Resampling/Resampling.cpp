@@ -311,7 +311,9 @@ Sources Resampling::sources(const Index3& padding, CutSurfaces cuts, const Outpu
   this->changes_.revise();
   const OutputFrame frame(this->bricks_.model().grid(), padding, this->bricks_.size());
   const Ranges ranges(this->bricks_, this->changes_);
-  return sourcesOf(this->bricks_, frame, findReaches(this->bricks_, frame, this->changes_, ranges, cuts), detail);
+  const std::vector<BrickExtents> reaches = findReaches(this->bricks_, frame, this->changes_, ranges, cuts);
+  this->bricks_.loadTissue(reachedBricks(this->bricks_, frame, reaches, detail)); // as run() does
+  return sourcesOf(this->bricks_, frame, reaches, detail);
 }
 
 /// Computes the offsets of the voxels of these output bricks, batch by batch.

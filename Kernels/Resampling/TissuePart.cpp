@@ -165,6 +165,35 @@ const std::vector<std::uint8_t>& RestElements::of(int brick)
   return this->known_.emplace(brick, std::move(bits)).first->second;
 }
 
+std::vector<int> reachedBricks(
+  const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail)
+{
+  const BrickBox shown = bricksOf(frame, detail);
+  BrickSet reached(bricks);
+  for (const BrickExtents& reach : reaches)
+  {
+    if (reach.voxels.meets(shown))
+    {
+      BrickBox arrives = reach.voxels;
+      for (int a = 0; a < 3; ++a)
+      {
+        arrives.first[a] = std::max(arrives.first[a], shown.first[a]);
+        arrives.last[a] = std::min(arrives.last[a], shown.last[a]);
+      }
+      arrives.each(frame.bricks,
+        [&](std::size_t n)
+        {
+          const Index3 origin = frame.origin(n);
+          if (bricks.model().grid().contains(origin[0], origin[1], origin[2]))
+          {
+            reached.add(bricks.brickAt(origin[0], origin[1], origin[2]));
+          }
+        });
+    }
+  }
+  return reached.all();
+}
+
 Sources sourcesOf(
   const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail)
 {
@@ -223,39 +252,25 @@ TissuePart partOf(Bricks& bricks, RestElements& rest, const OutputFrame& frame,
   part.frame.detail = detail;
   part.frame.sources = sourcesOf(bricks, frame, reaches, detail);
 
-  // The bricks of the cells that move into this part of the output, and where in it they arrive.
+  // The bricks of the cells that move into this part of the output.
   const BrickBox shown = bricksOf(frame, detail);
   BrickSet sources(bricks);
-  BrickSet reached(bricks);
-  const auto add = [&](BrickSet& set)
-  {
-    return [&](std::size_t n)
-    {
-      const Index3 origin = frame.origin(n);
-      if (grid.contains(origin[0], origin[1], origin[2]))
-      {
-        set.add(bricks.brickAt(origin[0], origin[1], origin[2]));
-      }
-    };
-  };
   for (const BrickExtents& reach : reaches)
   {
     if (reach.voxels.meets(shown))
     {
-      reach.cells.each(frame.bricks, add(sources));
-      BrickBox arrives = reach.voxels;
-      for (int a = 0; a < 3; ++a)
-      {
-        arrives.first[a] = std::max(arrives.first[a], shown.first[a]);
-        arrives.last[a] = std::min(arrives.last[a], shown.last[a]);
-      }
-      arrives.each(frame.bricks, add(reached));
+      reach.cells.each(frame.bricks,
+        [&](std::size_t n)
+        {
+          const Index3 origin = frame.origin(n);
+          sources.add(bricks.brickAt(origin[0], origin[1], origin[2]));
+        });
     }
   }
 
   const BrickSet near = sources.widened({ around, around, around });
   BrickSet loaded = near;
-  for (const int brick : reached.all())
+  for (const int brick : reachedBricks(bricks, frame, reaches, detail))
   {
     loaded.add(brick);
   }

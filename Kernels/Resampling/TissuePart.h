@@ -55,6 +55,10 @@ private:
   std::unordered_map<int, std::vector<std::uint8_t>> known_;
 };
 
+/// The bricks of the grid that lie in a part of the output and that moved tissue may reach.
+std::vector<int> reachedBricks(
+  const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail);
+
 Sources sourcesOf(
   const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail);
 
