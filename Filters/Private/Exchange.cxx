@@ -358,7 +358,8 @@ void Exchange::Agree(Outcome& outcome) const
     if (p == root || one.Stopped || !one.Error.empty())
     {
       const bool isFine = !one.Stopped && one.Error.empty();
-      agreed.Error = isFine ? agreed.Error : one.Error;
+      const std::string where = p == root ? "" : "Process " + std::to_string(p) + ": ";
+      agreed.Error = isFine ? agreed.Error : one.Error.empty() ? one.Error : where + one.Error;
       agreed.Stopped = isFine ? agreed.Stopped : one.Stopped;
       agreed.NeedsUpdate = one.NeedsUpdate;
       agreed.Interacting = one.Interacting;
@@ -613,18 +614,7 @@ void Exchange::Send(vtkImageData* image, int to) const
   // The name and number of components of an array are sent with its memory. Its type, its component names and its place
   // among the arrays are sent here.
   vtkMultiProcessStream about;
-  for (const int e : ExtentOf(image))
-  {
-    about << e;
-  }
-  for (int a = 0; a < 3; ++a)
-  {
-    about << image->GetOrigin()[a] << image->GetSpacing()[a];
-  }
-  for (int n = 0; n < 9; ++n)
-  {
-    about << image->GetDirectionMatrix()->GetData()[n];
-  }
+  WriteGeometry(about, image);
   std::vector<vtkAbstractArray*> arrays;
   const std::array<vtkFieldData*, 3> groups = { { image->GetPointData(), image->GetCellData(),
     image->GetFieldData() } };
@@ -674,27 +664,7 @@ vtkSmartPointer<vtkImageData> Exchange::ReceiveImage(int from) const
   vtkMultiProcessStream about;
   this->Controller->Receive(about, from, ARRAYS);
   auto image = vtkSmartPointer<vtkImageData>::New();
-  Extent extent;
-  double origin[3];
-  double spacing[3];
-  double direction[9];
-  for (int& e : extent)
-  {
-    about >> e;
-  }
-  for (int a = 0; a < 3; ++a)
-  {
-    about >> origin[a] >> spacing[a];
-  }
-  for (double& d : direction)
-  {
-    about >> d;
-  }
-  image->SetExtent(extent.data());
-  image->SetOrigin(origin);
-  image->SetSpacing(spacing);
-  image->SetDirectionMatrix(direction);
-
+  ReadGeometry(about, image);
   const std::array<vtkFieldData*, 3> groups = { { image->GetPointData(), image->GetCellData(),
     image->GetFieldData() } };
   for (vtkFieldData* group : groups)

@@ -9,6 +9,7 @@
 #include "vtkDataSetAttributes.h"
 #include "vtkFieldData.h"
 #include "vtkMatrix3x3.h"
+#include "vtkMultiProcessStream.h"
 #include "vtkPointData.h"
 #include "vtkUnsignedCharArray.h"
 
@@ -208,6 +209,46 @@ void CopyBox(
         from + bytesOfVoxel * static_cast<std::size_t>(IdIn(ofFrom, first)),
         bytesOfVoxel * static_cast<std::size_t>(count));
     });
+}
+
+void WriteGeometry(vtkMultiProcessStream& stream, vtkImageData* image)
+{
+  for (const int e : ExtentOf(image))
+  {
+    stream << e;
+  }
+  for (int a = 0; a < 3; ++a)
+  {
+    stream << image->GetOrigin()[a] << image->GetSpacing()[a];
+  }
+  for (int n = 0; n < 9; ++n)
+  {
+    stream << image->GetDirectionMatrix()->GetData()[n];
+  }
+}
+
+void ReadGeometry(vtkMultiProcessStream& stream, vtkImageData* image)
+{
+  Extent extent;
+  double origin[3];
+  double spacing[3];
+  double direction[9];
+  for (int& e : extent)
+  {
+    stream >> e;
+  }
+  for (int a = 0; a < 3; ++a)
+  {
+    stream >> origin[a] >> spacing[a];
+  }
+  for (double& d : direction)
+  {
+    stream >> d;
+  }
+  image->SetExtent(extent.data());
+  image->SetOrigin(origin);
+  image->SetSpacing(spacing);
+  image->SetDirectionMatrix(direction);
 }
 
 std::string ListTypes(vtkImageData* image)

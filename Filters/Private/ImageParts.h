@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+class vtkMultiProcessStream;
+
 namespace vtkChainMail
 {
 
@@ -31,6 +33,10 @@ vtkIdType VoxelsOf(const Extent& extent);
 
 /// The voxels of `boxes` that are not in `extent`, as boxes that do not overlap if those do not.
 std::vector<Extent> Without(const std::vector<Extent>& boxes, const Extent& extent);
+
+/// Extent, origin, spacing and direction, from process to process.
+void WriteGeometry(vtkMultiProcessStream& stream, vtkImageData* image);
+void ReadGeometry(vtkMultiProcessStream& stream, vtkImageData* image);
 
 /// Names, types and components of the point arrays, in their order.
 std::string ListTypes(vtkImageData* image);

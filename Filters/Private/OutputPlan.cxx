@@ -53,18 +53,7 @@ OutputPlan::OutputPlan(const Scene& scene, const Session& session)
 
 void OutputPlan::Write(vtkMultiProcessStream& stream) const
 {
-  for (const int e : vtkChainMail::ExtentOf(this->Whole))
-  {
-    stream << e;
-  }
-  for (int a = 0; a < 3; ++a)
-  {
-    stream << this->Whole->GetOrigin()[a] << this->Whole->GetSpacing()[a];
-  }
-  for (int n = 0; n < 9; ++n)
-  {
-    stream << this->Whole->GetDirectionMatrix()->GetData()[n];
-  }
+  WriteGeometry(stream, this->Whole);
   stream << this->Scalars << this->Background << this->NotMeasured.Low << this->NotMeasured.High << this->Threshold
          << this->Ceiling << this->AreLabels << this->Arrays << this->Builds << this->TissueChanges << this->LinkChanges
          << this->IsCut << this->Axes << static_cast<int>(this->LabelArrays.size());
@@ -82,28 +71,9 @@ void OutputPlan::Write(vtkMultiProcessStream& stream) const
 OutputPlan OutputPlan::Read(vtkMultiProcessStream& stream)
 {
   OutputPlan plan;
-  Extent extent;
-  double origin[3];
-  double spacing[3];
-  double direction[9];
   int labels = 0;
-  for (int& e : extent)
-  {
-    stream >> e;
-  }
-  for (int a = 0; a < 3; ++a)
-  {
-    stream >> origin[a] >> spacing[a];
-  }
-  for (double& d : direction)
-  {
-    stream >> d;
-  }
   plan.Whole = vtkSmartPointer<vtkImageData>::New();
-  plan.Whole->SetExtent(extent.data());
-  plan.Whole->SetOrigin(origin);
-  plan.Whole->SetSpacing(spacing);
-  plan.Whole->SetDirectionMatrix(direction);
+  ReadGeometry(stream, plan.Whole);
   stream >> plan.Scalars >> plan.Background >> plan.NotMeasured.Low >> plan.NotMeasured.High >> plan.Threshold >>
     plan.Ceiling >> plan.AreLabels >> plan.Arrays >> plan.Builds >> plan.TissueChanges >> plan.LinkChanges >>
     plan.IsCut >> plan.Axes >> labels;
