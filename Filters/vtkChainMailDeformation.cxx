@@ -388,7 +388,7 @@ private:
     // Memory is checked for a new output only: an output of the same extent is written to again.
     const bool isNew =
       this->Announced.Deformed != this->Good.Deformed || this->Announced.Magnification != this->Good.Magnification;
-    if (isNew && this->Announced.Magnification > 1)
+    if (isNew && (this->Announced.Magnification > 1 || properties.OutputPadding > 0))
     {
       RequireMemory(scene.Output, inputs.Image, request ? (*request)[0] : scene.Output.ExtentOf(scene.Whole),
         (properties.PullBack ? 3 * sizeof(float) : 0) + (properties.ScalarSmoothing > 0.0 ? sizeof(float) : 0));

@@ -486,7 +486,7 @@ public:
   ///@{
   /**
    * Voxels added on every side of output 0, for tissue that leaves the image, [0, 4096]. Axes with one voxel are not
-   * padded. More than 2^31 voxels with the padding are an error. Default: 0.
+   * padded. More than 2^38 voxels with the padding, or more than fit into the main memory, are an error. Default: 0.
    */
   vtkSetClampMacro(OutputPadding, int, 0, 4096);
   vtkGetMacro(OutputPadding, int);

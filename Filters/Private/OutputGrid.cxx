@@ -189,11 +189,15 @@ void RequireMemory(const OutputGrid& grid, vtkImageData* image, const std::array
     kibibyte * (static_cast<double>(system.GetHostMemoryTotal()) - static_cast<double>(system.GetHostMemoryUsed()));
   if (voxels * perVoxel > free)
   {
+    const bool isFiner = grid.Detail.finer > 1;
+    const std::string property = isFiner ? "OutputMagnification" : "OutputPadding";
     std::ostringstream text;
     text.precision(2);
-    text << std::fixed << "With an OutputMagnification of " << grid.Detail.finer << " the deformed image has " << size
-         << " voxels, which take " << voxels * perVoxel / gigabyte << " GB; " << free / gigabyte
-         << " GB of main memory are free. Lower OutputMagnification, or show a part of the image (UseOutputBounds).";
+    text << std::fixed << "With an " << property << " of "
+         << (isFiner ? grid.Detail.finer : *std::max_element(grid.Padding.begin(), grid.Padding.end()))
+         << " the deformed image has " << size << " voxels, which take " << voxels * perVoxel / gigabyte << " GB; "
+         << free / gigabyte << " GB of main memory are free. Lower " << property
+         << ", or show a part of the image (UseOutputBounds).";
     throw chainmail::InputError(text.str());
   }
 }

@@ -1,8 +1,10 @@
 #include "BrickTable.h"
 
 #include "Error.h"
+#include "Format.h"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 
 namespace chainmail
@@ -24,8 +26,7 @@ void checkBrickSize(const Index3& size)
   if (!x || !y || !z)
   {
     throw InputError(
-      "The brick size " + std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]) +
-      " cannot be used: every number must be a power of two, the first from 4 to 64, the others from 2 to 32; or all 0 "
+      "The brick size " + toString(size) + " cannot be used: every number must be a power of two, the first from 4 to 64, the others from 2 to 32; or all 0 "
       "for the best one.");
   }
 }
@@ -41,6 +42,13 @@ BrickTable::BrickTable(const Grid& grid, const Index3& brickSize)
   for (int a = 0; a < 3; ++a)
   {
     this->counts_[a] = (this->grid_.size[a] + this->size_[a] - 1) / this->size_[a];
+  }
+  const double numbers =
+    (this->counts_[0] + 2.0) * (this->counts_[1] + 2.0) * (this->counts_[2] + 2.0); // exact up to 2^53
+  if (numbers > std::numeric_limits<int>::max())
+  {
+    throw InputError("The brick size " + toString(this->size_) + " divides the image into more than 2147483647 bricks. "
+                     "Take larger ones, or all 0 for the best size.");
   }
   this->strideY_ = this->counts_[0] + 2;
   this->strideZ_ = this->strideY_ * (this->counts_[1] + 2);

@@ -34,4 +34,10 @@ inline std::string toString(const Vector3& v)
   return "(" + toString(v[0]) + ", " + toString(v[1]) + ", " + toString(v[2]) + ")";
 }
 
+/// A number of voxels along each axis.
+inline std::string toString(const Index3& size)
+{
+  return std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]);
+}
+
 }

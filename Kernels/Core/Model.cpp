@@ -21,11 +21,6 @@ namespace
 
 constexpr float air = -std::numeric_limits<float>::infinity();
 
-std::string sizeToString(const Index3& size)
-{
-  return std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]);
-}
-
 /// `where` returns the words that name the value. It is a function because only an error message needs them, and this
 /// is called for every voxel.
 template <typename Where> float checkedConstraint(double value, Where&& where)
@@ -240,7 +235,7 @@ void Grid::check() const
   }
   if (!this->fits())
   {
-    throw InputError("The image has " + sizeToString(this->size) + " voxels; at most " + std::to_string(maxVoxels) +
+    throw InputError("The image has " + toString(this->size) + " voxels; at most " + std::to_string(maxVoxels) +
                      " can be handled. Crop it or resample it to fewer.");
   }
 }

@@ -19,8 +19,8 @@ using Vector3 = std::array<double, 3>;
 /// the image's own axes, measured from the centre of voxel (0, 0, 0). Arrays over a grid run x fastest, then y, then z.
 struct Grid
 {
-  /// The largest number of voxels that an image may have, before or after deformation.
-  static constexpr std::size_t maxVoxels = std::size_t(1) << 31;
+  /// The largest number of voxels that an image may have, before or after deformation (6501 along each axis).
+  static constexpr std::size_t maxVoxels = std::size_t(1) << 38;
 
   Index3 size{ 0, 0, 0 };           ///< voxels per axis
   Vector3 spacing{ 1.0, 1.0, 1.0 }; ///< [mm], positive
@@ -35,9 +35,9 @@ struct Grid
   /// Whether there are at most maxVoxels.
   bool fits() const
   {
-    // The product of all three sizes may be too large for its type, so two of them are multiplied first.
+    // The product of all three sizes may be too large for its type.
     const std::size_t layer = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
-    return layer <= maxVoxels && layer * static_cast<std::size_t>(size[2]) <= maxVoxels;
+    return layer == 0 || static_cast<std::size_t>(size[2]) <= maxVoxels / layer;
   }
   std::size_t at(int i, int j, int k) const
   {

@@ -18,7 +18,7 @@ int TestChainMailLimits(int, char*[])
     std::vector<std::string> Says;
   };
   for (const Case& one :
-    { Case{ { { 1024, 1024, 2049 } }, 1.0, { "1024 x 1024 x 2049 voxels", "at most 2147483648", "Crop" } },
+    { Case{ { { 8192, 8192, 4097 } }, 1.0, { "8192 x 8192 x 4097 voxels", "at most 274877906944", "Crop" } },
       Case{ { { 1024, 1024, 256 } }, 0.0, { "spacing", "positive" } } })
   {
     vtkNew<vtkImageData> image;

@@ -75,7 +75,7 @@ double Announced(vtkChainMailDeformation* filter)
 int TestChainMailPadding(int, char*[])
 {
   Checks check;
-  const double limit = 2147483648.0; // 2^31
+  const double limit = 274877906944.0; // 2^38
   const int size = 30;
 
   vtkNew<vtkChainMailDeformation> filter;
@@ -92,19 +92,24 @@ int TestChainMailPadding(int, char*[])
     check.Contains(error, "OutputPadding", "what is wrong");
     check.Contains(error, "4096", "the padding");
     check.Contains(error, "8222 x 8222 x 8222", "the padded size");
-    check.Contains(error, "2147483648", "the limit");
-    // 1290^3 is less than 2^31, 1292^3 is more.
-    check.Contains(error, "630", "what would fit");
+    check.Contains(error, "274877906944", "the limit");
+    // 6500^3 is less than 2^38, 6502^3 is more.
+    check.Contains(error, "3235", "what would fit");
     check.That(SameImage(filter->GetOutput(), image), "the image as it is");
   }
   {
     auto image = MakeScan(size, VTK_SHORT);
     Prepare(filter, image);
-    filter->SetOutputPadding(631);
+    filter->SetOutputPadding(3236);
     filter->Update();
-    check.Contains(log.TakeErrors(), "630", "one more than fits");
-    filter->SetOutputPadding(630);
-    check.Equal(Announced(filter), 1290.0 * 1290.0 * 1290.0, "what fits is announced");
+    check.Contains(log.TakeErrors(), "3235", "one more than fits");
+    filter->SetOutputPadding(3235);
+    check.Equal(Announced(filter), 6500.0 * 6500.0 * 6500.0, "what fits is announced");
+    filter->Update();
+    const std::string memory = log.TakeErrors(); // 549 GB
+    check.Contains(memory, "OutputPadding of 3235", "more than the memory");
+    check.Contains(memory, "GB of main memory are free", "more than the memory");
+    check.Equal(filter->GetOutput()->GetNumberOfPoints(), size * size * size, "more than the memory: the image as it is");
     filter->SetOutputPadding(3);
     check.Equal(Announced(filter), 36.0 * 36.0 * 36.0, "a few");
     filter->Update();

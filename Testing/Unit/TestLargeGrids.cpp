@@ -1,4 +1,4 @@
-// Grids of a billion voxels, most of them air. Rows are computed on request, so they need no memory.
+// Grids of up to 8.6 billion voxels, most of them air. Rows are computed on request, so they need no memory.
 
 #include "Scene.h"
 
@@ -57,16 +57,41 @@ std::map<Index3, std::array<float, 3>> pulled(int corner)
   return found;
 }
 
-TEST(LargeGrids, TheLastCornerOfABillionVoxelsIsResampledAsASmallGridIs)
+/// The last corner has numbers of voxels that need 31 bits, or 33.
+TEST(LargeGrids, TheLastCornerIsResampledAsASmallGridIs)
 {
   const auto small = pulled(0);
-  const auto large = pulled(1024 - width);
   EXPECT_GT(small.size(), 5000u);
-  ASSERT_EQ(small.size(), large.size());
-  for (auto a = small.begin(), b = large.begin(); a != small.end(); ++a, ++b)
+  for (const int size : { 1024, 2048 })
   {
-    ASSERT_EQ(a->first, b->first);
-    ASSERT_EQ(std::memcmp(a->second.data(), b->second.data(), sizeof(a->second)), 0) << a->first[0];
+    const auto large = pulled(size - width);
+    ASSERT_EQ(small.size(), large.size());
+    for (auto a = small.begin(), b = large.begin(); a != small.end(); ++a, ++b)
+    {
+      ASSERT_EQ(a->first, b->first);
+      ASSERT_EQ(std::memcmp(a->second.data(), b->second.data(), sizeof(a->second)), 0) << a->first[0];
+    }
+  }
+}
+
+TEST(LargeGrids, SmallBricksMayBeTooMany)
+{
+  Grid grid;
+  grid.size = { 4000, 4000, 4000 };
+  const auto model = std::make_shared<const Model>(
+    grid, 1, [](std::size_t, int count, float* out) { std::fill_n(out, count, 0.2f); });
+  Settings settings;
+  settings.device = testDevice();
+  settings.brickSize = { 4, 2, 2 };
+  try
+  {
+    Simulation simulation(model, settings);
+    FAIL();
+  }
+  catch (const InputError& error)
+  {
+    EXPECT_EQ(std::string(error.what()), "The brick size 4 x 2 x 2 divides the image into more than 2147483647 bricks. "
+                                         "Take larger ones, or all 0 for the best size.");
   }
 }
 
