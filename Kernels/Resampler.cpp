@@ -6,6 +6,7 @@
 #include "TissuePart.h"
 
 #include <algorithm>
+#include <deque>
 #include <iterator>
 #include <limits>
 #include <stdexcept>
@@ -100,19 +101,27 @@ public:
   {
   }
 
-  void take(const TissuePart& part);
+  void begin(TissuePart part);
+  void goOn(const float* displacements);
 
   std::shared_ptr<Context> context;
   std::function<bool(double)> progress;
   std::function<bool()> compiling;
   TissuePart::Frame frame;
   std::unique_ptr<Copy> copy;
+  std::deque<std::vector<int>> awaited; ///< bricks whose displacements come in further messages
+  TissueVersion version;                ///< none while messages are awaited
 };
 
-void Resampler::Impl::take(const TissuePart& part)
+void Resampler::Impl::begin(TissuePart part)
 {
+  const TissueVersion before = std::exchange(this->version, TissueVersion());
   const auto isSame = [](const TissuePart::Frame& a, const TissuePart::Frame& b)
-  { return a.simulation == b.simulation && a.grid.size == b.grid.size && a.brickSize == b.brickSize; };
+  { return a.version.simulation == b.version.simulation && a.grid.size == b.grid.size && a.brickSize == b.brickSize; };
+  if (!(part.frame.since == TissueVersion()) && !(part.frame.since == before))
+  {
+    throw std::logic_error("The tissue that was received continues from another one than the last.");
+  }
   if (!this->copy || !isSame(part.frame, this->frame))
   {
     this->copy.reset(); // frees its memory first
@@ -127,15 +136,32 @@ void Resampler::Impl::take(const TissuePart& part)
     own.topology = part.topology;
     bricks.replaceTopology(part.topology);
   }
-  // Bricks that are not displaced any more.
-  const std::vector<int> before = std::exchange(own.displaced, part.displaced);
   std::vector<int> atRest;
-  std::set_difference(
-    before.begin(), before.end(), part.displaced.begin(), part.displaced.end(), std::back_inserter(atRest));
-  const auto perBrick = static_cast<std::size_t>(3 * bricks.elementsPerBrick());
-  bricks.writeSlots(bricks.slotsOf(atRest), std::vector<float>(perBrick * atRest.size(), 0.0f));
+  std::set_difference(own.displaced.begin(), own.displaced.end(), part.displaced.begin(), part.displaced.end(),
+    std::back_inserter(atRest));
+  inMessages(bricks, atRest,
+    [&](const std::vector<int>& list)
+    {
+      const std::vector<float> zeros(static_cast<std::size_t>(3 * bricks.elementsPerBrick()) * list.size(), 0.0f);
+      bricks.writeSlots(bricks.slotsOf(list), zeros.data());
+    });
   bricks.makeUpdatable(part.displaced);
-  bricks.writeSlots(bricks.slotsOf(part.displaced), part.displacements);
+  own.displaced = std::move(part.displaced);
+  this->awaited.clear();
+  inMessages(bricks, part.changed, [&](const std::vector<int>& list) { this->awaited.push_back(list); });
+  this->version = this->awaited.empty() ? this->frame.version : TissueVersion();
+}
+
+void Resampler::Impl::goOn(const float* displacements)
+{
+  if (this->awaited.empty())
+  {
+    throw std::logic_error("Displacements were received that nothing announced.");
+  }
+  Bricks& bricks = this->copy->bricks;
+  bricks.writeSlots(bricks.slotsOf(this->awaited.front()), displacements);
+  this->awaited.pop_front();
+  this->version = this->awaited.empty() ? this->frame.version : TissueVersion();
 }
 
 Resampler::Resampler(const std::string& device)
@@ -157,10 +183,20 @@ void Resampler::setCompiling(std::function<bool()> compiling)
   this->impl_->compiling = std::move(compiling);
 }
 
-void Resampler::take(const std::vector<char>& bytes)
+void Resampler::take(const std::vector<char>& message)
 {
   requireOwnOpenCL();
-  translated([&] { this->impl_->take(TissuePart::fromBytes(bytes)); });
+  translated(
+    [&]
+    {
+      const float* const displacements = displacementsOf(message);
+      displacements ? this->impl_->goOn(displacements) : this->impl_->begin(TissuePart::fromMessage(message));
+    });
+}
+
+TissueVersion Resampler::version() const
+{
+  return this->impl_->version;
 }
 
 Sources Resampler::sources() const
@@ -172,9 +208,9 @@ Resampled Resampler::resample(const BoxVisitor& visit, std::uint64_t since)
 {
   requireOwnOpenCL();
   Impl& impl = *this->impl_;
-  if (!impl.copy)
+  if (impl.version == TissueVersion())
   {
-    throw InputError("There is no tissue to resample.");
+    throw InputError("There is no tissue to resample, or not all of it.");
   }
   const WhileCompiling report(
     [&impl]

@@ -27,8 +27,10 @@ public:
   void setProgress(std::function<bool(double)> progress);
   void setCompiling(std::function<bool()> compiling);
 
-  /// Replaces the tissue by that of Simulation::exportTissue().
-  void take(const std::vector<char>& bytes);
+  /// Takes one of the messages of Simulation::exportTissue(). They have to come in their order.
+  void take(const std::vector<char>& message);
+  /// The tissue after the last message of an export; none before that, and after an error.
+  TissueVersion version() const;
 
   /// The voxels of the grid that the part of the output may show.
   Sources sources() const;

@@ -84,7 +84,7 @@ public:
   double energy();
   Resampled resample(
     const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail);
-  void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
+  void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<TissueReceiver>& receivers,
     const std::function<void(std::size_t, const std::vector<char>&)>& take);
   Bricks& voxels();
 
@@ -669,21 +669,16 @@ Resampled Simulation::Impl::resample(
     padding, since, cuts, detail, [this](double share) { this->checkpoint(share); }, visit);
 }
 
-void Simulation::Impl::exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
-  const std::function<void(std::size_t, const std::vector<char>&)>& take)
+void Simulation::Impl::exportTissue(const Index3& padding, CutSurfaces cuts,
+  const std::vector<TissueReceiver>& receivers, const std::function<void(std::size_t, const std::vector<char>&)>& take)
 {
-  for (const OutputDetail& part : parts)
+  for (const TissueReceiver& receiver : receivers)
   {
-    this->checkOutput(padding, part);
+    this->checkOutput(padding, receiver.detail);
   }
   this->voxels();
   const WhileCompiling report([this] { this->reportCompiling(true); });
-  this->resampling_.exportTissue(padding, cuts, parts,
-    [&](std::size_t n, TissuePart part)
-    {
-      part.frame.simulation = this->number_;
-      take(n, part.toBytes());
-    });
+  this->resampling_.exportTissue(padding, cuts, this->number_, receivers, take);
 }
 
 Simulation::Simulation(std::shared_ptr<const Model> model, const Settings& settings)
@@ -866,10 +861,10 @@ Resampled Simulation::resample(const Index3& padding, const BoxVisitor& visit, s
   return this->impl_->called([&] { return this->impl_->resample(padding, visit, since, cuts, detail); });
 }
 
-void Simulation::exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
+void Simulation::exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<TissueReceiver>& receivers,
   const std::function<void(std::size_t, const std::vector<char>&)>& take) const
 {
-  this->impl_->called([&] { this->impl_->exportTissue(padding, cuts, parts, take); });
+  this->impl_->called([&] { this->impl_->exportTissue(padding, cuts, receivers, take); });
 }
 
 Sources Simulation::sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail) const

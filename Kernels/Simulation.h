@@ -234,10 +234,12 @@ public:
   Resampled resample(const Index3& padding, const BoxVisitor& visit, std::uint64_t since = 0,
     CutSurfaces cuts = CutSurfaces::Stepped, const OutputDetail& detail = {}) const;
 
-  /// Calls take(n, bytes) for each part of such an output with the tissue that a Resampler in another process needs for
-  /// it. `parts` differ only in which voxels they have. Throws InputError as resample() does.
-  void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
-    const std::function<void(std::size_t part, const std::vector<char>& bytes)>& take) const;
+  /// Exports the tissue that Resamplers in other processes need, each for its part of such an output. The parts differ
+  /// only in which voxels they have. Calls take(n, message) for receiver n, in its order, once or more often with
+  /// messages of up to some MB. A receiver gets displacements only where they have changed since what it holds. Throws
+  /// InputError as resample() does.
+  void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<TissueReceiver>& receivers,
+    const std::function<void(std::size_t n, const std::vector<char>& message)>& take) const;
 
   /// The voxels of the grid that a part of such an output may show. Loads the tissue that resample() needs for it, so
   /// that needs no rows of the model.

@@ -49,6 +49,19 @@ bool IsRaw(vtkAbstractArray* array)
   return vtkDataArray::SafeDownCast(array) && array->GetDataType() != VTK_BIT;
 }
 
+/// The numbers of all processes one after the other, on one of them.
+template <typename T>
+std::vector<T> GatherOn(int process, vtkMultiProcessController* controller, const std::vector<T>& mine)
+{
+  if (!controller)
+  {
+    return mine;
+  }
+  std::vector<T> all(mine.size() * static_cast<std::size_t>(controller->GetNumberOfProcesses()));
+  controller->Gather(mine.data(), all.data(), static_cast<vtkIdType>(mine.size()), process);
+  return all;
+}
+
 /// Runs a step unless an earlier one failed, and sets `problem` to why it fails.
 template <typename F> void Try(std::string& problem, F&& step)
 {
@@ -414,13 +427,12 @@ int Exchange::GetSize() const
 
 std::vector<int> Exchange::ToRoot(const std::vector<int>& mine) const
 {
-  if (!this->Controller)
-  {
-    return mine;
-  }
-  std::vector<int> all(mine.size() * static_cast<std::size_t>(this->GetSize()));
-  this->Controller->Gather(mine.data(), all.data(), static_cast<vtkIdType>(mine.size()), root);
-  return all;
+  return GatherOn(root, this->Controller, mine);
+}
+
+std::vector<vtkTypeInt64> Exchange::ToRoot(const std::vector<vtkTypeInt64>& mine) const
+{
+  return GatherOn(root, this->Controller, mine);
 }
 
 void Exchange::FromRoot(vtkMultiProcessStream& stream) const
@@ -476,18 +488,24 @@ void Exchange::FromRoot(vtkFieldData* fields) const
 
 void Exchange::Send(const std::vector<char>& bytes, int to) const
 {
-  vtkNew<vtkUnsignedCharArray> array;
-  auto* const memory = reinterpret_cast<unsigned char*>(const_cast<char*>(bytes.data()));
-  array->SetArray(memory, static_cast<vtkIdType>(bytes.size()), 1);
-  this->Controller->Send(array, to, BYTES);
+  const auto size = static_cast<vtkIdType>(bytes.size());
+  this->Controller->Send(&size, 1, to, BYTES);
+  if (size > 0)
+  {
+    this->Controller->Send(bytes.data(), size, to, BYTES);
+  }
 }
 
 std::vector<char> Exchange::Receive(int from) const
 {
-  vtkNew<vtkUnsignedCharArray> array;
-  this->Controller->Receive(array, from, BYTES);
-  const auto* const bytes = reinterpret_cast<const char*>(array->GetPointer(0));
-  return std::vector<char>(bytes, bytes + array->GetNumberOfTuples());
+  vtkIdType size = 0;
+  this->Controller->Receive(&size, 1, from, BYTES);
+  std::vector<char> bytes(static_cast<std::size_t>(size));
+  if (size > 0)
+  {
+    this->Controller->Receive(bytes.data(), size, from, BYTES);
+  }
+  return bytes;
 }
 
 void Exchange::SendSparse(const char* values, std::size_t bytes, int to) const

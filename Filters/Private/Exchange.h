@@ -60,6 +60,7 @@ public:
   int GetRank() const;
   /// The numbers of all processes one after the other, on the root. Each gives equally many.
   std::vector<int> ToRoot(const std::vector<int>& mine) const;
+  std::vector<vtkTypeInt64> ToRoot(const std::vector<vtkTypeInt64>& mine) const;
   /// The same on all processes.
   std::vector<int> ToAll(const std::vector<int>& mine) const;
   /// Gives all processes what the root has.

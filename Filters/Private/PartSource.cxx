@@ -87,37 +87,43 @@ void PartSource::Update(const Team& team, Steps& steps, const Scene* scene, cons
 void PartSource::ShareTissue(const Team& team, Steps& steps, const Scene* scene)
 {
   const Exchange& exchange = team.GetLink();
-  std::vector<int> mine(7, 0);
+  // Whether this process wants tissue, the part that it makes, and the version that it has.
+  std::vector<vtkTypeInt64> mine(9, 0);
   if (this->Part)
   {
     mine[0] = 1;
     std::copy_n(this->Part->first.begin(), 3, mine.begin() + 1);
     std::copy_n(this->Part->last.begin(), 3, mine.begin() + 4);
+    const chainmail::TissueVersion has = this->Elsewhere ? this->Elsewhere->version() : chainmail::TissueVersion();
+    mine[7] = static_cast<vtkTypeInt64>(has.simulation);
+    mine[8] = static_cast<vtkTypeInt64>(has.revision);
   }
-  const std::vector<int> all = exchange.ToRoot(mine);
+  const std::vector<vtkTypeInt64> all = exchange.ToRoot(mine);
   bool isTaken = false;
   const auto lead = [&]
   {
-    std::vector<int> receivers;
-    std::vector<chainmail::OutputDetail> parts;
+    std::vector<chainmail::TissueReceiver> receivers;
     for (int p = 1; p < exchange.GetSize(); ++p)
     {
-      const int* given = all.data() + 7 * p;
+      const vtkTypeInt64* given = all.data() + mine.size() * static_cast<std::size_t>(p);
       if (given[0] != 0)
       {
         chainmail::OutputDetail part = this->Plan.Detail;
-        std::copy_n(given + 1, 3, part.first.begin());
-        std::copy_n(given + 4, 3, part.last.begin());
-        receivers.push_back(p);
-        parts.push_back(part);
+        for (int a = 0; a < 3; ++a)
+        {
+          part.first[a] = static_cast<int>(given[1 + a]);
+          part.last[a] = static_cast<int>(given[4 + a]);
+        }
+        receivers.push_back(
+          { p, part, { static_cast<std::uint64_t>(given[7]), static_cast<std::uint64_t>(given[8]) } });
       }
     }
     const chainmail::Simulation& simulation = this->Source.GetSimulation();
-    simulation.exportTissue(this->Plan.Padding, this->Cuts, parts,
-      [&](std::size_t n, const std::vector<char>& tissue)
+    simulation.exportTissue(this->Plan.Padding, this->Cuts, receivers,
+      [&](std::size_t n, const std::vector<char>& message)
       {
-        team.Offer(receivers[n], 0);
-        exchange.Send(tissue, receivers[n]);
+        team.Offer(receivers[n].number, 0);
+        exchange.Send(message, receivers[n].number);
       });
     if (this->Part)
     {
@@ -126,12 +132,12 @@ void PartSource::ShareTissue(const Team& team, Steps& steps, const Scene* scene)
   };
   const auto take = [&](int, int)
   {
-    const std::vector<char> tissue = exchange.Receive(Exchange::Root);
+    const std::vector<char> message = exchange.Receive(Exchange::Root);
     isTaken = true;
     steps.Run(
       [&]
       {
-        this->Elsewhere->take(tissue);
+        this->Elsewhere->take(message);
         this->Sources = this->Elsewhere->sources();
       });
   };
@@ -139,7 +145,8 @@ void PartSource::ShareTissue(const Team& team, Steps& steps, const Scene* scene)
   steps.Run(
     [&]
     {
-      if (this->Part && !scene && !isTaken)
+      const bool isComplete = isTaken && !(this->Elsewhere->version() == chainmail::TissueVersion());
+      if (this->Part && !scene && !isComplete)
       {
         throw FailedElsewhere();
       }

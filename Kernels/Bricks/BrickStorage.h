@@ -97,7 +97,9 @@ public:
       , first_(first)
     {
     }
-    T operator()(std::size_t run, std::uint32_t local) const { return this->runs_[run].get()[this->first_ + local]; }
+    T operator()(std::size_t run, std::uint32_t local) const { return this->of(run)[local]; }
+    /// All values of a run, in the order of addresses.
+    const T* of(std::size_t run) const { return this->runs_[run].get() + this->first_; }
 
   private:
     const std::vector<Context::View<T>>& runs_;

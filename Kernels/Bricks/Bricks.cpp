@@ -41,10 +41,9 @@ void Bricks::saveIn(Field& field, const std::vector<int>& slots)
   this->copy(this->displacement_, field, slots);
 }
 
-void Bricks::writeSlots(const std::vector<int>& slots, const std::vector<float>& values)
+void Bricks::writeSlots(const std::vector<int>& slots, const float* values)
 {
   const auto count = static_cast<std::size_t>(this->elementsPerBrick());
-  std::vector<float> run;
   for (std::size_t begin = 0, end = 0; begin < slots.size(); begin = end)
   {
     // Consecutive slots are one transfer for each axis.
@@ -54,14 +53,8 @@ void Bricks::writeSlots(const std::vector<int>& slots, const std::vector<float>&
     }
     for (std::size_t a = 0; a < 3; ++a)
     {
-      run.clear();
-      for (std::size_t n = begin; n < end; ++n)
-      {
-        const auto from = values.begin() + static_cast<std::ptrdiff_t>((3 * n + a) * count);
-        run.insert(run.end(), from, from + static_cast<std::ptrdiff_t>(count));
-      }
-      this->context().write(
-        this->displacement_.buffer, sizeof(float) * (a * this->pitch() + slots[begin] * count), run);
+      this->context().write(this->displacement_.buffer, sizeof(float) * (a * this->pitch() + slots[begin] * count),
+        values + (a * slots.size() + begin) * count, (end - begin) * count);
     }
   }
   this->markDirty(slots);

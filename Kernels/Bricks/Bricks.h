@@ -55,8 +55,9 @@ public:
   Snapshot& before() { return this->before_; }
   const Snapshot& before() const { return this->before_; }
 
-  /// Sets all displacements in these slots, which have a state: for each slot what readSlot() gives, in their order.
-  void writeSlots(const std::vector<int>& slots, const std::vector<float>& values);
+  /// Sets all displacements in these slots, which have a state: elementsPerBrick() values for each slot, in their order
+  /// and in the order of addresses, first of x for all slots, then of y, then of z.
+  void writeSlots(const std::vector<int>& slots, const float* values);
 
   /// Puts all elements at rest: sets displacements and rotations to zero.
   void clearDisplacements();

@@ -305,6 +305,26 @@ struct Sources
   VoxelBox moved;
 };
 
+/// Which tissue of a simulation a Resampler holds.
+struct TissueVersion
+{
+  std::uint64_t simulation = 0; ///< its number, unique in its process; 0: none
+  std::uint64_t revision = 0;   ///< grows with every change of the tissue
+
+  bool operator==(const TissueVersion& other) const
+  {
+    return this->simulation == other.simulation && this->revision == other.revision;
+  }
+};
+
+/// A Resampler in another process, for Simulation::exportTissue().
+struct TissueReceiver
+{
+  int number = 0;      ///< distinguishes it from others
+  OutputDetail detail; ///< the part of the output that it is to resample
+  TissueVersion has;   ///< what it holds: Resampler::version()
+};
+
 /// Gets one or more boxes at a time. Their pointers are valid until it returns.
 using BoxVisitor = std::function<void(const std::vector<ResampledBox>&)>;
 

@@ -131,7 +131,7 @@ Kernel Context::kernel(const std::string& file, const std::string& defines, cons
   return Kernel(this->programs_.program(file, defines), name);
 }
 
-void Context::write(const cl::Buffer& buffer, std::size_t offset, const char* values, std::size_t bytes)
+void Context::writeBytes(const cl::Buffer& buffer, std::size_t offset, const char* values, std::size_t bytes)
 {
   if (bytes > mostBytesCopied)
   {

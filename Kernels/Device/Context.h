@@ -118,9 +118,13 @@ public:
   /// Writes values at an offset [bytes]. The caller may change them as soon as this returns.
   template <typename T> void write(const cl::Buffer& buffer, std::size_t offset, const std::vector<T>& values)
   {
-    if (!values.empty())
+    this->write(buffer, offset, values.data(), values.size());
+  }
+  template <typename T> void write(const cl::Buffer& buffer, std::size_t offset, const T* values, std::size_t count)
+  {
+    if (count > 0)
     {
-      this->write(buffer, offset, reinterpret_cast<const char*>(values.data()), sizeof(T) * values.size());
+      this->writeBytes(buffer, offset, reinterpret_cast<const char*>(values), sizeof(T) * count);
     }
   }
   template <typename T> void read(const cl::Buffer& buffer, std::vector<T>& values)
@@ -152,7 +156,7 @@ private:
   /// A copy of values that the device may not have read yet.
   using Copy = std::vector<char>;
 
-  void write(const cl::Buffer& buffer, std::size_t offset, const char* values, std::size_t bytes);
+  void writeBytes(const cl::Buffer& buffer, std::size_t offset, const char* values, std::size_t bytes);
   void read(const cl::Buffer& buffer, std::size_t bytes, void* values);
   void letCopiesGo(const std::function<void()>& wait);
   HostBytes view(const cl::Buffer& buffer, std::size_t offset, std::size_t bytes);

@@ -290,19 +290,36 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
   return { this->last_, reaches.empty() };
 }
 
-void Resampling::exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
-  const std::function<void(std::size_t, const TissuePart&)>& take)
+void Resampling::exportTissue(const Index3& padding, CutSurfaces cuts, std::uint64_t simulation,
+  const std::vector<TissueReceiver>& receivers, const std::function<void(std::size_t, const std::vector<char>&)>& take)
 {
-  this->changes_.revise();
+  const ChangeTracker::Revision now = this->changes_.revise();
   const OutputFrame frame(this->bricks_.model().grid(), padding, this->bricks_.size());
   const Ranges ranges(this->bricks_, this->changes_);
   const std::vector<BrickExtents> reaches = findReaches(this->bricks_, frame, this->changes_, ranges, cuts);
-  for (std::size_t n = 0; n < parts.size(); ++n)
+  for (std::size_t n = 0; n < receivers.size(); ++n)
   {
-    TissuePart part = partOf(this->bricks_, this->rest_, frame, reaches, this->changes_.displaced(), parts[n]);
+    const TissueReceiver& receiver = receivers[n];
+    TissuePart part = partOf(this->bricks_, this->rest_, frame, reaches, this->changes_.displaced(), receiver.detail);
+    part.frame.version = { simulation, now };
     part.frame.padding = padding;
     part.frame.cuts = cuts;
-    take(n, part);
+    Sent& sent = this->sent_[receiver.number];
+    if (receiver.has.simulation == simulation && receiver.has == sent.version)
+    {
+      part.frame.since = receiver.has;
+      const auto hasIt = [&](int brick)
+      {
+        return this->changes_.changedAt(brick) <= receiver.has.revision &&
+               std::binary_search(sent.displaced.begin(), sent.displaced.end(), brick);
+      };
+      part.changed.erase(std::remove_if(part.changed.begin(), part.changed.end(), hasIt), part.changed.end());
+    }
+    // A receiver that does not get all of this has another version later.
+    sent = { part.frame.version, part.displaced };
+    take(n, part.toMessage());
+    inMessages(this->bricks_, part.changed,
+      [&](const std::vector<int>& displaced) { take(n, messageOf(this->bricks_, displaced)); });
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 
 namespace chainmail
 {
@@ -22,8 +23,9 @@ public:
     const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
 
   /// See Simulation::exportTissue().
-  void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<OutputDetail>& parts,
-    const std::function<void(std::size_t part, const TissuePart& tissue)>& take);
+  void exportTissue(const Index3& padding, CutSurfaces cuts, std::uint64_t simulation,
+    const std::vector<TissueReceiver>& receivers,
+    const std::function<void(std::size_t n, const std::vector<char>& message)>& take);
   /// See Simulation::sources().
   Sources sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail);
 
@@ -40,6 +42,13 @@ public:
   };
 
 private:
+  /// What a receiver of exported tissue got last.
+  struct Sent
+  {
+    TissueVersion version;
+    std::vector<int> displaced; ///< ascending
+  };
+
   /// The number of output voxels of a brick.
   std::size_t voxelsPerBrick() const;
   void noteChanges(const OutputFrame& frame);
@@ -59,6 +68,7 @@ private:
   bool covers_ = false; ///< whether voxels of this run have a coverage
   Ranges ranges_;       ///< of the last run
   RestElements rest_;   ///< of bricks that were exported
+  std::map<int, Sent> sent_;
   /// For each output brick the last look at which its content may have changed.
   std::vector<ChangeTracker::Revision> changedAt_;
   Scratch list_{ "the list of bricks" };

@@ -99,30 +99,12 @@ private:
 /// Displaced elements up to this far from a cell may move it: corners in air follow the elements around them [voxels].
 constexpr int around = 4;
 
-void addDisplacements(const Bricks& bricks, TissuePart& part)
+/// What a message begins with. All that follows is aligned to it.
+enum class Kind : std::uint64_t
 {
-  const auto count = static_cast<std::size_t>(bricks.elementsPerBrick());
-  part.displacements.resize(3 * count * part.displaced.size());
-  std::vector<int> slots = bricks.slotsOf(part.displaced);
-  std::vector<std::size_t> rows(*std::max_element(slots.begin(), slots.end()) + std::size_t(1));
-  for (std::size_t n = 0; n < slots.size(); ++n)
-  {
-    rows[slots[n]] = n;
-  }
-  std::sort(slots.begin(), slots.end());
-  bricks.readSlots<float>({ { bricks.displacement(), 3 } }, slots,
-    [&](int slot, const Bricks::SlotValues<float>& u)
-    {
-      float* out = part.displacements.data() + 3 * count * rows[slot];
-      for (std::size_t a = 0; a < 3; ++a)
-      {
-        for (std::uint32_t local = 0; local < count; ++local)
-        {
-          *out++ = u(a, local);
-        }
-      }
-    });
-}
+  Part,
+  Displacements
+};
 
 /// The bricks of a part of the output.
 BrickBox bricksOf(const OutputFrame& frame, const OutputDetail& detail)
@@ -288,10 +270,7 @@ TissuePart partOf(Bricks& bricks, RestElements& rest, const OutputFrame& frame,
     const std::vector<std::uint8_t>& elements = rest.of(brick);
     part.elements.insert(part.elements.end(), elements.begin(), elements.end());
   }
-  if (!part.displaced.empty())
-  {
-    addDisplacements(bricks, part);
-  }
+  part.changed = part.displaced;
   for (const int brick : part.bricks)
   {
     if (bricks.links().all().count(brick) > 0)
@@ -307,16 +286,16 @@ TissuePart partOf(Bricks& bricks, RestElements& rest, const OutputFrame& frame,
   return part;
 }
 
-std::vector<char> TissuePart::toBytes() const
+std::vector<char> TissuePart::toMessage() const
 {
   std::vector<char> bytes;
-  bytes.reserve(sizeof(float) * this->displacements.size() + this->elements.size() +
-                sizeof(int) * (this->bricks.size() + this->displaced.size()) + sizeof(Frame));
+  const Kind kind = Kind::Part;
+  put(bytes, &kind, 1);
   put(bytes, &this->frame, 1);
   put(bytes, this->bricks);
   put(bytes, this->elements);
   put(bytes, this->displaced);
-  put(bytes, this->displacements);
+  put(bytes, this->changed);
   const std::uint64_t counts[] = { this->topology.bits.size(), this->topology.distances.size() };
   put(bytes, counts, 2);
   for (const auto& [brick, bits] : this->topology.bits)
@@ -332,15 +311,15 @@ std::vector<char> TissuePart::toBytes() const
   return bytes;
 }
 
-TissuePart TissuePart::fromBytes(const std::vector<char>& bytes)
+TissuePart TissuePart::fromMessage(const std::vector<char>& message)
 {
   static_assert(std::is_trivially_copyable<Frame>::value, "it is copied as bytes");
   TissuePart part;
-  const char* from = take(bytes.data(), &part.frame, 1);
+  const char* from = take(message.data() + sizeof(Kind), &part.frame, 1);
   from = take(from, part.bricks);
   from = take(from, part.elements);
   from = take(from, part.displaced);
-  from = take(from, part.displacements);
+  from = take(from, part.changed);
   std::uint64_t counts[2];
   from = take(from, counts, 2);
   for (std::uint64_t n = 0; n < counts[0]; ++n)
@@ -356,6 +335,50 @@ TissuePart TissuePart::fromBytes(const std::vector<char>& bytes)
     from = take(from, part.topology.distances[brick]);
   }
   return part;
+}
+
+std::vector<char> messageOf(const Bricks& bricks, const std::vector<int>& displaced)
+{
+  const auto count = static_cast<std::size_t>(bricks.elementsPerBrick());
+  std::vector<char> message(sizeof(Kind) + sizeof(float) * 3 * count * displaced.size());
+  const Kind kind = Kind::Displacements;
+  std::memcpy(message.data(), &kind, sizeof(kind));
+  auto* const values = reinterpret_cast<float*>(message.data() + sizeof(kind));
+  std::vector<int> slots = bricks.slotsOf(displaced);
+  std::unordered_map<int, std::size_t> places;
+  for (std::size_t n = 0; n < slots.size(); ++n)
+  {
+    places[slots[n]] = n;
+  }
+  std::sort(slots.begin(), slots.end());
+  bricks.readSlots<float>({ { bricks.displacement(), 3 } }, slots,
+    [&](int slot, const Bricks::SlotValues<float>& u)
+    {
+      for (std::size_t a = 0; a < 3; ++a)
+      {
+        std::copy_n(u.of(a), count, values + (a * slots.size() + places.at(slot)) * count);
+      }
+    });
+  return message;
+}
+
+const float* displacementsOf(const std::vector<char>& message)
+{
+  Kind kind = Kind::Part;
+  std::memcpy(&kind, message.data(), sizeof(kind));
+  return kind == Kind::Part ? nullptr : reinterpret_cast<const float*>(message.data() + sizeof(kind));
+}
+
+void inMessages(
+  const Bricks& bricks, const std::vector<int>& list, const std::function<void(const std::vector<int>&)>& f)
+{
+  constexpr std::size_t bytesOfMessage = std::size_t(8) << 20;
+  const std::size_t most = std::max<std::size_t>(1, bytesOfMessage / (sizeof(float) * 3 * bricks.elementsPerBrick()));
+  for (std::size_t begin = 0; begin < list.size(); begin += most)
+  {
+    const auto first = list.begin() + static_cast<std::ptrdiff_t>(begin);
+    f({ first, first + static_cast<std::ptrdiff_t>(std::min(most, list.size() - begin)) });
+  }
 }
 
 }

@@ -5,6 +5,7 @@
 #include "Types.h"
 
 #include <cstdint>
+#include <functional>
 #include <unordered_map>
 #include <vector>
 
@@ -13,13 +14,13 @@ namespace chainmail
 
 /// The tissue that a part of the output shows, as plain data: what a Resampler needs of the simulation of another
 /// process. Both have the same brick size, so bricks have the same numbers (BrickTable), and their elements the same
-/// order (`local`).
+/// order (`local`). The displacements follow in further messages.
 struct TissuePart
 {
-  /// What does not depend on the tissue.
   struct Frame
   {
-    std::uint64_t simulation = 0; ///< its number, unique in its process
+    TissueVersion version; ///< of this tissue
+    TissueVersion since;   ///< what the receiver has to hold already; none: it gets everything
     Grid grid;
     Index3 brickSize{};
     Index3 padding{};
@@ -32,12 +33,21 @@ struct TissuePart
   std::vector<int> bricks;            ///< bricks whose tissue is included, ascending
   std::vector<std::uint8_t> elements; ///< of each of these, a bit for each place: whether it was tissue at rest
   std::vector<int> displaced;         ///< those among them with displacements, ascending
-  std::vector<float> displacements;   ///< of each of these, as Bricks::readSlot() gives them
+  std::vector<int> changed;           ///< those among these whose displacements follow, ascending
   Tissue::Topology topology;          ///< of `bricks`
 
-  std::vector<char> toBytes() const;
-  static TissuePart fromBytes(const std::vector<char>& bytes);
+  std::vector<char> toMessage() const;
+  static TissuePart fromMessage(const std::vector<char>& message);
 };
+
+/// A message with the displacements of these bricks, which are displaced.
+std::vector<char> messageOf(const Bricks& bricks, const std::vector<int>& displaced);
+/// What such a message says, for Bricks::writeSlots(); null: it is that of a TissuePart.
+const float* displacementsOf(const std::vector<char>& message);
+
+/// Calls f for successive parts of a list of bricks. The displacements of each part are one message.
+void inMessages(
+  const Bricks& bricks, const std::vector<int>& list, const std::function<void(const std::vector<int>&)>& f);
 
 /// Where tissue is at rest, by brick. It never changes, so what was read from the model once is kept: a bit an element.
 class RestElements
@@ -62,7 +72,8 @@ std::vector<int> reachedBricks(
 Sources sourcesOf(
   const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail);
 
-/// The part of the tissue of `bricks` that the output with this detail shows. `reaches` are those of all tissue.
+/// The part of the tissue of `bricks` that the output with this detail shows. `reaches` and `displaced` are those of
+/// all tissue. All that is displaced counts as changed.
 TissuePart partOf(Bricks& bricks, RestElements& rest, const OutputFrame& frame,
   const std::vector<BrickExtents>& reaches, const std::vector<int>& displaced, const OutputDetail& detail);
 

@@ -47,9 +47,8 @@ struct Part
   }
 
   /// Continues from the last update.
-  void update(const std::vector<char>& tissue)
+  void update()
   {
-    this->resampler.take(tissue);
     const auto visit = [&](const std::vector<ResampledBox>& boxes)
     {
       for (const ResampledBox& box : boxes)
@@ -130,8 +129,10 @@ void expectSame(const Simulation& simulation, std::vector<Part>& parts, const st
 {
   for (Part& part : parts)
   {
-    simulation.exportTissue(part.padding, part.cuts, { part.detail },
-      [&](std::size_t, const std::vector<char>& tissue) { part.update(tissue); });
+    const int number = static_cast<int>(&part - parts.data());
+    simulation.exportTissue(part.padding, part.cuts, { { number, part.detail, part.resampler.version() } },
+      [&](std::size_t, const std::vector<char>& message) { part.resampler.take(message); });
+    part.update();
     part.grid = simulation.model().grid().size;
     EXPECT_EQ(part.wrong(simulation), 0u) << when;
     EXPECT_EQ(part.strays(), 0u) << when;
@@ -215,23 +216,90 @@ TEST(Resampler, GetsOnlyTheTissueOfItsPart)
   const Scene scene({ 120, 20, 20 });
   Simulation simulation = simulate(scene);
   simulation.pull({ probeAt(scene, { 10, 10, 10 }, { 2.0, 1.0, -2.0 }, 2.0) });
-  std::vector<std::size_t> bytes;
+  std::vector<std::size_t> bytes(2, 0);
+  std::vector<Resampler> resamplers;
+  resamplers.emplace_back(testDevice());
+  resamplers.emplace_back(testDevice());
   simulation.exportTissue({ 0, 0, 0 }, CutSurfaces::Stepped,
-    { detailOf({ 0, 0, 0 }, { 40, 19, 19 }), detailOf({ 80, 0, 0 }, { 119, 19, 19 }) },
-    [&](std::size_t n, const std::vector<char>& tissue)
+    { { 1, detailOf({ 0, 0, 0 }, { 40, 19, 19 }), {} }, { 2, detailOf({ 80, 0, 0 }, { 119, 19, 19 }), {} } },
+    [&](std::size_t n, const std::vector<char>& message)
     {
-      EXPECT_EQ(n, bytes.size());
-      bytes.push_back(tissue.size());
-      Resampler resampler(testDevice());
-      resampler.take(tissue);
-      const VoxelBox sources = resampler.sources().resting;
-      EXPECT_EQ(resampler.sources().moved.voxels() > 0, n == 0);
-      EXPECT_EQ(resampler.resample([](const std::vector<ResampledBox>&) {}).atRest, n == 1);
-      EXPECT_TRUE(n == 0 || (sources.first == Index3{ 80, 0, 0 } && sources.size == Index3{ 40, 20, 20 }));
+      bytes.at(n) += message.size();
+      resamplers[n].take(message);
     });
-  ASSERT_EQ(bytes.size(), 2u);
+  for (std::size_t n = 0; n < 2; ++n)
+  {
+    const VoxelBox sources = resamplers[n].sources().resting;
+    EXPECT_EQ(resamplers[n].sources().moved.voxels() > 0, n == 0);
+    EXPECT_EQ(resamplers[n].resample([](const std::vector<ResampledBox>&) {}).atRest, n == 1);
+    EXPECT_TRUE(n == 0 || (sources.first == Index3{ 80, 0, 0 } && sources.size == Index3{ 40, 20, 20 }));
+  }
   EXPECT_LT(bytes[1], 1000u);
   EXPECT_GT(bytes[0], 12 * 125u);
+}
+
+/// Messages of an export, and how many bytes they have.
+struct Export
+{
+  std::vector<std::vector<char>> messages;
+
+  Export(const Simulation& simulation, const Resampler& to)
+  {
+    simulation.exportTissue({ 0, 0, 0 }, CutSurfaces::Stepped, { { 1, OutputDetail(), to.version() } },
+      [&](std::size_t, const std::vector<char>& message) { this->messages.push_back(message); });
+  }
+  std::size_t bytes() const
+  {
+    std::size_t sum = 0;
+    for (const std::vector<char>& message : this->messages)
+    {
+      sum += message.size();
+    }
+    return sum;
+  }
+};
+
+/// Displacements are sent where they have changed since what a Resampler holds. One that got only some of the messages
+/// holds nothing.
+TEST(Resampler, GetsOnlyWhatHasChanged)
+{
+  const Scene scene({ 160, 64, 64 });
+  Simulation simulation = simulate(scene);
+  const Probe one = probeAt(scene, { 30, 32, 32 }, { 8.0, 1.0, -2.0 }, 2.0);
+  Probe other = probeAt(scene, { 130, 32, 32 }, { 1.0, 0.0, 0.0 }, 2.0);
+  simulation.pull({ one, other });
+  Part part(simulation, { 0, 0, 0 }, CutSurfaces::Stepped, OutputDetail());
+  const Export all(simulation, part.resampler);
+  ASSERT_GT(all.messages.size(), 1u);
+  part.resampler.take(all.messages.front());
+  EXPECT_TRUE(part.resampler.version() == TissueVersion()) << "displacements have not come yet";
+  EXPECT_THROW(part.update(), InputError);
+
+  const Export again(simulation, part.resampler);
+  EXPECT_EQ(again.bytes(), all.bytes()) << "it begins anew";
+  for (const std::vector<char>& message : again.messages)
+  {
+    part.resampler.take(message);
+  }
+  part.update();
+  EXPECT_EQ(part.wrong(simulation), 0u);
+
+  const Export nothing(simulation, part.resampler);
+  EXPECT_EQ(nothing.messages.size(), 1u);
+  EXPECT_LT(nothing.bytes(), all.bytes() / 10);
+  part.resampler.take(nothing.messages.front());
+
+  other.displacement[1] = 0.5;
+  simulation.pull({ one, other });
+  const Export some(simulation, part.resampler);
+  EXPECT_GT(some.bytes(), nothing.bytes());
+  EXPECT_LT(some.bytes(), all.bytes() / 4);
+  for (const std::vector<char>& message : some.messages)
+  {
+    part.resampler.take(message);
+  }
+  part.update();
+  EXPECT_EQ(part.wrong(simulation), 0u);
 }
 
 TEST(Readout, ABoxHoldsWhatTheGridHoldsThere)
