@@ -805,7 +805,7 @@ int vtkChainMailDeformation::RequestData(
 
   const bool wasPart = internals.ComputedInParallel;
   internals.ComputedInParallel = parallel;
-  const Inputs mine = vtkChainMail::CollectInputs(inputVector);
+  Inputs mine = vtkChainMail::CollectInputs(inputVector);
   const bool isUnchanged =
     internals.Watch.IsUnchanged(inputVector, mine, internals.GetTimeOfState()) && wasPart == parallel;
   const bool isSameState = exchange.All(isUnchanged && !internals.Last.Stopped);

@@ -8,6 +8,7 @@
 #include "vtkCellData.h"
 #include "vtkDataArray.h"
 #include "vtkDataSetAttributes.h"
+#include "vtkExtentTranslator.h"
 #include "vtkFieldData.h"
 #include "vtkMatrix3x3.h"
 #include "vtkMultiProcessController.h"
@@ -19,6 +20,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <new>
 #include <numeric>
 #include <tuple>
 
@@ -76,6 +78,10 @@ template <typename F> void Try(std::string& problem, F&& step)
   catch (const chainmail::InputError& error)
   {
     problem = error.what();
+  }
+  catch (const std::bad_alloc&)
+  {
+    problem = "There is not enough main memory for this image. Crop it or resample it to fewer voxels.";
   }
 }
 
@@ -146,6 +152,20 @@ std::vector<Extent> OwnedOf(const std::vector<Part>& parts, const Extent& whole)
   return isExact && !IsEmpty(owned.front()) ? owned : std::vector<Extent>();
 }
 
+/// The pieces of an image, as VTK divides it.
+std::vector<Extent> PiecesOf(const Extent& whole, int count)
+{
+  vtkNew<vtkExtentTranslator> translator;
+  std::vector<Extent> pieces(static_cast<std::size_t>(count));
+  for (int p = 0; p < count; ++p)
+  {
+    Extent source = whole;
+    translator->PieceToExtentThreadSafe(
+      p, count, 0, source.data(), pieces[p].data(), vtkExtentTranslator::BLOCK_MODE, 0);
+  }
+  return pieces;
+}
+
 }
 
 void Exchange::Wanted::Write(vtkMultiProcessStream& stream) const
@@ -185,7 +205,7 @@ bool Exchange::All(bool mine) const
   return all != 0;
 }
 
-Inputs Exchange::Gather(const Inputs& mine, bool isKnown, vtkImageData* known, Holding& holding) const
+Inputs Exchange::Gather(Inputs& mine, bool isKnown, vtkImageData* known, Holding& holding) const
 {
   if (!this->Controller)
   {
@@ -218,6 +238,7 @@ Inputs Exchange::Gather(const Inputs& mine, bool isKnown, vtkImageData* known, H
   if (this->IsRoot())
   {
     wanted = Choose(mine, isKnown, abouts, all.Problem, holding);
+    wishes << (!isKnown && holding.IsSpread() && Contains(ExtentOf(mine.Image), mine.WholeExtent));
     std::for_each(wanted.begin(), wanted.end(), [&](const Wanted& one) { one.Write(wishes); });
     wishes << static_cast<int>(holding.Owned.size());
     for (const Extent& owned : holding.Owned)
@@ -226,6 +247,8 @@ Inputs Exchange::Gather(const Inputs& mine, bool isKnown, vtkImageData* known, H
     }
   }
   this->Controller->Broadcast(wishes, root);
+  bool isDivided;
+  wishes >> isDivided;
   if (this->IsRoot())
   {
     this->Receive(mine, wanted, all);
@@ -247,7 +270,32 @@ Inputs Exchange::Gather(const Inputs& mine, bool isKnown, vtkImageData* known, H
     }
     this->Send(mine, wanted[this->Controller->GetLocalProcessId()]);
   }
+  if (isDivided)
+  {
+    this->Divide(mine, all.Problem);
+  }
   return all;
+}
+
+void Exchange::Divide(Inputs& mine, std::string& problem) const
+{
+  if (!this->IsRoot())
+  {
+    mine.Image = this->ReceiveImage(root);
+    return;
+  }
+  const std::vector<Extent> pieces = PiecesOf(mine.WholeExtent, this->GetSize());
+  const auto cut = [&](int p)
+  {
+    auto part = vtkSmartPointer<vtkImageData>::New();
+    Try(problem, [&] { part = Cut(mine.Image, pieces[static_cast<std::size_t>(p)]); });
+    return part;
+  };
+  for (int p = 1; p < this->GetSize(); ++p)
+  {
+    this->Send(cut(p), p);
+  }
+  mine.Image = cut(root);
 }
 
 std::vector<Exchange::Wanted> Exchange::Choose(
@@ -293,7 +341,18 @@ std::vector<Exchange::Wanted> Exchange::Choose(
   if (!isKnown)
   {
     holding.Whole = mine.WholeExtent;
-    holding.Owned = hasAll ? std::vector<Extent>() : OwnedOf(parts, mine.WholeExtent);
+    const bool isOnRoot =
+      hasAll && std::all_of(parts.begin() + 1, parts.end(), [](const Part& part) { return IsEmpty(part.Voxels); });
+    const bool isDivided = isOnRoot && mine.IsReleased;
+    if (isDivided)
+    {
+      const std::vector<Extent> pieces = PiecesOf(mine.WholeExtent, static_cast<int>(parts.size()));
+      for (std::size_t p = 0; p < parts.size(); ++p)
+      {
+        parts[p] = { parts.front().IsPlain, parts.front().Kind, pieces[p] };
+      }
+    }
+    holding.Owned = hasAll && !isDivided ? std::vector<Extent>() : OwnedOf(parts, mine.WholeExtent);
   }
   for (Wanted& one : wanted)
   {

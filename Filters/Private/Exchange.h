@@ -49,9 +49,10 @@ public:
   /// Sends the inputs of all processes to the root; the others get nothing. Equal data of several processes count once.
   /// Where the root does not have all of the image, and each process has a piece of it as VTK divides images, the image
   /// stays spread, as `holding` says then on all processes, and the root has its own part. Otherwise it is assembled.
-  /// `isKnown`: the same on all processes; the image and `holding` are as in the last call, and `known` is the root's
-  /// image.
-  Inputs Gather(const Inputs& mine, bool isKnown, vtkImageData* known, Holding& holding) const;
+  /// Where only the root has an image, and VTK frees that after the update, `mine` gets a piece of it on all processes,
+  /// and it is spread, too. `isKnown`: the same on all processes; the image and `holding` are as in the last call, and
+  /// `known` is the root's image.
+  Inputs Gather(Inputs& mine, bool isKnown, vtkImageData* known, Holding& holding) const;
 
   /// Gives all processes the same outcome: the first process's error or stop, and what the root says of the state.
   void Agree(Outcome& outcome) const;
@@ -116,6 +117,8 @@ private:
   /// Chooses from the lists of all processes what the root lacks. `problem` is that of the first process with one.
   static std::vector<Wanted> Choose(const Inputs& mine, bool isKnown, std::vector<vtkMultiProcessStream>& abouts,
     std::string& problem, Holding& holding);
+  /// Replaces the image of each process by its piece of the root's image, as VTK divides images.
+  void Divide(Inputs& mine, std::string& problem) const;
   void Send(const Inputs& mine, const Wanted& wanted) const;
   void Receive(const Inputs& mine, const std::vector<Wanted>& wanted, Inputs& all) const;
 

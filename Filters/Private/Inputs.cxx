@@ -177,6 +177,8 @@ Inputs CollectInputs(vtkInformationVector** inputs)
   {
     vtkDataObject* data = info->Get(vtkDataObject::DATA_OBJECT());
     all.Image = vtkImageData::SafeDownCast(data);
+    all.IsReleased =
+      info->Get(vtkDemandDrivenPipeline::RELEASE_DATA()) != 0 || vtkDataObject::GetGlobalReleaseDataFlag() != 0;
     if (info->Has(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT()))
     {
       info->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), all.WholeExtent.data());

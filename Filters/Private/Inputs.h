@@ -71,6 +71,7 @@ struct Inputs
   /// Null where the process has no image. Where the image is spread: the root's own part.
   vtkSmartPointer<vtkImageData> Image;
   std::shared_ptr<SpreadImage> Spread; ///< on the root, where the image is spread; else null
+  bool IsReleased = false;             ///< whether VTK frees the image after the update (ReleaseDataFlag)
   std::array<int, 6> WholeExtent{ { 0, -1, 0, -1, 0, -1 } };
   /// In the order of port, input, block and process.
   std::vector<InputDataset> Leaves;

@@ -16,6 +16,7 @@ from pieces import content, differs, processes
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
+from vtkmodules.vtkFiltersCore import vtkPassThrough
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 
 PROCESSES = 3
@@ -47,7 +48,9 @@ def divided(extent, count, random):
     """Pieces of an extent that share planes, as VTK divides images, but anywhere."""
     if count == 1:
         return [extent]
-    axes = [a for a in range(3) if extent[2 * a + 1] - extent[2 * a] >= 4]
+    axes = [a for a in range(3) if extent[2 * a + 1] - extent[2 * a] >= 2]
+    if not axes:
+        return [extent] + [[0, -1] * 3] * (count - 1)
     axis = int(random.choice(axes))
     at = int(random.integers(extent[2 * axis] + 1, extent[2 * axis + 1]))
     low, high = list(extent), list(extent)
@@ -61,7 +64,7 @@ def part_of(image, kind, random):
     rank, size = processes()
     whole = image.GetExtent()
     pieces = divided(list(whole), size, random)
-    if kind == "first has all":
+    if kind in ("first has all", "let go"):
         pieces = [list(whole)] + [[0, -1] * 3] * (size - 1)
     elif kind == "all have all":
         pieces = [list(whole)] * size
@@ -77,6 +80,12 @@ def part_of(image, kind, random):
     producer = vtkTrivialProducer()
     producer.SetOutput(part)
     producer.SetWholeExtent(whole)
+    if kind == "let go":
+        # VTK frees the image after each update, and asks for it again before the next one.
+        again = vtkPassThrough()
+        again.SetInputConnection(producer.GetOutputPort())
+        again.SetReleaseDataFlag(True)
+        return again
     return producer
 
 
@@ -144,7 +153,7 @@ def words(filter):
 def play(seed):
     """The life of two filters: this process's part of one, and all of the other."""
     rank, size = processes()
-    kinds = ["pieces"] * 5 + ["first has all", "all have all", "overlapping"]
+    kinds = ["pieces"] * 5 + ["first has all", "all have all", "overlapping", "let go"]
     random = np.random.default_rng(seed)
     image = image_of(random)
     kind = str(random.choice(kinds))
