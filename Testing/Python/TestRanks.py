@@ -26,8 +26,8 @@ with tempfile.TemporaryDirectory(dir=harness.OUTPUT) as folder:
     with open(os.path.join(folder, "plan.json"), "w") as file:
         json.dump(plan, file)
 
-    for count in (1, 2, 3, 5) if pieces.EVERY else (3,):
-        output = harness.run_pvbatch(count, "--sym", pieces.__file__, os.path.join(folder, "plan.json"), folder, timeout=3000)
+    for count in (1, 2, 3, 5, 8) if pieces.EVERY else (3,):
+        output = harness.run_pvbatch(count, "--sym", pieces.__file__, os.path.join(folder, "plan.json"), folder, timeout=6000)
         # The one error of each scene.
         harness.require(output.count("holds no tissue") == len(plan), "%d processes report:\n%s", count, output)
         for (name, step, port), whole in wholes.items():

@@ -103,7 +103,7 @@ def filter_of(producer, random):
     filter.SetMode(int(random.integers(0, 2)))
     filter.SetRotations(bool(random.random() < 0.3))
     if not filter.GetRotations() and random.random() < 0.3:
-        filter.SetModelReduction(2)
+        filter.SetModelReduction(int(random.choice([2, 8])))
     elif random.random() < 0.5:
         filter.SetBodyArray(str(random.choice(["", "labels"])))
         filter.SetJointSize(int(random.choice([0, 2])))
@@ -139,10 +139,19 @@ def surfaces(filter, image, random):
         filter.SetCarvesConnection(ball.GetOutputPort())
 
 
-def probes(image, random):
+def probes(image, filter, random):
+    """Two probes: pulls, soft pulls, or poses of the tissue around a point or of the bones with a label."""
     centre, size = np.array(image.GetCenter()), image.GetLength() / 4
     places = centre + 0.4 * size * random.uniform(-1, 1, (2, 3))
-    return harness.make_points(places, Displacement=random.uniform(-0.5, 0.5, (2, 3)) * size, Radius=[0.3 * size, 0.2 * size])
+    more = {}
+    if random.random() < 0.3:
+        more["Tolerance"] = random.uniform(0, 2, 2)
+    elif filter.GetRotations() and random.random() < 0.6:
+        more["Rotation"] = random.uniform(-20, 20, (2, 3))
+        if filter.GetBodyArray():
+            more["Body"] = [7, -1]
+    return harness.make_points(places, Displacement=random.uniform(-0.5, 0.5, (2, 3)) * size,
+                               Radius=[0.3 * size, 0.2 * size], **more)
 
 
 def words(filter):
@@ -169,7 +178,7 @@ def play(seed):
     mine, reference = filters
     reference.SetController(None)
     for step in range(3):
-        points = probes(image, random)
+        points = probes(image, mine, random)
         for filter in filters:
             filter.SetInputDataObject(1, points)
         mine.UpdatePiece(rank, size, 0)

@@ -13,8 +13,10 @@ from harness import DATA, EVERY, scan
 from paraview import servermanager
 from paraview.simple import *
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.vtkConstants import VTK_FLOAT, VTK_SHORT, VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as pipeline
+from vtkmodules.vtkIOImage import vtkMetaImageReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 from vtkmodules.vtkParallelCore import vtkMultiProcessController
 
@@ -59,11 +61,12 @@ def write_formats(image, folder, name):
 
 
 def scenes(folder):
-    """Names and arguments of Scene: the forearm and a scan in some formats; with EVERY these and another scan in all."""
+    """Names and arguments of Scene: the forearm and a scan in some formats; with EVERY these and other scans in all."""
     sys.path.insert(0, DATA)
     from make_forearm import make_forearm
     images = {"forearm": make_forearm((66, 60, 78))}
-    for name in ("abdomen_ct", "heart_cta") if EVERY else ("abdomen_ct",):
+    large = ("chest_lidc_ct", "head_vhf_ct")
+    for name in ("abdomen_ct", "heart_cta") + large if EVERY else ("abdomen_ct",):
         if scan(name):
             reader = OpenDataFile(scan(name))
             images[name] = servermanager.Fetch(reader)
@@ -73,7 +76,9 @@ def scenes(folder):
     result = {}
     for name, image in images.items():
         paths = write_formats(image, folder, name)
-        for kind in paths if EVERY else ("vti", "mhd") if name == "forearm" else ("pvti",):
+        paths["raw"] = "raw of " + paths["mhd"]
+        some = ("vti", "mhd") if name == "forearm" else ("pvti",)
+        for kind in ("pvti", "raw") if name in large else paths if EVERY else some:
             result["%s.%s" % (name, kind)] = [paths[kind], "CT (Hounsfield units)", -300.0, -1000.0]
     result["forearm in parts"] = ["parts of " + result["forearm.vti"][0], *result["forearm.vti"][1:]]
     return result
@@ -135,6 +140,16 @@ def part_of(path):
     return source
 
 
+def raw_of(path):
+    """A reader of the raw file that a .mhd file describes, which reads the piece that it is asked for."""
+    meta = vtkMetaImageReader()
+    meta.SetFileName(path)
+    meta.UpdateInformation()
+    kind = {VTK_SHORT: "short", VTK_UNSIGNED_CHAR: "unsigned char", VTK_FLOAT: "float"}[meta.GetDataScalarType()]
+    return ImageReader(FileNames=[os.path.splitext(path)[0] + ".raw"], DataScalarType=kind, DataByteOrder="LittleEndian",
+                       DataExtent=meta.GetDataExtent(), DataSpacing=meta.GetDataSpacing(), DataOrigin=meta.GetDataOrigin())
+
+
 def numbers(values):
     return ", ".join(repr(float(v)) for v in values)
 
@@ -159,7 +174,9 @@ class Scene:
     scene are updates of one filter; `show(name, filter)` is called after each."""
 
     def __init__(self, path, material, threshold, background):
-        self.reader = part_of(path[9:]) if path.startswith("parts of ") else OpenDataFile(path)
+        special = {"parts of ": part_of, "raw of ": raw_of}
+        open_it = next((f for words, f in special.items() if path.startswith(words)), OpenDataFile)
+        self.reader = open_it(path.split(" of ")[-1])
         self.reader.UpdatePipeline()
         bounds = np.reshape(self.place(), (2, 3))
         self.low, self.size = bounds[0], bounds[1] - bounds[0]
@@ -222,6 +239,8 @@ class Scene:
         filter.Mode = "FromRest"
         filter.ModelReduction = 2
         show("reduced", filter)
+        filter.ModelReduction = 8
+        show("reduced by 8", filter)
 
 
 def content(image):
