@@ -229,6 +229,7 @@ public:
       all.Spread = this->Spread;
     }
     this->Known = exchange.GetSize() > 1 && all.Problem.empty() ? all.Image : nullptr;
+    this->IsKept = all.Problem.empty();
   }
 
   /// The processes of an update, after the inputs were gathered.
@@ -262,6 +263,7 @@ public:
   vtkChainMail::Outputs::Request Made;
   vtkSmartPointer<vtkImageData> Own; // the part of the image that this process has
   vtkChainMail::Holding Held;        // how the image is spread over the processes
+  bool IsKept = false;               // whether both are those of the last update
   // On the root of several processes: the image of the last update, of all processes or the root's part of it.
   vtkSmartPointer<vtkImageData> Known;
   std::shared_ptr<vtkChainMail::SpreadImage> Spread;
@@ -323,6 +325,10 @@ private:
     this->Bodies->Initialize();
     Outcome outcome;
     Steps steps;
+    if (!exchange.IsRoot())
+    {
+      steps.Run([&] { RequireNoProblem(this->Work->Given); });
+    }
     team.Lead(steps, update);
     this->Try(outcome, [&] { steps.End(); });
     const auto agree = [&]
@@ -364,13 +370,18 @@ private:
     return outcome;
   }
 
-  void Update(const vtkChainMail::Outputs::Request& request)
+  static void RequireNoProblem(const Inputs& inputs)
   {
-    const Inputs& inputs = this->Work->Given;
     if (!inputs.Problem.empty())
     {
       throw InputError(inputs.Problem);
     }
+  }
+
+  void Update(const vtkChainMail::Outputs::Request& request)
+  {
+    const Inputs& inputs = this->Work->Given;
+    RequireNoProblem(inputs);
     if (!inputs.Image || inputs.Image->GetNumberOfPoints() == 0)
     {
       throw InputError("The input image is empty: give one with at least one voxel on every axis.");
@@ -812,7 +823,7 @@ int vtkChainMailDeformation::RequestData(
   const bool areSameParts = exchange.All(internals.Made == request);
   if (!isSameState || (!areSameParts && !internals.Last.Error.empty()))
   {
-    const bool isKnown = parallel && exchange.All(wasPart && internals.Watch.IsImageUnchanged() &&
+    const bool isKnown = parallel && exchange.All(wasPart && internals.Watch.IsImageUnchanged() && internals.IsKept &&
                                                   (internals.Known || !exchange.IsRoot()));
     Inputs all = exchange.Gather(mine, isKnown, internals.Known, internals.Held);
     internals.Keep(mine.Image, isKnown, exchange, all);

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Exchange.h"
 
+#include "Arrays.h"
 #include "ImageParts.h"
+#include "Steps.h"
 
 #include "Error.h"
 
 #include "vtkCellData.h"
+#include "vtkCharArray.h"
+#include "vtkCommunicator.h"
 #include "vtkDataArray.h"
 #include "vtkDataSetAttributes.h"
 #include "vtkExtentTranslator.h"
@@ -15,8 +19,8 @@
 #include "vtkMultiProcessStream.h"
 #include "vtkNew.h"
 #include "vtkPointData.h"
+#include "vtkPolyData.h"
 #include "vtkTable.h"
-#include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
 #include <cstring>
@@ -33,13 +37,15 @@ namespace
 constexpr int root = Exchange::Root;
 
 constexpr std::size_t page = 4096;                    // [bytes] of a sparse array
-constexpr std::size_t portion = std::size_t(1) << 24; // [bytes] of a message
+constexpr std::size_t portion = std::size_t(1) << 22; // [bytes] of a message
+
+// For messages that find no other memory.
+alignas(16) char buffer[portion];
 
 // Messages between two processes arrive in the order in which they were sent, so the tags only help debugging.
 enum Tags
 {
-  LEAVES = 7101,
-  ARRAYS,
+  ARRAYS = 7101,
   BYTES,
   REQUESTS
 };
@@ -64,24 +70,31 @@ std::vector<T> GatherOn(int process, vtkMultiProcessController* controller, cons
   return all;
 }
 
-/// Runs a step unless an earlier one failed, and sets `problem` to why it fails.
-template <typename F> void Try(std::string& problem, F&& step)
+/// Runs a step in which other processes take part, and sets `problem` to why it fails, unless an earlier one failed.
+template <typename F> void TryExchange(std::string& problem, F&& step)
 {
-  if (!problem.empty())
-  {
-    return;
-  }
+  std::string why;
   try
   {
     step();
   }
   catch (const chainmail::InputError& error)
   {
-    problem = error.what();
+    why = error.what();
   }
   catch (const std::bad_alloc&)
   {
-    problem = "There is not enough main memory for this image. Crop it or resample it to fewer voxels.";
+    why = "There is not enough main memory for this image. Crop it or resample it to fewer voxels.";
+  }
+  problem = problem.empty() ? why : problem;
+}
+
+/// The same for a step of this process alone, which is left out after an earlier one failed.
+template <typename F> void Try(std::string& problem, F&& step)
+{
+  if (problem.empty())
+  {
+    TryExchange(problem, step);
   }
 }
 
@@ -281,7 +294,8 @@ void Exchange::Divide(Inputs& mine, std::string& problem) const
 {
   if (!this->IsRoot())
   {
-    mine.Image = this->ReceiveImage(root);
+    mine.Image = nullptr;
+    TryExchange(problem, [&] { mine.Image = this->ReceiveImage(root); });
     return;
   }
   const std::vector<Extent> pieces = PiecesOf(mine.WholeExtent, this->GetSize());
@@ -365,7 +379,7 @@ void Exchange::Send(const Inputs& mine, const Wanted& wanted) const
 {
   for (const int n : wanted.Numbers)
   {
-    this->Controller->Send(mine.Leaves[n].Data, root, LEAVES);
+    this->Send(mine.Leaves[n].Data, root);
   }
   if (wanted.Image)
   {
@@ -389,14 +403,17 @@ void Exchange::Receive(const Inputs& mine, const std::vector<Wanted>& wanted, In
       }
       else
       {
-        leaf.Data = vtkSmartPointer<vtkPolyData>::New();
-        this->Controller->Receive(leaf.Data, p, LEAVES);
+        TryExchange(all.Problem, [&] { leaf.Data = this->ReceiveSurface(p); });
       }
       all.Leaves.push_back(leaf);
     }
     if (wanted[p].Image)
     {
-      const vtkSmartPointer<vtkImageData> part = p == root ? mine.Image : this->ReceiveImage(p);
+      vtkSmartPointer<vtkImageData> part = mine.Image;
+      if (p != root)
+      {
+        TryExchange(all.Problem, [&] { part = this->ReceiveImage(p); });
+      }
       isAssembled = true;
       Try(all.Problem, [&] { image.Add(part); });
     }
@@ -423,13 +440,16 @@ void Exchange::Agree(Outcome& outcome) const
   std::vector<vtkMultiProcessStream> all;
   this->Controller->Gather(stream, all, root);
   Outcome agreed;
+  const std::string elsewhere = FailedElsewhere().what();
   for (std::size_t p = all.size(); p-- > 0;)
   {
     Outcome one;
     all[p] >> one.Error >> one.Stopped >> one.NeedsUpdate >> one.Interacting;
     if (p == root || one.Stopped || !one.Error.empty())
     {
-      const bool isFine = !one.Stopped && one.Error.empty();
+      // A process that could not go on because of another one has less to say than that one.
+      const bool isEcho = one.Error == elsewhere && !(agreed.Error.empty() && !agreed.Stopped);
+      const bool isFine = (!one.Stopped && one.Error.empty()) || isEcho;
       const std::string where = p == root ? "" : "Process " + std::to_string(p) + ": ";
       agreed.Error = isFine ? agreed.Error : one.Error.empty() ? one.Error : where + one.Error;
       agreed.Stopped = isFine ? agreed.Stopped : one.Stopped;
@@ -545,73 +565,101 @@ void Exchange::FromRoot(vtkFieldData* fields) const
   }
 }
 
+void Exchange::SendBlock(const char* memory, std::size_t bytes, int to) const
+{
+  for (std::size_t first = 0; first < bytes; first += portion)
+  {
+    this->Controller->Send(memory + first, static_cast<vtkIdType>(std::min(portion, bytes - first)), to, BYTES);
+  }
+}
+
+void Exchange::ReceiveBlock(char* memory, std::size_t bytes, int from) const
+{
+  for (std::size_t first = 0; first < bytes; first += portion)
+  {
+    this->Controller->Receive(
+      memory ? memory + first : buffer, static_cast<vtkIdType>(std::min(portion, bytes - first)), from, BYTES);
+  }
+}
+
 void Exchange::Send(const std::vector<char>& bytes, int to) const
 {
   const auto size = static_cast<vtkIdType>(bytes.size());
   this->Controller->Send(&size, 1, to, BYTES);
-  if (size > 0)
-  {
-    this->Controller->Send(bytes.data(), size, to, BYTES);
-  }
+  this->SendBlock(bytes.data(), bytes.size(), to);
 }
 
 std::vector<char> Exchange::Receive(int from) const
 {
   vtkIdType size = 0;
   this->Controller->Receive(&size, 1, from, BYTES);
-  std::vector<char> bytes(static_cast<std::size_t>(size));
-  if (size > 0)
+  std::vector<char> bytes;
+  try
   {
-    this->Controller->Receive(bytes.data(), size, from, BYTES);
+    bytes.resize(static_cast<std::size_t>(size));
   }
+  catch (const std::bad_alloc&)
+  {
+    this->ReceiveBlock(nullptr, static_cast<std::size_t>(size), from);
+    throw;
+  }
+  this->ReceiveBlock(bytes.data(), bytes.size(), from);
   return bytes;
 }
 
+void Exchange::Send(vtkPolyData* data, int to) const
+{
+  vtkNew<vtkCharArray> bytes;
+  vtkCommunicator::MarshalDataObject(data, bytes);
+  this->Send(std::vector<char>(bytes->GetPointer(0), bytes->GetPointer(0) + bytes->GetNumberOfTuples()), to);
+}
+
+vtkSmartPointer<vtkPolyData> Exchange::ReceiveSurface(int from) const
+{
+  std::vector<char> memory = this->Receive(from);
+  vtkNew<vtkCharArray> bytes;
+  bytes->SetArray(memory.data(), static_cast<vtkIdType>(memory.size()), 1);
+  return vtkPolyData::SafeDownCast(vtkCommunicator::UnMarshalDataObject(bytes));
+}
+
+// Runs of pages that are not 0: each is the number of its first page and its bytes. The last one has no bytes.
 void Exchange::SendSparse(const char* values, std::size_t bytes, int to) const
 {
-  static const std::vector<char> zeros(page, 0);
-  std::vector<char> there((bytes + page - 1) / page, 0);
-  std::vector<char> filled;
-  for (std::size_t n = 0; n < there.size(); ++n)
+  const auto isZero = [&](std::size_t at)
   {
-    there[n] = std::memcmp(values + n * page, zeros.data(), std::min(page, bytes - n * page)) != 0 ? 1 : 0;
-  }
-  this->Send(there, to);
-  for (std::size_t n = 0; n < there.size(); ++n)
+    const char* const end = values + std::min(at + page, bytes);
+    return std::find_if(values + at, end, [](char value) { return value != 0; }) == end;
+  };
+  for (std::size_t first = 0, end = 0; first < bytes; first = end)
   {
-    if (there[n] != 0)
+    end = std::min(first + page, bytes);
+    if (isZero(first))
     {
-      filled.insert(filled.end(), values + n * page, values + std::min((n + 1) * page, bytes));
+      continue;
     }
-    if (filled.size() >= portion || (n + 1 == there.size() && !filled.empty()))
+    while (end < bytes && end - first + page <= portion && !isZero(end))
     {
-      this->Send(filled, to);
-      filled.clear();
+      end = std::min(end + page, bytes);
     }
+    const vtkIdType run[2] = { static_cast<vtkIdType>(first), static_cast<vtkIdType>(end - first) };
+    this->Controller->Send(run, 2, to, BYTES);
+    this->SendBlock(values + first, end - first, to);
   }
+  const vtkIdType last[2] = { 0, 0 };
+  this->Controller->Send(last, 2, to, BYTES);
 }
 
 void Exchange::ReceiveSparse(char* zeros, int from) const
 {
-  const std::vector<char> there = this->Receive(from);
-  std::vector<char> filled;
-  std::size_t next = 0;
-  for (std::size_t n = 0; n < there.size(); ++n)
+  for (;;)
   {
-    if (there[n] != 0)
+    vtkIdType run[2] = { 0, 0 };
+    this->Controller->Receive(run, 2, from, BYTES);
+    if (run[1] == 0)
     {
-      if (next == filled.size())
-      {
-        filled = this->Receive(from);
-        next = 0;
-      }
-      const std::size_t count = std::min(page, filled.size() - next);
-      if (zeros)
-      {
-        std::memcpy(zeros + n * page, filled.data() + next, count);
-      }
-      next += count;
+      return;
     }
+    this->ReceiveBlock(zeros ? zeros + run[0] : nullptr, static_cast<std::size_t>(run[1]), from);
   }
 }
 
@@ -631,15 +679,18 @@ vtkSmartPointer<vtkImageData> Exchange::Deliver(vtkImageData* whole, const Exten
   vtkSmartPointer<vtkImageData> own;
   for (int p = 0; p < processes; ++p)
   {
-    Extent part;
-    std::copy_n(extents.begin() + 6 * p, 6, part.begin());
+    Extent extentThere;
+    std::copy_n(extents.begin() + 6 * p, 6, extentThere.begin());
+    auto part = vtkSmartPointer<vtkImageData>::New();
+    std::string problem;
+    Try(problem, [&] { part = Cut(whole, extentThere); });
     if (p == root)
     {
-      own = Cut(whole, part);
+      own = part;
     }
     else
     {
-      this->Send(Cut(whole, part), p);
+      this->Send(part, p);
     }
   }
   return own;
@@ -663,7 +714,11 @@ vtkSmartPointer<vtkImageData> Exchange::Assemble(vtkImageData* part, const Exten
     bool isAssembled = false;
     for (int p = 0; p < this->Controller->GetNumberOfProcesses(); ++p)
     {
-      const vtkSmartPointer<vtkImageData> one = p == root ? vtkSmartPointer<vtkImageData>(part) : this->ReceiveImage(p);
+      vtkSmartPointer<vtkImageData> one = part;
+      if (p != root)
+      {
+        TryExchange(problem, [&] { one = this->ReceiveImage(p); });
+      }
       if (!hasAll && one->GetNumberOfPoints() > 0)
       {
         isAssembled = true;
@@ -688,8 +743,6 @@ vtkSmartPointer<vtkImageData> Exchange::Assemble(vtkImageData* part, const Exten
 
 void Exchange::Send(vtkImageData* image, int to) const
 {
-  // The name and number of components of an array are sent with its memory. Its type, its component names and its place
-  // among the arrays are sent here.
   vtkMultiProcessStream about;
   WriteGeometry(about, image);
   std::vector<vtkAbstractArray*> arrays;
@@ -702,7 +755,8 @@ void Exchange::Send(vtkImageData* image, int to) const
     {
       vtkAbstractArray* array = group->GetAbstractArray(a);
       about << (IsRaw(array) ? array->GetDataType() : VTK_VOID);
-      about << array->GetNumberOfComponents();
+      about << std::string(array->GetName() ? array->GetName() : "");
+      about << static_cast<vtkTypeInt64>(array->GetNumberOfTuples()) << array->GetNumberOfComponents();
       for (int c = 0; c < array->GetNumberOfComponents(); ++c)
       {
         about << std::string(array->GetComponentName(c) ? array->GetComponentName(c) : "");
@@ -725,7 +779,9 @@ void Exchange::Send(vtkImageData* image, int to) const
   {
     if (IsRaw(array))
     {
-      this->Controller->Send(vtkDataArray::SafeDownCast(array), to, ARRAYS);
+      const vtkSmartPointer<vtkDataArray> values = Interleaved(vtkDataArray::SafeDownCast(array));
+      this->SendBlock(static_cast<const char*>(values->GetVoidPointer(0)),
+        BytesOfVoxel(values) * static_cast<std::size_t>(values->GetNumberOfTuples()), to);
     }
     else
     {
@@ -741,6 +797,7 @@ vtkSmartPointer<vtkImageData> Exchange::ReceiveImage(int from) const
   vtkMultiProcessStream about;
   this->Controller->Receive(about, from, ARRAYS);
   auto image = vtkSmartPointer<vtkImageData>::New();
+  Steps steps;
   ReadGeometry(about, image);
   const std::array<vtkFieldData*, 3> groups = { { image->GetPointData(), image->GetCellData(),
     image->GetFieldData() } };
@@ -751,8 +808,10 @@ vtkSmartPointer<vtkImageData> Exchange::ReceiveImage(int from) const
     for (int a = 0; a < count; ++a)
     {
       int type;
+      std::string nameOfArray;
+      vtkTypeInt64 tuples;
       int components;
-      about >> type >> components;
+      about >> type >> nameOfArray >> tuples >> components;
       vtkSmartPointer<vtkAbstractArray> array;
       if (type == VTK_VOID)
       {
@@ -762,8 +821,16 @@ vtkSmartPointer<vtkImageData> Exchange::ReceiveImage(int from) const
       }
       else
       {
-        array.TakeReference(vtkDataArray::CreateDataArray(type));
-        this->Controller->Receive(vtkDataArray::SafeDownCast(array), from, ARRAYS);
+        const auto values = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(type));
+        values->SetNumberOfComponents(components);
+        if (!nameOfArray.empty())
+        {
+          values->SetName(nameOfArray.c_str());
+        }
+        steps.Run([&] { Allocate(values, tuples); });
+        const std::size_t bytes = BytesOfVoxel(values) * static_cast<std::size_t>(tuples);
+        this->ReceiveBlock(steps.HaveFailed() ? nullptr : static_cast<char*>(values->GetVoidPointer(0)), bytes, from);
+        array = values;
       }
       for (int c = 0; c < components; ++c)
       {
@@ -790,6 +857,7 @@ vtkSmartPointer<vtkImageData> Exchange::ReceiveImage(int from) const
       }
     }
   }
+  steps.End();
   return image;
 }
 

@@ -19,6 +19,7 @@ class vtkDataObject;
 class vtkFieldData;
 class vtkMultiProcessController;
 class vtkMultiProcessStream;
+class vtkPolyData;
 
 namespace vtkChainMail
 {
@@ -84,7 +85,8 @@ public:
   Command ReceiveRequest() const;
   void EndRequests() const;
 
-  // From one process to another one, which receives it at the same time.
+  // From one process to another one, which receives it at the same time. Where the receiver has not enough memory, it
+  // receives to the end and then throws std::bad_alloc.
   void Send(const std::vector<char>& bytes, int to) const;
   std::vector<char> Receive(int from) const;
   /// Sends only what is not 0, into memory that is 0. Pages that stay 0 are not written, so the system need not provide
@@ -94,7 +96,8 @@ public:
   void Send(vtkImageData* image, int to) const;
   vtkSmartPointer<vtkImageData> ReceiveImage(int from) const;
 
-  /// Gives this process its `extent` of the root's image `whole`, with all field data.
+  /// Gives this process its `extent` of the root's image `whole`, with all field data; nothing of it where the root has
+  /// not enough memory.
   vtkSmartPointer<vtkImageData> Deliver(vtkImageData* whole, const std::array<int, 6>& extent) const;
 
   /// Gives every process the whole of an image of which each process has a part or the whole. `problem` is the same on
@@ -103,6 +106,13 @@ public:
     vtkImageData* part, const std::array<int, 6>& whole, std::string& problem) const;
 
 private:
+  // A block of memory, in messages of some MB.
+  void SendBlock(const char* memory, std::size_t bytes, int to) const;
+  /// `memory`: null where there is none; what comes is dropped then.
+  void ReceiveBlock(char* memory, std::size_t bytes, int from) const;
+  void Send(vtkPolyData* data, int to) const;
+  vtkSmartPointer<vtkPolyData> ReceiveSurface(int from) const;
+
   /// What one process has to send to the root.
   struct Wanted
   {

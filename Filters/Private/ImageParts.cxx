@@ -107,6 +107,20 @@ void CopyTuples(
     box, [&](const int* first, int count) { to->InsertTuples(IdIn(ofTo, first), count, IdIn(ofFrom, first), from); });
 }
 
+/// Gives an array memory for `tuples` tuples. Throws std::bad_alloc where it is a block of numbers, see Allocate().
+void SetTuples(vtkAbstractArray* array, vtkIdType tuples)
+{
+  vtkDataArray* const numbers = vtkDataArray::SafeDownCast(array);
+  if (numbers && numbers->HasStandardMemoryLayout() && numbers->GetDataType() != VTK_BIT)
+  {
+    Allocate(numbers, tuples);
+  }
+  else
+  {
+    array->SetNumberOfTuples(tuples);
+  }
+}
+
 /// Adds the arrays of `from`, with the values of a part of it, and makes those active that are active there.
 void CopyArrays(vtkDataSetAttributes* from, const Extent& whole, vtkDataSetAttributes* to, const Extent& part)
 {
@@ -119,7 +133,7 @@ void CopyArrays(vtkDataSetAttributes* from, const Extent& whole, vtkDataSetAttri
     {
       vtkDataArray::SafeDownCast(copy)->SetLookupTable(numbers->GetLookupTable());
     }
-    copy->SetNumberOfTuples(VoxelsOf(part));
+    SetTuples(copy, VoxelsOf(part));
     CopyTuples(array, whole, copy, part, part);
     to->AddArray(copy);
   }
@@ -322,8 +336,11 @@ void Assembly::Begin(vtkImageData* first)
   this->Image->GetFieldData()->ShallowCopy(first->GetFieldData());
   vtkPointData* arrays = this->Image->GetPointData();
   arrays->CopyAllOn();
-  arrays->CopyAllocate(first->GetPointData(), this->Image->GetNumberOfPoints());
-  arrays->SetNumberOfTuples(this->Image->GetNumberOfPoints());
+  arrays->CopyAllocate(first->GetPointData(), 1);
+  for (int a = 0; a < arrays->GetNumberOfArrays(); ++a)
+  {
+    SetTuples(arrays->GetAbstractArray(a), this->Image->GetNumberOfPoints());
+  }
 }
 
 void Assembly::Add(vtkImageData* part)

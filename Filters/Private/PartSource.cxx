@@ -132,7 +132,8 @@ void PartSource::ShareTissue(const Team& team, Steps& steps, const Scene* scene)
   };
   const auto take = [&](int, int)
   {
-    const std::vector<char> message = exchange.Receive(Exchange::Root);
+    std::vector<char> message;
+    steps.Exchange([&] { message = exchange.Receive(Exchange::Root); });
     isTaken = true;
     steps.Run(
       [&]
@@ -220,7 +221,7 @@ void PartSource::ShareVoxels(const Team& team, Steps& steps, const Scene* scene)
   }
   else if (team.IsSpread())
   {
-    voxels = team.Fetch(wanted);
+    steps.Exchange([&] { voxels = team.Fetch(wanted); });
   }
   else
   {
@@ -231,7 +232,7 @@ void PartSource::ShareVoxels(const Team& team, Steps& steps, const Scene* scene)
     }
     else if (!IsEmpty(wanted))
     {
-      voxels = exchange.ReceiveImage(Exchange::Root);
+      steps.Exchange([&] { voxels = exchange.ReceiveImage(Exchange::Root); });
     }
   }
   steps.Run(

@@ -71,8 +71,13 @@ void Shown::Again(
       if (team.IsSpread() && port == 0)
       {
         const Extent wanted = Common((*request)[port], extent);
-        const vtkSmartPointer<vtkImageData> voxels = team.Fetch(wanted);
-        again = voxels ? voxels : again;
+        Steps steps; // without memory for the voxels there are none
+        steps.Exchange(
+          [&]
+          {
+            const vtkSmartPointer<vtkImageData> voxels = team.Fetch(wanted);
+            again = voxels ? voxels : again;
+          });
       }
       Outputs::RemoveFigures(again->GetFieldData());
     }

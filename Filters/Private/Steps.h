@@ -25,17 +25,22 @@ class Steps
 public:
   template <typename F> void Run(F&& step)
   {
-    if (this->Problem)
+    if (!this->Problem)
     {
-      return;
+      this->Exchange(step);
     }
+  }
+
+  /// Runs an exchange in which other processes take part: even after a step has failed.
+  template <typename F> void Exchange(F&& step)
+  {
     try
     {
       step();
     }
     catch (...)
     {
-      this->Problem = std::current_exception();
+      this->Problem = this->Problem ? this->Problem : std::current_exception();
     }
   }
 

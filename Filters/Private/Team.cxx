@@ -25,6 +25,15 @@ template <typename T> std::vector<char> ToBytes(const std::vector<T>& values)
 
 }
 
+/// A process that has to have a part of the image may have had no memory for it.
+void Team::RequireOwn() const
+{
+  if (!this->Own)
+  {
+    throw FailedElsewhere();
+  }
+}
+
 void Team::Serve(const Take& take) const
 {
   for (;;)
@@ -43,6 +52,7 @@ void Team::Serve(const Take& take) const
     std::vector<char> answer;
     try
     {
+      this->RequireOwn();
       auto* array = vtkDataArray::SafeDownCast(this->Own->GetPointData()->GetAbstractArray(command[1]));
       if (command[0] == Exchange::VALUES)
       {
@@ -77,6 +87,7 @@ vtkSmartPointer<vtkImageData> Team::Fetch(const Extent& wanted) const
   const std::vector<int> all = this->Link.ToAll(std::vector<int>(wanted.begin(), wanted.end()));
   const int me = this->Link.GetRank();
   Assembly assembly(wanted);
+  Steps steps;
   // All processes go through the pairs in the same order, so each one that sends meets one that receives.
   for (int from = 0; from < size; ++from)
   {
@@ -89,25 +100,41 @@ vtkSmartPointer<vtkImageData> Team::Fetch(const Extent& wanted) const
       {
         continue;
       }
-      vtkSmartPointer<vtkImageData> part;
+      auto part = vtkSmartPointer<vtkImageData>::New();
       if (from == me)
       {
-        part = Cut(this->Own, common);
-        part->GetFieldData()->Initialize();
-      }
-      if (from != to)
-      {
-        if (from == me)
+        steps.Run(
+          [&]
+          {
+            this->RequireOwn();
+            part = Cut(this->Own, common);
+            part->GetFieldData()->Initialize();
+          });
+        if (from != to)
         {
-          this->Link.Send(part, to);
+          this->Link.Send(part, to); // empty after a failure
           continue;
         }
-        part = this->Link.ReceiveImage(from);
       }
-      assembly.Add(part);
+      else
+      {
+        steps.Exchange([&] { part = this->Link.ReceiveImage(from); });
+      }
+      steps.Run(
+        [&]
+        {
+          if (part->GetNumberOfPoints() == 0)
+          {
+            throw FailedElsewhere();
+          }
+          assembly.Add(part);
+        });
     }
   }
-  return IsEmpty(wanted) ? nullptr : assembly.End();
+  vtkSmartPointer<vtkImageData> image;
+  steps.Run([&] { image = IsEmpty(wanted) ? nullptr : assembly.End(); });
+  steps.End();
+  return image;
 }
 
 }

@@ -64,11 +64,12 @@ public:
   }
 
   /// The part of the image with this extent, which may be empty. All processes call this together, where the image is
-  /// spread.
+  /// spread; what it throws, it throws after the last exchange.
   vtkSmartPointer<vtkImageData> Fetch(const Extent& wanted) const;
 
 private:
   void Serve(const Take& take) const;
+  void RequireOwn() const;
 
   Exchange Link;
   vtkSmartPointer<vtkImageData> Own;

@@ -8,67 +8,12 @@ import os
 import sys
 
 import harness
-from chainmail.ChainMailFilters import vtkChainMailDeformation
+from drags import TARGETS, Drag, compare
 from harness import require
 from paraview.simple import *
 from pieces import content, differs, processes
-from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
-from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
 PROCESSES = 3
-# Steps of a drag: where the probe's tissue is to go.
-TARGETS = [[2.0, 1.0, 4.0], [3.5, 1.5, -2.0], [-3.0, 2.0, 5.0]]
-
-
-class Drag:
-    """A filter with its own source and probe, which all processes have."""
-
-    def __init__(self, alone):
-        self.source = vtkRTAnalyticSource()
-        self.source.SetWholeExtent(-12, 12, -11, 13, -10, 14)
-        self.filter = vtkChainMailDeformation()
-        self.filter.SetInputConnection(self.source.GetOutputPort())
-        self.filter.SetMode(1)  # Interactive
-        self.filter.SetTissueThreshold(0.0)
-        self.filter.SetBackgroundValue(0.0)
-        material = vtkPiecewiseFunction()
-        material.AddPoint(0.0, 0.3)
-        material.AddPoint(300.0, 0.1)
-        self.filter.SetMaterialFunction(material)
-        self.filter.SetRelaxationIterations(3)
-        self.filter.SetPropagationTimes(True)
-        for name in ("Constraint", "Cluster"):
-            self.filter.GetModelArraySelection().EnableArray(name)
-        self.alone = alone
-        if alone:
-            self.filter.SetController(None)
-        self.pull(TARGETS[0])
-
-    def pull(self, way):
-        points = harness.make_points([[0.0, 1.0, 2.0]], Displacement=[way], Radius=[3.0])
-        self.filter.SetInputDataObject(1, points)
-
-    def update(self, ghosts=0):
-        rank, size = (0, 1) if self.alone else processes()
-        self.filter.UpdatePiece(rank, size, ghosts)
-        # VTK marks ghosts in the outputs of any filter.
-        return [{key: value.copy() for key, value in content(self.filter.GetOutputDataObject(port)).items()
-                 if not key.endswith("vtkGhostType")} for port in range(2)]
-
-    def problem(self):
-        """The message of the last update; empty where it went well."""
-        array = self.filter.GetOutput().GetFieldData().GetAbstractArray("Error")
-        return array.GetValue(0) if array else ""
-
-
-def compare(drag, reference, when, ghosts=0):
-    parts = drag.update(ghosts)
-    require(drag.problem() == "", "%s: %s", when, drag.problem())
-    wholes = reference.update()
-    for port in range(2):
-        why = differs(parts[port], wholes[port])
-        require(not why, "%s, output %d: %s", when, port, why)
-    return parts
 
 
 def main():
