@@ -22,6 +22,8 @@ from vtkmodules.vtkParallelCore import vtkMultiProcessController
 
 # What is measured, and so differs from update to update.
 MEASURED = ("Milliseconds", "PeakDeviceMemory")
+# Scans that are played in fewer formats.
+LARGE = ("chest_lidc_ct", "head_vhf_ct")
 
 
 def processes():
@@ -65,8 +67,7 @@ def scenes(folder):
     sys.path.insert(0, DATA)
     from make_forearm import make_forearm
     images = {"forearm": make_forearm((66, 60, 78))}
-    large = ("chest_lidc_ct", "head_vhf_ct")
-    for name in ("abdomen_ct", "heart_cta") + large if EVERY else ("abdomen_ct",):
+    for name in ("abdomen_ct", "heart_cta") + LARGE if EVERY else ("abdomen_ct",):
         if scan(name):
             reader = OpenDataFile(scan(name))
             images[name] = servermanager.Fetch(reader)
@@ -78,7 +79,7 @@ def scenes(folder):
         paths = write_formats(image, folder, name)
         paths["raw"] = "raw of " + paths["mhd"]
         some = ("vti", "mhd") if name == "forearm" else ("pvti",)
-        for kind in ("pvti", "raw") if name in large else paths if EVERY else some:
+        for kind in ("pvti", "raw") if name in LARGE else paths if EVERY else some:
             result["%s.%s" % (name, kind)] = [paths[kind], "CT (Hounsfield units)", -300.0, -1000.0]
     result["forearm in parts"] = ["parts of " + result["forearm.vti"][0], *result["forearm.vti"][1:]]
     return result
