@@ -77,6 +77,7 @@ public:
     END,
     OFFER,
     VALUES,
+    COUNTS,
     STATISTICS,
     SMALLEST
   };

@@ -10,12 +10,72 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdint>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
+#include <type_traits>
 #include <unordered_map>
 
 namespace vtkChainMail
 {
+
+namespace
+{
+
+/// Whether each value of an array can be counted.
+bool IsCountable(vtkDataArray* array)
+{
+  const int type = array->GetDataType();
+  return array->GetNumberOfComponents() == 1 &&
+         (type == VTK_CHAR || type == VTK_SIGNED_CHAR || type == VTK_UNSIGNED_CHAR || type == VTK_SHORT ||
+           type == VTK_UNSIGNED_SHORT);
+}
+
+}
+
+std::vector<double> CountValues(vtkDataArray* array, const Extent& ofArray, const Extent& part)
+{
+  std::vector<double> counts;
+  const auto count = [&](const auto* values)
+  {
+    using T = std::decay_t<decltype(*values)>;
+    if constexpr (sizeof(T) <= 2)
+    {
+      const auto width = static_cast<std::size_t>(ofArray[1] - ofArray[0] + 1);
+      const auto height = static_cast<std::size_t>(ofArray[3] - ofArray[2] + 1);
+      constexpr int lowest = std::numeric_limits<T>::min();
+      std::vector<std::uint64_t> of(std::size_t(1) << (8 * sizeof(T)), 0);
+      for (int k = part[4]; k <= part[5]; ++k)
+      {
+        for (int j = part[2]; j <= part[3]; ++j)
+        {
+          const std::size_t row = (k - ofArray[4]) * height + (j - ofArray[2]);
+          const T* const first = values + row * width + (part[0] - ofArray[0]);
+          std::for_each(first, first + (part[1] - part[0] + 1), [&](T value) { ++of[value - lowest]; });
+        }
+      }
+      for (std::size_t n = 0; n < of.size(); ++n)
+      {
+        if (of[n] > 0)
+        {
+          counts.push_back(static_cast<double>(n) + lowest);
+          counts.push_back(static_cast<double>(of[n]));
+        }
+      }
+    }
+  };
+  if (IsCountable(array))
+  {
+    switch (array->GetDataType())
+    {
+      vtkTemplateMacro(count(static_cast<const VTK_TT*>(array->GetVoidPointer(0))));
+    default:
+      break;
+    }
+  }
+  return counts;
+}
 
 /// Values of one array, in pages of which the last used ones are kept.
 class SpreadImage::Pages
@@ -34,7 +94,7 @@ public:
     }
     // All rows of one layer of pages, for passes over the whole image.
     const std::size_t layer = static_cast<std::size_t>(this->Grid.size[0]) * this->Grid.size[1] * Size[2];
-    this->Most = std::max<std::size_t>(std::size_t(1) << 25, this->Bytes * layer * 3 / 2);
+    this->Most = std::max<std::size_t>(std::size_t(1) << 23, this->Bytes * layer * 3 / 2);
   }
 
   const void* Read(std::size_t first, int count)
@@ -242,7 +302,41 @@ chainmail::ArrayView SpreadImage::View(vtkDataArray* ofOwn)
   const auto pages = std::make_shared<Pages>(*this, this->IndexOf(ofOwn), BytesOfVoxel(ofOwn));
   this->Viewed.push_back(pages);
   view.read = [pages](std::size_t first, int count) { return pages->Read(first, count); };
+  if (IsCountable(ofOwn))
+  {
+    view.counts = [this, index = this->IndexOf(ofOwn)] { return this->Count(index); };
+  }
   return view;
+}
+
+std::vector<std::pair<double, std::size_t>> SpreadImage::Count(int array) const
+{
+  vtkDataArray* own = vtkDataArray::SafeDownCast(this->Own->GetPointData()->GetAbstractArray(array));
+  std::map<double, std::size_t> all;
+  for (int p = 0; p < this->Link.GetSize(); ++p)
+  {
+    const Extent& part = this->Held.Owned[p];
+    if (IsEmpty(part))
+    {
+      continue;
+    }
+    std::vector<double> counts;
+    if (p == Exchange::Root)
+    {
+      counts = CountValues(own, ExtentOf(this->Own), part);
+    }
+    else
+    {
+      const std::vector<char> bytes = this->Ask(p, Exchange::COUNTS, array, part);
+      counts.resize(bytes.size() / sizeof(double));
+      std::memcpy(counts.data(), bytes.data(), bytes.size());
+    }
+    for (std::size_t n = 0; n < counts.size(); n += 2)
+    {
+      all[counts[n]] += static_cast<std::size_t>(counts[n + 1]);
+    }
+  }
+  return { all.begin(), all.end() };
 }
 
 vtkSmartPointer<vtkDataArray> SpreadImage::Gather(vtkDataArray* ofOwn)

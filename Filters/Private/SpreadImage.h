@@ -16,12 +16,17 @@
 
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 class vtkChainMailScanStatistics;
 
 namespace vtkChainMail
 {
+
+/// The values of a part of an array of one component, and how many voxels have each: one after the other. Empty for
+/// types other than whole numbers of up to 16 bits.
+std::vector<double> CountValues(vtkDataArray* array, const Extent& ofArray, const Extent& part);
 
 /// Reads the arrays of all parts, which are named by those of the root's own part. Reading is possible only while the
 /// other processes serve (Team::Lead()); otherwise it throws std::logic_error.
@@ -77,6 +82,8 @@ private:
   /// Until the next Open: nothing can be read, and rows that were kept make room for other things.
   void Close();
   int IndexOf(vtkAbstractArray* ofOwn) const;
+  /// See ArrayView::counts.
+  std::vector<std::pair<double, std::size_t>> Count(int array) const;
   /// Writes the values of a box of one array, x fastest.
   void Read(int array, const Extent& box, char* out) const;
   std::vector<char> Ask(int process, int command, int array, const Extent& box) const;

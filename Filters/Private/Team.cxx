@@ -62,6 +62,12 @@ void Team::Serve(const Take& take) const
         CopyBox(static_cast<const char*>(array->GetVoidPointer(0)), ExtentOf(this->Own), answer.data(), box, box,
           BytesOfVoxel(array));
       }
+      else if (command[0] == Exchange::COUNTS)
+      {
+        Extent part;
+        std::copy_n(command.begin() + 2, 6, part.begin());
+        answer = ToBytes(CountValues(array, ExtentOf(this->Own), part));
+      }
       else if (command[0] == Exchange::STATISTICS)
       {
         vtkNew<vtkChainMailScanStatistics> statistics;

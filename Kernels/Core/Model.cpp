@@ -193,6 +193,18 @@ Model::RowReader withRegions(
   };
 }
 
+/// Counts the voxels of tissue, and checks the constraints of all values.
+std::size_t countTissue(const std::vector<std::pair<double, std::size_t>>& counts, const Material& material)
+{
+  const FunctionOfScalar<double> function(material);
+  std::size_t elements = 0;
+  for (const auto& [value, count] : counts)
+  {
+    elements += function(value) != air ? count : 0;
+  }
+  return elements;
+}
+
 std::size_t countNonFinite(const ArrayView& scalars, const Grid& grid)
 {
   return dispatch(scalars,
@@ -259,9 +271,11 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
   }
 
   // One pass over all voxels counts the elements and finds every constraint that is out of range before work begins.
+  const bool isCounted = scalars.counts && !material.constraintArray;
+  this->elements_ = isCounted ? countTissue(scalars.counts(), material) : 0;
   const int width = grid.size[0];
   std::vector<float> row(static_cast<std::size_t>(width) * this->axes_);
-  const std::size_t rows = static_cast<std::size_t>(grid.size[1]) * grid.size[2];
+  const std::size_t rows = isCounted ? 0 : static_cast<std::size_t>(grid.size[1]) * grid.size[2];
   for (std::size_t r = 0; r < rows; ++r)
   {
     this->read_(r * width, width, row.data());

@@ -113,6 +113,9 @@ struct ArrayView
   /// Where the array is elsewhere (`data` is null): reads the values of `count` voxels along x, from voxel number
   /// `first` on. They stay where they are until the next call. Called from one thread.
   std::function<const void*(std::size_t first, int count)> read;
+  /// For such an array of whole numbers of up to 16 bits, or null: each value of the scalars, and how many voxels have
+  /// it.
+  std::function<std::vector<std::pair<double, std::size_t>>()> counts;
 
   explicit operator bool() const { return this->data || this->read; }
 };

@@ -248,7 +248,7 @@ TEST(Model, RefusesWhatItCannotUse)
     EXPECT_TRUE(contains(message(grid, good, percent(0)), "spacing")) << spacing;
   }
   // One layer too many; and 2^64 voxels, which overflow to 0 in 64 bits.
-  for (const Index3& size : { Index3{ 1 << 10, 1 << 10, (1 << 11) + 1 }, Index3{ 1 << 22, 1 << 22, 1 << 20 } })
+  for (const Index3& size : { Index3{ 1 << 13, 1 << 13, (1 << 12) + 1 }, Index3{ 1 << 22, 1 << 22, 1 << 20 } })
   {
     Grid huge = rowOf(1);
     huge.size = size;
@@ -331,6 +331,36 @@ template <typename T> ArrayView elsewhere(const std::vector<T>& values, ArrayVie
     return row->data();
   };
   return view;
+}
+
+/// Where the values of an array elsewhere are counted there, no row of it is read, and all values are checked.
+TEST(Model, ValuesElsewhereMayBeCountedThere)
+{
+  Grid grid;
+  grid.size = { 4, 2, 1 };
+  ArrayView scalars;
+  scalars.type = ArrayView::Type::Int16;
+  bool isRead = false;
+  scalars.read = [&](std::size_t, int) -> const void*
+  {
+    isRead = true;
+    return nullptr;
+  };
+  scalars.counts = []() -> std::vector<std::pair<double, std::size_t>> {
+    return { { -1000.0, 3 }, { 20.0, 2 }, { 40.0, 2 }, { 3000.0, 1 } };
+  };
+  Material material;
+  material.tissueThreshold = 20.0;
+  material.tissueCeiling = 3000.0;
+  material.constraint = [](double value) { return value > 50.0 ? 2.0 : 0.2; };
+  const Model model(grid, scalars, material, Anchors());
+  EXPECT_EQ(model.elements(), 4u);
+  EXPECT_EQ(model.nonFinite(), 0u);
+  EXPECT_FALSE(isRead);
+  material.tissueCeiling = 1e30;
+  EXPECT_THROW(Model(grid, scalars, material, Anchors()), InputError) << "the constraint of 3000 is no fraction";
+  material.tissueThreshold = 1e9;
+  EXPECT_THROW(Model(grid, scalars, material, Anchors()), InputError) << "all is air";
 }
 
 TEST(Model, ArraysMayBeElsewhere)
