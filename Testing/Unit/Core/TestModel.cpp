@@ -256,7 +256,7 @@ TEST(Model, RefusesWhatItCannotUse)
     EXPECT_TRUE(contains(message(huge, good, percent(0)), "voxels"));
   }
   Grid largest = rowOf(1);
-  largest.size = { 1 << 10, 1 << 10, 1 << 11 };
+  largest.size = { 1 << 13, 1 << 13, 1 << 12 };
   EXPECT_TRUE(largest.fits());
 
   const std::string allAir = message(rowOf(3), good, percent(31.0));
