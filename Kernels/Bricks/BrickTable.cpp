@@ -26,7 +26,8 @@ void checkBrickSize(const Index3& size)
   if (!x || !y || !z)
   {
     throw InputError(
-      "The brick size " + toString(size) + " cannot be used: every number must be a power of two, the first from 4 to 64, the others from 2 to 32; or all 0 "
+      "The brick size " + toString(size) +
+      " cannot be used: every number must be a power of two, the first from 4 to 64, the others from 2 to 32; or all 0 "
       "for the best one.");
   }
 }
@@ -47,7 +48,8 @@ BrickTable::BrickTable(const Grid& grid, const Index3& brickSize)
     (this->counts_[0] + 2.0) * (this->counts_[1] + 2.0) * (this->counts_[2] + 2.0); // exact up to 2^53
   if (numbers > std::numeric_limits<int>::max())
   {
-    throw InputError("The brick size " + toString(this->size_) + " divides the image into more than 2147483647 bricks. "
+    throw InputError("The brick size " + toString(this->size_) +
+                     " divides the image into more than 2147483647 bricks. "
                      "Take larger ones, or all 0 for the best size.");
   }
   this->strideY_ = this->counts_[0] + 2;

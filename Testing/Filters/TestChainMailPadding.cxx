@@ -109,7 +109,8 @@ int TestChainMailPadding(int, char*[])
     const std::string memory = log.TakeErrors(); // 549 GB
     check.Contains(memory, "OutputPadding of 3235", "more than the memory");
     check.Contains(memory, "GB of main memory are free", "more than the memory");
-    check.Equal(filter->GetOutput()->GetNumberOfPoints(), size * size * size, "more than the memory: the image as it is");
+    check.Equal(
+      filter->GetOutput()->GetNumberOfPoints(), size * size * size, "more than the memory: the image as it is");
     filter->SetOutputPadding(3);
     check.Equal(Announced(filter), 36.0 * 36.0 * 36.0, "a few");
     filter->Update();

@@ -78,8 +78,8 @@ TEST(LargeGrids, SmallBricksMayBeTooMany)
 {
   Grid grid;
   grid.size = { 4000, 4000, 4000 };
-  const auto model = std::make_shared<const Model>(
-    grid, 1, [](std::size_t, int count, float* out) { std::fill_n(out, count, 0.2f); });
+  const auto model =
+    std::make_shared<const Model>(grid, 1, [](std::size_t, int count, float* out) { std::fill_n(out, count, 0.2f); });
   Settings settings;
   settings.device = testDevice();
   settings.brickSize = { 4, 2, 2 };
