@@ -138,6 +138,15 @@ private:
   /// Reads the missing ones among the pages from `low` to `high` along x, all at once.
   void Load(int low, int high, int y, int z)
   {
+    const std::uint64_t before = this->Clock;
+    for (int x = low; x <= high; ++x)
+    {
+      const auto kept = this->Kept.find(this->Counts.at(x, y, z));
+      if (kept != this->Kept.end())
+      {
+        kept->second.Used = ++this->Clock; // so they stay when others make room
+      }
+    }
     const auto isKept = [&](int x) { return this->Kept.count(this->Counts.at(x, y, z)) > 0; };
     while (low <= high && isKept(low))
     {
@@ -163,7 +172,7 @@ private:
     }
     std::vector<char> values(this->Bytes * all.voxels());
     this->Image.Read(this->Array, extent, values.data());
-    this->MakeRoom(values.size());
+    this->MakeRoom(values.size(), before);
     for (int x = low; x <= high; ++x)
     {
       Page page;
@@ -182,8 +191,8 @@ private:
     }
   }
 
-  /// Drops the pages that were not used for longest, until there is room.
-  void MakeRoom(std::size_t bytes)
+  /// Drops the pages that were not used for longest, but none that was used after `before`, where there is no room.
+  void MakeRoom(std::size_t bytes, std::uint64_t before)
   {
     this->Total += bytes;
     if (this->Total <= this->Most)
@@ -200,7 +209,7 @@ private:
     this->Total = bytes;
     for (auto page = this->Kept.begin(); page != this->Kept.end();)
     {
-      const bool isOld = middle != used.end() && page->second.Used <= *middle;
+      const bool isOld = middle != used.end() && page->second.Used <= std::min(*middle, before);
       this->Total += isOld ? 0 : page->second.Values.size();
       page = isOld ? this->Kept.erase(page) : std::next(page);
     }

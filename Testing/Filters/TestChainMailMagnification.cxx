@@ -366,15 +366,16 @@ void TestErrors(Checks& check)
   check.Equal(log.TakeErrors(), std::string(), "switched off again");
   check.Equal(filter->GetOutput()->GetNumberOfPoints(), vtkIdType(47) * 39 * 35, "switched off again");
 
-  auto large = MakeImage({ { 0, 499, 0, 499, 0, 499 } }, VTK_UNSIGNED_CHAR);
+  auto far = MakeImage({ { 600000000, 600000009, 0, 9, 0, 9 } }, VTK_UNSIGNED_CHAR);
   vtkNew<vtkChainMailDeformation> much;
   EventLog muchLog(much);
-  much->SetInputData(large);
+  much->SetInputData(far);
   much->SetOutputMagnification(4);
   much->Update();
   const std::string error = muchLog.TakeErrors();
-  check.Contains(error, "OutputMagnification of 4", "too many voxels");
-  check.Contains(error, "1997 x 1997 x 1997", "how many these would be");
+  check.Contains(error, "OutputMagnification of 4", "indices that are too large");
+  check.Contains(error, "37 x 37 x 37", "how many voxels these would be");
+  check.Contains(error, "indices up to 2147483646", "what is possible");
   check.Contains(error, "UseOutputBounds", "what helps");
 
   // Some terabytes: the error says how much.

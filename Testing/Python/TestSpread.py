@@ -202,7 +202,35 @@ def play(seed):
                                       vtk_to_numpy(expected.GetPointData().GetArray(a))), "seed %d: bodies differ", seed)
 
 
+def play_large():
+    """A scan of more pages than the first process keeps: rows are read again of which it still has some."""
+    rank, size = processes()
+    shape = (90, 160, 330)
+    k, j, i = np.meshgrid(*(np.arange(n) for n in shape), indexing="ij")
+    image = harness.make_image((50 + (i * 7 + j * 5 + k * 3) % 60).astype(np.float32), spacing=[1.0] * 3, name="scan")
+    filters = []
+    for alone in (False, True):
+        producer = part_of(image, "pieces", np.random.default_rng(1)) if not alone else vtkTrivialProducer()
+        if alone:
+            producer.SetOutput(image)
+        filters.append(vtkChainMailDeformation())
+        filters[-1].SetInputConnection(producer.GetOutputPort())
+        filters[-1].SetTissueThreshold(20.0)
+        filters[-1].GetModelArraySelection().EnableArray("Constraint")
+    filters[1].SetController(None)
+    for step in range(2):
+        points = harness.make_points([[165.0, 80.0, 45.0]], Displacement=[[9.0, 5.0 * step, 2.0]], Radius=[5.0])
+        for filter in filters:
+            filter.SetInputDataObject(1, points)
+        filters[0].UpdatePiece(rank, size, 0)
+        filters[1].UpdatePiece(0, 1, 0)
+        for port in range(2):
+            why = differs(*(content(filter.GetOutputDataObject(port)) for filter in filters))
+            require(not why, "a large scan, step %d, output %d, process %d: %s", step, port, rank, why)
+
+
 def main():
+    play_large()
     for seed in range(int(sys.argv[1]), int(sys.argv[2])):
         vtkChainMailDeformation.SetGlobalProbeWarnings(False)
         play(seed)
