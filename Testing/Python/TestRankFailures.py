@@ -4,7 +4,6 @@ are those of the same state.
 
 Under mpiexec this file is the program: `pvbatch --sym TestRankFailures.py ranks`."""
 
-import os
 import sys
 
 import harness
@@ -85,15 +84,10 @@ def compare_same_state(drag, reference):
     require(wider > 0, "the pieces with ghosts are no larger")
 
 
-
 if len(sys.argv) > 1:
     main()
-    from vtkmodules.vtkParallelCore import vtkMultiProcessController
-    vtkMultiProcessController.GetGlobalController().Barrier()
-    if processes()[0] == 0:
-        os.write(1, b"all are done\n")  # at once: mpiexec mixes what processes print
+    harness.end_together()
 else:
     harness.mpiexec(1, "")  # or skips
-    output = harness.run_pvbatch(PROCESSES, "--sym", os.path.abspath(__file__), "ranks", timeout=300)
-    require("all are done" in output, "the processes did not end:\n%s", output)
+    harness.run_together(PROCESSES, __file__, "ranks", timeout=300)
     print(PROCESSES, "processes")

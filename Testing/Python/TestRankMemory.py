@@ -85,14 +85,11 @@ def main():
 
 if len(sys.argv) > 1:
     main()
-    vtkMultiProcessController.GetGlobalController().Barrier()
-    if processes()[0] == 0:
-        os.write(1, b"all are done\n")  # at once: mpiexec mixes what processes print
+    harness.end_together()
 else:
     harness.mpiexec(1, "")  # or skips
     if not LIBRARY:
         harness.skip("CHAINMAIL_FAILING_MEMORY names no library, which is made on Linux alone")
     os.environ["LD_PRELOAD"] = LIBRARY
-    output = harness.run_pvbatch(PROCESSES, "--sym", os.path.abspath(__file__), "ranks", timeout=600)
-    require("all are done" in output, "the processes did not end:\n%s", output)
+    output = harness.run_together(PROCESSES, __file__, "ranks", timeout=600)
     print([line for line in output.split("\n") if " requests of process " in line])

@@ -4,7 +4,6 @@ regions, reduced models, rotations), probes, blades and padding, drawn from seed
 
 Under mpiexec this file is the program: `pvbatch --sym TestSpread.py FIRST END`, with the seeds from FIRST to END - 1."""
 
-import os
 import sys
 
 import harness
@@ -234,16 +233,12 @@ def main():
     for seed in range(int(sys.argv[1]), int(sys.argv[2])):
         vtkChainMailDeformation.SetGlobalProbeWarnings(False)
         play(seed)
-    from vtkmodules.vtkParallelCore import vtkMultiProcessController
-    vtkMultiProcessController.GetGlobalController().Barrier()
-    if processes()[0] == 0:
-        os.write(1, b"all are done\n")  # at once: mpiexec mixes what processes print
 
 
 if len(sys.argv) > 1:
     main()
+    harness.end_together()
 else:
     harness.mpiexec(1, "")  # or skips
-    output = harness.run_pvbatch(PROCESSES, "--sym", os.path.abspath(__file__), "0", str(SEEDS), timeout=1500)
-    require("all are done" in output, "the processes did not end:\n%s", output)
+    harness.run_together(PROCESSES, __file__, "0", str(SEEDS), timeout=1500)
     print(SEEDS, "scenes")

@@ -14,6 +14,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.util.vtkConstants import VTK_STRING
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkParallelCore import vtkMultiProcessController
 
 SKIPPED = 125
 # All scenes, as run-all.sh --all wants them; else those that say most.
@@ -190,3 +191,18 @@ def run_pvbatch(processes, *arguments, timeout=600):
     output = done.stdout.replace("\0", "")  # mpiexec's own messages may hold such, and pvpython prints none
     require(done.returncode == 0, "%d processes end with status %d:\n%s", processes, done.returncode, output)
     return output
+
+
+def run_together(processes, script, *arguments, timeout):
+    """Runs a script in some processes, each of which has to come to end_together(). Returns all output."""
+    output = run_pvbatch(processes, "--sym", os.path.abspath(script), *arguments, timeout=timeout)
+    require("all are done" in output, "the processes did not end:\n%s", output)
+    return output
+
+
+def end_together():
+    """Waits for all processes, since whoever ends first would take the others with it."""
+    controller = vtkMultiProcessController.GetGlobalController()
+    controller.Barrier()
+    if controller.GetLocalProcessId() == 0:
+        os.write(1, b"all are done\n")  # at once: mpiexec mixes what processes print
