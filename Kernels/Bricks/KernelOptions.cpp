@@ -42,6 +42,12 @@ std::size_t KernelOptions::workItems(bool vectors) const
   return std::min(256, elements / 2 / this->width(vectors));
 }
 
+std::size_t KernelOptions::sharesOfBrick(int elements) const
+{
+  const int all = this->size_[0] * this->size_[1] * this->size_[2];
+  return this->takesManyItems_ ? std::max(1, all / (elements * static_cast<int>(this->workItems(true)))) : 1;
+}
+
 std::string KernelOptions::defines(int width, bool cuts, bool rotations) const
 {
   return "-DBX=" + std::to_string(this->size_[0]) + " -DBY=" + std::to_string(this->size_[1]) +

@@ -24,6 +24,9 @@ public:
   int widthOfRows() const;
   /// Work-items for one colour of a brick.
   std::size_t workItems(bool vectors) const;
+  /// How many groups of workItems(true) share a brick, so that each work-item has about `elements` elements; 1 where a
+  /// single work-item has a whole brick.
+  std::size_t sharesOfBrick(int elements) const;
 
   /// The options for a WIDTH. `cuts`: whether any link may be cut. `rotations`: whether the kernel gets rotations.
   std::string defines(int width, bool cuts, bool rotations) const;

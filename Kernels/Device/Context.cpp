@@ -1,6 +1,7 @@
 #include "Context.h"
 
 #include "Error.h"
+#include "Notices.h"
 #include "Pocl.h"
 #include "PoclCache.h"
 
@@ -112,6 +113,13 @@ std::shared_ptr<Context> Context::of(const std::string& deviceName)
   if (!context)
   {
     context = std::make_shared<Context>(found);
+    if (found.info.endsLoops())
+    {
+      giveNotice(
+        "\"" + found.info.name +
+        "\" ends loops of kernels early, without an error, so tissue that is stretched over very many voxels may "
+        "look wrong. Use another Device, such as PoCL (Debian and Ubuntu: apt-get install pocl-opencl-icd).");
+    }
   }
   return context;
 }

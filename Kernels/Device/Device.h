@@ -25,10 +25,12 @@ struct DeviceInfo
   unsigned computeUnits = 0;
   unsigned floatsAtOnce = 0; ///< native vector width of the device [floats]
 
+  /// Whether a work-item's loops end after 65,535 iterations altogether, without an error. This is so on llvmpipe,
+  /// which is Mesa's driver for processors.
+  bool endsLoops() const { return this->name.compare(0, 8, "llvmpipe") == 0; }
   /// Whether kernels run in their form for GPUs: many short work-items without vectors, not a single one with vectors
-  /// for a whole brick. This is so on GPUs, and on llvmpipe (Mesa's driver for processors). There a long work-item
-  /// would fail: llvmpipe ends its loops after 65,535 iterations, without an error.
-  bool takesManyItems() const { return this->gpu || this->name.compare(0, 8, "llvmpipe") == 0; }
+  /// for a whole brick.
+  bool takesManyItems() const { return this->gpu || this->endsLoops(); }
 };
 
 /// Whether a device ranks before another: proven GPUs, proven processors, the other GPUs, the other processors, and

@@ -23,6 +23,9 @@ constexpr std::size_t voxelsPerDispute = 64;
 /// count.
 constexpr std::size_t keptBytes = std::size_t(1) << 22;
 
+/// The finest detail for which cells near a cut surface need few enough iterations on a device that ends loops.
+constexpr int finestWhereLoopsEnd = 2;
+
 /// Keys can number fewer cells than this: 8 * cell + component is less than BORDER (resample.clh).
 constexpr std::size_t mostCells = std::size_t(1) << 28;
 
@@ -115,7 +118,9 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
 {
   Context& context = this->bricks_.context();
   const Grid& grid = this->bricks_.model().grid();
-  const std::string defines = this->bricks_.defines(true, nullptr) + (this->covers_ ? " -DSMOOTH_CUTS" : "") +
+  const std::size_t shares = this->bricks_.options().sharesOfBrick(this->detail_.finer > 1 ? 1 : 2);
+  const std::string defines = this->bricks_.defines(true, nullptr) + " -DSHARES=" + std::to_string(shares) +
+                              (this->covers_ ? " -DSMOOTH_CUTS" : "") +
                               (this->detail_.finer > 1 ? " -DFINER=" + std::to_string(this->detail_.finer) : "");
   const std::size_t items = this->bricks_.workItems(true);
   const std::size_t voxels = batch.firsts.size() * this->voxelsPerBrick();
@@ -162,7 +167,7 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
     }
     // A processor runs the work-items of a group one after the other anyway. A single work-item recognises its own
     // earlier candidates, which then count as no conflicts (isOurs() in cover.cl).
-    context.launch(context.kernel("cover.cl", defines, "cover"), batch.sources.size(),
+    context.launch(context.kernel("cover.cl", defines, "cover"), shares * batch.sources.size(),
       this->bricks_.options().width(true) > 1 ? 1 : items, list, tissue, boxes, places, claims, disputed, found, noted,
       room, distances, samples);
     context.queue().enqueueReadBuffer(noted, CL_TRUE, 0, sizeof(cl_uint), &disputes);
@@ -279,6 +284,13 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
   this->covers_ = cuts == CutSurfaces::Smooth && this->bricks_.anyCut() && this->bricks_.cutDistances().any();
   if (this->covers_)
   {
+    const DeviceInfo& device = this->bricks_.context().info();
+    if (device.endsLoops() && detail.finer > finestWhereLoopsEnd)
+    {
+      throw InputError("\"" + device.name + "\" ends loops of kernels too early for smooth cut surfaces at an " +
+                       "OutputMagnification above " + std::to_string(finestWhereLoopsEnd) +
+                       ". Choose another Device, such as PoCL, or lower OutputMagnification, or turn SmoothCuts off.");
+    }
     this->bricks_.cutDistances().toDevice(this->bricks_.context());
   }
   this->locateAll(frame, reaches, wanted, checkpoint, visit);

@@ -846,16 +846,17 @@ NOINLINE void coverCells(const Tissue* t, const Output* o, local Tile* tile, int
 #define COVERAGE
 #endif
 
-// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table.
+// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table. SHARES groups take
+// turns with the tiles of a brick.
 kernel void cover(global const int* list, STATE_ARGUMENTS, int4 size, int4 flat, BOXES_ARGUMENTS,
   CANDIDATES_ARGUMENTS DISTANCES_ARGUMENTS COVERAGE_ARGUMENTS)
 {
   const Tissue tissue = { LAYOUT(state), displacement, constraint, cut, size, flat DISTANCES };
-  const int3 origin = brickAtPlace(&tissue.layout, list[get_group_id(0)]) * (int3)(BX, BY, BZ);
+  const int3 origin = brickAtPlace(&tissue.layout, list[get_group_id(0) / SHARES]) * (int3)(BX, BY, BZ);
   const Output output = { boxFirst, boxBricks, cellsFirst, cellsSize, places, claims, disputed, offsets, disputes,
     mostDisputes, get_local_size(0) == 1, origin COVERAGE };
   local Tile tile;
-  for (int n = 0; n < TILES; ++n)
+  for (int n = get_group_id(0) % SHARES; n < TILES; n += SHARES)
   {
     const int3 first = (int3)(n % (BX / TILE_X), n / (BX / TILE_X) % (BY / TILE_Y), n / (BX / TILE_X * (BY / TILE_Y))) *
                        (int3)(TILE_X, TILE_Y, TILE_Z);

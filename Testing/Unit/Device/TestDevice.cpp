@@ -54,7 +54,7 @@ TEST(Device, ProvenOnesAreBest)
   }
 }
 
-// llvmpipe ends the loops of a work-item early, which breaks batches of sweeps. The check `rusticl` shows that its
+// llvmpipe ends the loops of a work-item early, which would break batches of sweeps. The check `rusticl` shows that its
 // results are right.
 TEST(Device, GpusAndLlvmpipeTakeManyWorkItems)
 {
