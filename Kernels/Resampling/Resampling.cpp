@@ -15,6 +15,9 @@ namespace
 /// both.
 constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
 
+/// The edge of a cube with about as many voxels.
+constexpr int edgeOfCube = 160;
+
 /// Words of a conflict (DISPUTE in cover.cl). There is room for one conflict per `voxelsPerDispute` voxels at first.
 constexpr std::size_t wordsOfDispute = 5;
 constexpr std::size_t voxelsPerDispute = 64;
@@ -60,6 +63,23 @@ bool isEmpty(const ResampledBox& box)
 cl_int4 int4(const Index3& v)
 {
   return { { v[0], v[1], v[2], 0 } };
+}
+
+/// Sorts output bricks by the cubes that they lie in, of about the size of a batch: cells at the border of two batches
+/// are processed in both.
+void sortByCubes(const OutputFrame& frame, const Index3& brickSize, std::vector<std::size_t>& bricks)
+{
+  Index3 edge; // [bricks]
+  for (int a = 0; a < 3; ++a)
+  {
+    edge[a] = std::max(1, edgeOfCube / brickSize[a]);
+  }
+  const auto cubeOf = [&](std::size_t brick)
+  {
+    const Index3 at = frame.bricks.indexOf(brick);
+    return Index3{ at[2] / edge[2], at[1] / edge[1], at[0] / edge[0] };
+  };
+  std::stable_sort(bricks.begin(), bricks.end(), [&](std::size_t a, std::size_t b) { return cubeOf(a) < cubeOf(b); });
 }
 
 /// `listed` holds output bricks; the batch gets those from `begin` to `end` - 1.
@@ -293,6 +313,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
     }
     this->bricks_.cutDistances().toDevice(this->bricks_.context());
   }
+  sortByCubes(frame, this->bricks_.size(), wanted);
   this->locateAll(frame, reaches, wanted, checkpoint, visit);
   for (Scratch* scratch :
     { &this->claims_, &this->disputed_, &this->disputes_, &this->offsets_, &this->coverage_, &this->behind_ })
