@@ -259,12 +259,27 @@ private:
 
 void Readout::displacements(const VoxelBox& box, float* out, bool zeroed) const
 {
-  const Grid& grid = this->voxels_.model().grid();
-  Bricks& bricks = this->voxels_;
   if (!zeroed)
   {
     std::fill(out, out + 3 * box.voxels(), 0.0f);
   }
+  if (!this->reduction_ || this->reduction_->displaceAll())
+  {
+    this->readDisplacements(box, out);
+    return;
+  }
+  for (const std::vector<int>& bricks : this->reduction_->displacedIn(box))
+  {
+    this->reduction_->displace(bricks);
+    this->readDisplacements(box, out);
+  }
+}
+
+/// Writes the displacements of bricks that are displaced now.
+void Readout::readDisplacements(const VoxelBox& box, float* out) const
+{
+  const Grid& grid = this->voxels_.model().grid();
+  const Bricks& bricks = this->voxels_;
   bricks.readSlots<float>({ { bricks.displacement(), 3 } }, bricks.slotsIn(box, bricks.dirtySlots()),
     [&](int slot, const Bricks::SlotValues<float>& u)
     {

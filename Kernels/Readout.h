@@ -16,14 +16,13 @@ class Readout
 {
 public:
   /// `bricks` are those of the elements that deform: `voxels` or, where the model is reduced, those of `reduction`.
-  Readout(Bricks& voxels, Bricks& bricks, const ModelReduction* reduction)
+  Readout(Bricks& voxels, Bricks& bricks, ModelReduction* reduction)
     : voxels_(voxels)
     , bricks_(bricks)
     , reduction_(reduction)
   {
   }
 
-  /// The voxels must be at their current places (ModelReduction::expand()).
   void displacements(const VoxelBox& box, float* out, bool zeroed) const;
   void propagationTimes(const ArrivalTimes& arrivals, const VoxelBox& box, float* out) const;
   void wavefronts(const ArrivalTimes& arrivals, const VoxelBox& box, int* out, bool zeroed) const;
@@ -42,9 +41,11 @@ public:
     const Elasticity& elasticity) const;
 
 private:
+  void readDisplacements(const VoxelBox& box, float* out) const;
+
   Bricks& voxels_;
   Bricks& bricks_;
-  const ModelReduction* reduction_;
+  ModelReduction* reduction_;
 };
 
 }

@@ -80,7 +80,7 @@ struct Copy
         std::make_shared<const Model>(frame.grid, 1,
           [from = this->received](std::size_t first, int count, float* out) { from->row(first, count, out); }),
         frame.brickSize)
-    , resampling(this->bricks)
+    , resampling(this->bricks, nullptr)
   {
   }
 
@@ -122,7 +122,7 @@ void Resampler::Impl::begin(TissuePart part)
   {
     throw std::logic_error("The tissue that was received continues from another one than the last.");
   }
-  if (!this->copy || !isSame(part.frame, this->frame))
+  if (!this->copy || part.frame.isPortion || !isSame(part.frame, this->frame))
   {
     this->copy.reset(); // frees its memory first
     this->copy = std::make_unique<Copy>(this->context, part.frame);

@@ -62,7 +62,7 @@ public:
     , waves_(this->bricks_, this->handles_,
         [this](const std::vector<Handles::Pointer>& handles) { return this->sharedBodies(handles); })
     , relaxation_(this->bricks_, this->handles_)
-    , resampling_(this->voxels_)
+    , resampling_(this->voxels_, this->reduction_.get())
     , paperRelaxation_(this->bricks_)
   {
   }
@@ -663,7 +663,6 @@ Resampled Simulation::Impl::resample(
   const Index3& padding, const BoxVisitor& visit, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail)
 {
   this->checkOutput(padding, detail);
-  this->voxels();
   const WhileCompiling report([this] { this->reportCompiling(true); });
   return this->resampling_.run(
     padding, since, cuts, detail, [this](double share) { this->checkpoint(share); }, visit);
@@ -676,7 +675,6 @@ void Simulation::Impl::exportTissue(const Index3& padding, CutSurfaces cuts,
   {
     this->checkOutput(padding, receiver.detail);
   }
-  this->voxels();
   const WhileCompiling report([this] { this->reportCompiling(true); });
   this->resampling_.exportTissue(padding, cuts, this->number_, receivers, take);
 }
@@ -822,12 +820,7 @@ Statistics Simulation::measure() const
 
 void Simulation::displacements(const VoxelBox& box, float* out, bool zeroed) const
 {
-  this->impl_->called(
-    [&]
-    {
-      this->impl_->voxels();
-      this->impl_->readout_.displacements(box, out, zeroed);
-    });
+  this->impl_->called([&] { this->impl_->readout_.displacements(box, out, zeroed); });
 }
 
 void Simulation::propagationTimes(const VoxelBox& box, float* out) const
@@ -867,14 +860,15 @@ void Simulation::exportTissue(const Index3& padding, CutSurfaces cuts, const std
   this->impl_->called([&] { this->impl_->exportTissue(padding, cuts, receivers, take); });
 }
 
+std::optional<std::vector<OutputDetail>> Simulation::portions(
+  const Index3& padding, CutSurfaces cuts, const OutputDetail& part) const
+{
+  return this->impl_->called([&] { return this->impl_->resampling_.portions(padding, cuts, part); });
+}
+
 Sources Simulation::sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail) const
 {
-  return this->impl_->called(
-    [&]
-    {
-      this->impl_->voxels();
-      return this->impl_->resampling_.sources(padding, cuts, detail);
-    });
+  return this->impl_->called([&] { return this->impl_->resampling_.sources(padding, cuts, detail); });
 }
 
 }

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -240,6 +241,12 @@ public:
   /// InputError as resample() does.
   void exportTissue(const Index3& padding, CutSurfaces cuts, const std::vector<TissueReceiver>& receivers,
     const std::function<void(std::size_t n, const std::vector<char>& message)>& take) const;
+
+  /// The portions in which a part of such an output has to be exported, where the model is reduced and the
+  /// displacements of all voxels would need too much memory. Together they cover all of the part that tissue may have
+  /// left or reached. Each replaces what its receiver holds. None where there is enough memory.
+  std::optional<std::vector<OutputDetail>> portions(
+    const Index3& padding, CutSurfaces cuts, const OutputDetail& part) const;
 
   /// The voxels of the grid that a part of such an output may show. Loads the tissue that resample() needs for it, so
   /// that needs no rows of the model.

@@ -61,6 +61,26 @@ void BrickStorage::addSlots(const std::vector<int>& bricks)
   }
 }
 
+void BrickStorage::takeSlots()
+{
+  for (std::size_t slot = 1; slot < this->place_.size(); ++slot)
+  {
+    this->table_[this->place_[slot]] = 0;
+  }
+  this->place_.resize(1);
+  this->states_ = 1;
+  this->exchanged_.clear();
+  for (const Field* field : this->fields_)
+  {
+    this->startAgain(*field, this->pitch());
+  }
+  for (const Field* field : this->tissueFields_)
+  {
+    this->startAgain(*field, this->tissuePitch());
+  }
+  this->uploadTables();
+}
+
 void BrickStorage::uploadTables()
 {
   this->context_->write(this->tableBuffer_, 0, this->table_);
@@ -172,6 +192,23 @@ cl::Buffer BrickStorage::allocate(std::size_t bytes, const char* purpose, Field:
     this->context_->queue().enqueueFillBuffer(buffer, std::numeric_limits<cl_float>::infinity(), 0, bytes);
   }
   return buffer;
+}
+
+/// Gives all elements of a field the content of new memory.
+void BrickStorage::startAgain(const Field& field, std::size_t pitch) const
+{
+  const std::size_t bytes = field.runs * pitch * field.bytes;
+  switch (field.start)
+  {
+  case Field::Start::Zeros:
+    this->context_->queue().enqueueFillBuffer(field.buffer, cl_uchar(0), 0, bytes);
+    break;
+  case Field::Start::Infinity:
+    this->context_->queue().enqueueFillBuffer(field.buffer, std::numeric_limits<cl_float>::infinity(), 0, bytes);
+    break;
+  case Field::Start::Anything:
+    break;
+  }
 }
 
 /// Enlarges each run of a field.

@@ -157,6 +157,9 @@ protected:
   /// Gives the next slots to these bricks, without a state. uploadTables() has to be called after the last one.
   void addSlots(const std::vector<int>& bricks);
   void uploadTables();
+  /// Takes the slots away from all bricks, for other bricks. Fields start again as new memory does. No table may follow
+  /// applyExchanges().
+  void takeSlots();
   /// Gives a state to each of these bricks that has a slot but no state. Their elements get new addresses; other bricks
   /// without a state may change places with them.
   void addStates(const std::vector<int>& bricks);
@@ -166,6 +169,7 @@ protected:
 
 private:
   cl::Buffer allocate(std::size_t bytes, const char* purpose, Field::Start start);
+  void startAgain(const Field& field, std::size_t pitch) const;
   void enlarge(Field& field, std::size_t oldPitch, std::size_t pitch);
   void growTissue(int slots);
   void growStates(int slots);

@@ -72,6 +72,12 @@ void Bricks::clearDisplacements()
   this->dirty_.clear();
 }
 
+void Bricks::unload()
+{
+  this->unloadTissue();
+  this->dirty_.clear();
+}
+
 void Bricks::removeElements(const std::vector<std::size_t>& voxels)
 {
   this->replaceByAir(voxels);

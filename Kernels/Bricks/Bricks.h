@@ -61,6 +61,8 @@ public:
 
   /// Puts all elements at rest: sets displacements and rotations to zero.
   void clearDisplacements();
+  /// Does the same, and unloads the tissue (Tissue::unloadTissue()).
+  void unload();
   /// Replaces these elements (Grid::at) by air and puts them at rest.
   void removeElements(const std::vector<std::size_t>& voxels);
 

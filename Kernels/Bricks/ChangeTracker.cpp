@@ -40,8 +40,9 @@ std::uint64_t hashOf(std::uint64_t before, const std::vector<std::uint8_t>& byte
 
 }
 
-ChangeTracker::ChangeTracker(Bricks& bricks)
+ChangeTracker::ChangeTracker(Bricks& bricks, DisplacementSource* source)
   : bricks_(bricks)
+  , source_(source)
   , contents_(bricks.numbers(), 0)
   , changedAt_(bricks.numbers(), 0)
 {
@@ -66,20 +67,32 @@ std::vector<BrickExtent> ChangeTracker::measure(const std::vector<int>& slots)
 
 ChangeTracker::Revision ChangeTracker::revise()
 {
-  const std::vector<int> slots = this->bricks_.dirtySlots();
-  const std::vector<BrickExtent> extents = this->measure(slots);
   this->displaced_.clear();
   this->extents_.clear();
   std::vector<std::uint64_t> contents(this->contents_.size(), 0);
-  for (std::size_t n = 0; n < slots.size(); ++n)
+  if (this->source_ && !this->source_->displaceAll())
   {
-    const BrickExtent& extent = extents[n];
-    if (extent.displaced())
+    this->displaced_ = this->source_->displaced();
+    this->extents_ = this->source_->extents();
+    for (const int brick : this->displaced_)
     {
-      const int brick = this->bricks_.brick(slots[n]);
-      contents[brick] = hashOf(0, extent);
-      this->displaced_.push_back(brick);
-      this->extents_.push_back(extent);
+      contents[brick] = std::max<std::uint64_t>(1, mix(this->source_->version()));
+    }
+  }
+  else
+  {
+    const std::vector<int> slots = this->bricks_.dirtySlots();
+    const std::vector<BrickExtent> extents = this->measure(slots);
+    for (std::size_t n = 0; n < slots.size(); ++n)
+    {
+      const BrickExtent& extent = extents[n];
+      if (extent.displaced())
+      {
+        const int brick = this->bricks_.brick(slots[n]);
+        contents[brick] = hashOf(0, extent);
+        this->displaced_.push_back(brick);
+        this->extents_.push_back(extent);
+      }
     }
   }
   for (const auto& [brick, bits] : this->bricks_.links().all())

@@ -34,11 +34,17 @@ Tissue::Tissue(std::shared_ptr<Context> context, std::shared_ptr<const Model> mo
     }
   }
   this->addTissueField(this->constraint_);
+  this->fillFirstSlot();
+  this->separateJoints();
+}
+
+/// Slot 0 stands for bricks without tissue.
+void Tissue::fillFirstSlot()
+{
   for (int a = 0; a < this->model_->axes(); ++a)
   {
     this->writeTissue(this->constraint_, a, 0, std::vector<float>(this->elements_, air));
   }
-  this->separateJoints();
 }
 
 // --- Loading
@@ -151,6 +157,17 @@ void Tissue::loadTissue(const std::vector<int>& bricks)
   {
     this->uploadTables();
   }
+}
+
+void Tissue::unloadTissue()
+{
+  for (const int brick : this->known_)
+  {
+    this->status_[brick] = Status::Unknown;
+  }
+  this->known_.clear();
+  this->takeSlots();
+  this->fillFirstSlot();
 }
 
 void Tissue::makeUpdatable(const std::vector<int>& bricks)

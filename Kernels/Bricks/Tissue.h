@@ -36,6 +36,8 @@ public:
   {
     return this->status_[brick] == Status::Ready || this->status_[brick] == Status::Air;
   }
+  /// Forgets which tissue is loaded, to make room for other tissue. Cuts and carves stay.
+  void unloadTissue();
   /// Calls f(slot) for all slots, in the order in which the tissue of their bricks was loaded.
   template <typename F> void forKnown(const F& f) const
   {
@@ -126,6 +128,7 @@ private:
     Ready  ///< has a state, and the tissue of all 26 bricks around it is loaded
   };
 
+  void fillFirstSlot();
   void readTissue(const std::vector<int>& bricks);
   bool fill(int brick, std::vector<float>& out) const;
   void fillAgain(const std::set<int>& bricks);

@@ -2,8 +2,8 @@
 //
 // result[group * 14], floats stored as their bits:
 //   0, 1     two hashes of all displacements
-//   2 to 7   per axis the smallest displacement, or 0; then the first place with a displaced element
-//   8 to 13  per axis the largest displacement, or 0; then the last place with a displaced element
+//   2 to 7   per axis the smallest displacement of all places; then the first place with a displaced element
+//   8 to 13  per axis the largest displacement of all places; then the last place with a displaced element
 //
 // Places count from the brick's first corner. Along x they may be off by one, towards a larger extent.
 
@@ -61,7 +61,8 @@ NOINLINE void surveyShare(int lid, int items, uint first, uint pitch, global con
   sums[0] = sums[1] = (word)(0);
   for (int axis = 0; axis < 3; ++axis)
   {
-    low[axis] = high[axis] = (real)(0.0f);
+    low[axis] = (real)(INFINITY);
+    high[axis] = (real)(-INFINITY);
   }
   for (int n = lid * WIDTH; n < ELEMENTS; n += items * WIDTH)
   {

@@ -7,7 +7,11 @@
 #include "ReducedModel.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -31,12 +35,20 @@ Index3 factorsFor(const Grid& whole, int factor)
   return factors;
 }
 
+/// The number of voxels that may have a displacement at the same time; 134 million take 2 GiB.
+std::size_t voxelsAtOnce()
+{
+  const char* const ofTest = std::getenv("CHAINMAIL_VOXELS_AT_ONCE");
+  return ofTest ? std::strtoull(ofTest, nullptr, 10) : std::size_t(1) << 27;
+}
+
 }
 
 ModelReduction::ModelReduction(Bricks& whole, int factor, const RotationSettings& rotationSettings)
   : whole_(whole)
   , factor_(factorsFor(whole.model().grid(), factor))
   , bricks_(whole.sharedContext(), reducedModel(whole, this->factor_, this->apart_), whole.size(), rotationSettings)
+  , mostAtOnce_(std::max<std::size_t>(1, voxelsAtOnce() / static_cast<std::size_t>(whole.elementsPerBrick())))
   , owner_{ 1, sizeof(cl_int), "the sides of cuts" }
 {
   this->separate();
@@ -379,83 +391,254 @@ std::vector<std::size_t> ModelReduction::elementsOf(const std::vector<std::size_
 
 // --- Displacements
 
-/// Bricks of voxels that a displaced element moves.
-std::set<int> ModelReduction::displacedBricks()
+void ModelReduction::moved()
 {
+  ++this->version_;
+  this->current_ = false;
+  this->found_ = false;
+}
+
+const std::vector<int>& ModelReduction::displaced()
+{
+  this->findDisplaced();
+  return this->displaced_;
+}
+
+const std::vector<BrickExtent>& ModelReduction::extents()
+{
+  this->findDisplaced();
+  return this->extents_;
+}
+
+/// Finds the bricks of voxels that displaced elements move, and bounds of their displacements. An interpolated value
+/// lies between those of the elements.
+void ModelReduction::findDisplaced()
+{
+  if (this->found_)
+  {
+    return;
+  }
   const Grid& whole = this->whole_.model().grid();
   const Grid& grid = this->bricks_.model().grid();
-  const Index3 size = this->bricks_.size();
+  const Index3 size = this->whole_.size();
   const std::size_t count = static_cast<std::size_t>(this->bricks_.elementsPerBrick());
-  std::set<int> needed;
+  std::vector<int> numbers(this->whole_.numbers(), -1); // for each brick its place in the lists
+  this->displaced_.clear();
+  this->extents_.clear();
+  std::vector<int> counts; // of displaced elements around each of the displaced bricks
+  const auto include = [&](int brick, const float* low, const float* high)
+  {
+    if (numbers[brick] < 0)
+    {
+      numbers[brick] = static_cast<int>(this->displaced_.size());
+      this->displaced_.push_back(brick);
+      this->extents_.emplace_back();
+      counts.push_back(0);
+      BrickExtent& extent = this->extents_.back();
+      for (int a = 0; a < 3; ++a)
+      {
+        extent.low[a] = std::numeric_limits<float>::infinity();
+        extent.high[a] = -extent.low[a];
+        extent.last[a] = static_cast<float>(size[a] - 1);
+      }
+    }
+    BrickExtent& extent = this->extents_[static_cast<std::size_t>(numbers[brick])];
+    for (int a = 0; a < 3; ++a)
+    {
+      extent.low[a] = std::min(extent.low[a], low[a]);
+      extent.high[a] = std::max(extent.high[a], high[a]);
+    }
+  };
+  // The most that the rotation of an element adds to the displacement of one of its voxels [voxels].
+  const Rotations* const rotations = this->bricks_.activeRotations();
+  const auto turnedBy = [&](const float* spin)
+  {
+    std::array<float, 3> most{};
+    for (int b = 0; rotations && b < 3; ++b)
+    {
+      float offset[3];
+      rule::single::rotationOffsetOfAxis(spin, b, offset);
+      for (int a = 0; a < 3; ++a)
+      {
+        most[a] +=
+          0.5f * this->factor_[a] * std::fabs(offset[a]) * rotations->proportions.s[b] / rotations->proportions.s[a];
+      }
+    }
+    return most;
+  };
   std::vector<float> u;
+  std::vector<float> spins(3 * count, 0.0f);
   for (const int slot : this->bricks_.dirtySlots())
   {
     this->bricks_.readSlot(slot, u);
-    const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
-    for (int k = origin[2]; k < std::min(origin[2] + size[2], grid.size[2]); ++k)
+    if (rotations)
     {
-      for (int j = origin[1]; j < std::min(origin[1] + size[1], grid.size[1]); ++j)
+      this->bricks_.readRotations(slot, spins);
+    }
+    const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
+    VoxelBox box{ origin, this->bricks_.size() };
+    for (int a = 0; a < 3; ++a)
+    {
+      box.size[a] = std::min(box.size[a], grid.size[a] - origin[a]);
+    }
+    for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
+    {
+      for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j)
       {
-        Index3 low{ grid.size[0], j, k };
-        Index3 high{ -1, j, k };
-        for (int i = origin[0]; i < std::min(origin[0] + size[0], grid.size[0]); ++i)
+        for (int i = box.first[0]; i < box.first[0] + box.size[0]; ++i)
         {
-          const std::uint32_t at = this->bricks_.local(i, j, k);
-          if (u[at] != 0.0f || u[count + at] != 0.0f || u[2 * count + at] != 0.0f)
+          const std::uint32_t local = this->bricks_.local(i, j, k);
+          const Index3 at{ i, j, k };
+          const float displacement[3] = { u[local], u[count + local], u[2 * count + local] };
+          if (displacement[0] == 0.0f && displacement[1] == 0.0f && displacement[2] == 0.0f)
           {
-            low[0] = std::min(low[0], i);
-            high[0] = i;
+            continue;
           }
-        }
-        if (high[0] < 0)
-        {
-          continue;
-        }
-        // Voxels up to half an element further are interpolated from these elements, too.
-        Index3 first;
-        Index3 last;
-        for (int a = 0; a < 3; ++a)
-        {
-          first[a] = std::max(low[a] * this->factor_[a] - this->factor_[a] / 2, 0) / size[a];
-          last[a] = std::min((high[a] + 1) * this->factor_[a] + this->factor_[a] / 2 - 1, whole.size[a] - 1) / size[a];
-        }
-        for (int z = first[2]; z <= last[2]; ++z)
-        {
-          for (int y = first[1]; y <= last[1]; ++y)
+          const float spin[3] = { spins[local], spins[count + local], spins[2 * count + local] };
+          const std::array<float, 3> turned = turnedBy(spin);
+          float low[3];
+          float high[3];
+          Index3 first;
+          Index3 last;
+          for (int a = 0; a < 3; ++a)
           {
-            for (int x = first[0]; x <= last[0]; ++x)
+            low[a] = this->factor_[a] * displacement[a] - turned[a];
+            high[a] = this->factor_[a] * displacement[a] + turned[a];
+            // Voxels up to half an element further are interpolated from this element, too.
+            const int half = this->factor_[a] / 2;
+            first[a] = std::max(at[a] * this->factor_[a] - half, 0) / size[a];
+            last[a] = std::min((at[a] + 1) * this->factor_[a] + half - 1, whole.size[a] - 1) / size[a];
+          }
+          for (int z = first[2]; z <= last[2]; ++z)
+          {
+            for (int y = first[1]; y <= last[1]; ++y)
             {
-              needed.insert(this->whole_.brickAt(x * size[0], y * size[1], z * size[2]));
+              for (int x = first[0]; x <= last[0]; ++x)
+              {
+                const int brick = this->whole_.brickAt(x * size[0], y * size[1], z * size[2]);
+                include(brick, low, high);
+                ++counts[static_cast<std::size_t>(numbers[brick])];
+              }
             }
           }
         }
       }
     }
   }
-  return needed;
+  for (std::size_t n = 0; n < this->displaced_.size(); ++n)
+  {
+    // Where other elements around the brick are at rest, or air.
+    const Index3 origin = this->whole_.origin(this->displaced_[n]);
+    int around = 1;
+    for (int a = 0; a < 3; ++a)
+    {
+      const int half = this->factor_[a] / 2;
+      const int last = std::min(origin[a] + size[a], whole.size[a]) - 1;
+      const int from = std::max(origin[a] - half, 0) / this->factor_[a];
+      const int to = std::min((last + half) / this->factor_[a], grid.size[a] - 1);
+      around *= to - from + 1;
+    }
+    if (counts[n] < around)
+    {
+      constexpr float atRest[3] = { 0.0f, 0.0f, 0.0f };
+      include(this->displaced_[n], atRest, atRest);
+    }
+  }
+  if (!this->displaced_.empty() && !this->owners_.empty())
+  {
+    Elements owners(this->bricks_);
+    std::vector<int> bricks;
+    for (const auto& [voxel, element] : this->owners_)
+    {
+      const Index3 at = whole.indexOf(voxel);
+      bricks.push_back(this->whole_.brickAt(at[0], at[1], at[2]));
+      owners.add(element);
+    }
+    const std::vector<float> values = owners.displacements();
+    const std::vector<float> spinsOfOwners = rotations ? owners.rotations() : std::vector<float>(values.size(), 0.0f);
+    for (std::size_t n = 0; n < bricks.size(); ++n)
+    {
+      const std::array<float, 3> turned = turnedBy(&spinsOfOwners[3 * n]);
+      float low[3];
+      float high[3];
+      for (int a = 0; a < 3; ++a)
+      {
+        low[a] = this->factor_[a] * values[3 * n + a] - turned[a];
+        high[a] = this->factor_[a] * values[3 * n + a] + turned[a];
+      }
+      include(bricks[n], low, high);
+    }
+  }
+  // Ascending.
+  std::vector<BrickExtent> extents;
+  extents.reserve(this->extents_.size());
+  std::sort(this->displaced_.begin(), this->displaced_.end());
+  for (const int brick : this->displaced_)
+  {
+    extents.push_back(this->extents_[static_cast<std::size_t>(numbers[brick])]);
+  }
+  this->extents_ = std::move(extents);
+  this->found_ = true;
+}
+
+bool ModelReduction::displaceAll()
+{
+  if (!this->current_ && this->displaced().size() > this->mostAtOnce_)
+  {
+    return false;
+  }
+  this->expand();
+  return true;
 }
 
 void ModelReduction::expand()
 {
-  if (this->current_)
+  if (!this->current_)
   {
-    return;
+    this->whole_.clearDisplacements();
+    this->expandThese(this->displaced());
+    this->current_ = true;
   }
-  this->whole_.clearDisplacements();
+}
+
+void ModelReduction::displace(const std::vector<int>& bricks)
+{
+  std::vector<int> list;
+  const std::vector<int>& all = this->displaced();
+  std::set_intersection(bricks.begin(), bricks.end(), all.begin(), all.end(), std::back_inserter(list));
+  this->whole_.unload();
+  this->expandThese(list);
+}
+
+std::vector<std::vector<int>> ModelReduction::displacedIn(const VoxelBox& box)
+{
+  std::vector<std::vector<int>> lists;
+  const Index3 size = this->whole_.size();
+  for (const int brick : this->displaced())
+  {
+    const Index3 origin = this->whole_.origin(brick);
+    bool meets = true;
+    for (int a = 0; a < 3; ++a)
+    {
+      meets = meets && origin[a] < box.first[a] + box.size[a] && origin[a] + size[a] > box.first[a];
+    }
+    if (meets && (lists.empty() || lists.back().size() == this->mostAtOnce_))
+    {
+      lists.emplace_back();
+    }
+    if (meets)
+    {
+      lists.back().push_back(brick);
+    }
+  }
+  return lists;
+}
+
+/// Displaces the voxels of these bricks, which are at rest.
+void ModelReduction::expandThese(const std::vector<int>& bricks)
+{
   const Grid& whole = this->whole_.model().grid();
   const Grid& grid = this->bricks_.model().grid();
-  std::set<int> needed = this->displacedBricks();
-  this->current_ = true;
-  if (needed.empty())
-  {
-    return;
-  }
-  for (const auto& [voxel, element] : this->owners_)
-  {
-    const Index3 at = whole.indexOf(voxel);
-    needed.insert(this->whole_.brickAt(at[0], at[1], at[2]));
-  }
-  const std::vector<int> bricks(needed.begin(), needed.end());
   this->whole_.makeUpdatable(bricks);
   std::vector<int> slots;
   for (const int brick : bricks)
@@ -480,16 +663,21 @@ void ModelReduction::expand()
     std::vector<std::int32_t> owners;
     for (const auto& [voxel, element] : this->owners_)
     {
-      voxels.add(voxel);
-      owners.push_back(static_cast<std::int32_t>(element) + 1);
+      const Index3 at = whole.indexOf(voxel);
+      if (this->whole_.hasState(this->whole_.brickAt(at[0], at[1], at[2])))
+      {
+        voxels.add(at);
+        owners.push_back(static_cast<std::int32_t>(element) + 1);
+      }
     }
     voxels.set(this->owner_, owners);
   }
+  const auto rows = static_cast<std::size_t>(this->whole_.size()[1] * this->whole_.size()[2]);
   const std::string factors = " -DFX=" + std::to_string(this->factor_[0]) +
                               " -DFY=" + std::to_string(this->factor_[1]) + " -DFZ=" + std::to_string(this->factor_[2]);
   context.launch(context.kernel("reduce.cl",
                    this->bricks_.defines(false) + factors + (this->owners_.empty() ? "" : " -DOWNERS"), "expand"),
-    slots.size(), this->whole_.workItems(false), this->list_.holding(context, slots),
+    slots.size(), std::min<std::size_t>(this->whole_.workItems(false), rows), this->list_.holding(context, slots),
     this->bricks_.state(this->bricks_.rotations()), this->whole_.layout(),
     cl_int4{ { grid.size[0], grid.size[1], grid.size[2], 1 } },
     this->owners_.empty() ? this->whole_.constraint() : this->owner_.buffer, this->whole_.constraint(),

@@ -1,9 +1,11 @@
 #pragma once
 
 #include "Bricks.h"
+#include "DisplacementSource.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <set>
 #include <unordered_map>
@@ -24,13 +26,16 @@ namespace chainmail
 /// component stays with this element. Each other component joins the element to which most of its links lead. So each
 /// voxel beside a cut follows the tissue on its own side. Elements whose voxels have no link left between them are not
 /// linked.
-class ModelReduction
+///
+/// Displacements of voxels are made from those of the elements when they are needed: of all voxels at once, or of some
+/// bricks at a time where all would need too much memory.
+class ModelReduction : public DisplacementSource
 {
 public:
   /// Creates elements of `factor` (2, 4 or 8) voxels of `whole` per axis, or of one on an axis with a single voxel. If
   /// `rotationSettings` is on, the elements have rotations.
   ModelReduction(Bricks& whole, int factor, const RotationSettings& rotationSettings);
-  ~ModelReduction();
+  ~ModelReduction() override;
 
   /// The number of voxels per element along an axis with more than one voxel.
   int voxelsPerElement() const { return std::max({ this->factor_[0], this->factor_[1], this->factor_[2] }); }
@@ -50,12 +55,21 @@ public:
   }
 
   /// To be called when the displacements of the larger elements have changed.
-  void moved() { this->current_ = false; }
+  void moved();
 
-  /// Displaces the voxels with the larger elements. The displacement of a voxel is interpolated linearly between the
+  /// Displaces all voxels with the larger elements. The displacement of a voxel is interpolated linearly between the
   /// elements that links join to the voxel's own element. A rigid voxel moves exactly with its own element, including
   /// its rotation. Does nothing if no element has moved since the last call.
   void expand();
+
+  bool displaceAll() override;
+  std::uint64_t version() const override { return this->version_; }
+  const std::vector<int>& displaced() override;
+  const std::vector<BrickExtent>& extents() override;
+  std::size_t room() const override { return this->mostAtOnce_; }
+  void displace(const std::vector<int>& bricks) override;
+  /// The bricks of a box that may be displaced, in lists that displace() has room for.
+  std::vector<std::vector<int>> displacedIn(const VoxelBox& box);
 
   /// Applies the cuts and carves of the voxels to the larger elements. Returns the larger elements removed, ascending.
   std::vector<std::size_t> applyTopology();
@@ -114,14 +128,20 @@ private:
   std::set<std::size_t> touched() const;
   std::vector<std::size_t> findOwners(const std::set<std::size_t>& changed);
   void removeLinks(const std::set<std::size_t>& changed);
-  std::set<int> displacedBricks();
+  void findDisplaced();
+  void expandThese(const std::vector<int>& bricks);
 
   Bricks& whole_;
   Index3 factor_;
   std::vector<std::pair<std::size_t, int>> apart_; ///< (element, axis): no link to the next element from the start
   Bricks bricks_;
   std::unordered_map<std::size_t, std::size_t> owners_; ///< voxel -> the element that it follows, if not its parent
-  bool current_ = true;                                 ///< whether the voxels have the elements' displacements
+  std::size_t mostAtOnce_;                              ///< bricks with a displacement at the same time
+  std::uint64_t version_ = 0;                           ///< of the elements' displacements
+  bool current_ = true;                                 ///< whether all voxels have these
+  bool found_ = true;                                   ///< whether the following lists are those of this version
+  std::vector<int> displaced_;
+  std::vector<BrickExtent> extents_;
   Field owner_; ///< int [address] of the voxels: 1 + the element that it follows, 0 for its parent
   Scratch list_{ "the list of bricks" };
 };

@@ -1,6 +1,7 @@
 #include "BrickExtents.h"
 
 #include <cmath>
+#include <limits>
 
 namespace chainmail
 {
@@ -102,7 +103,7 @@ Ranges::Range& Ranges::of(int brick)
   return this->ranges_[this->numbers_[brick]];
 }
 
-BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole, int beyond) const
+Ranges::Shown Ranges::shown(int brick, const OutputFrame& frame, bool whole, int beyond) const
 {
   // Corners in air follow the elements around them, so the elements that move a cell lie at most one voxel further. A
   // deformed cell lies in the box of its displaced corners.
@@ -126,7 +127,9 @@ BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole, int beyo
     low[a] = std::max(static_cast<int>(first[a]) - around, 0) / size[a] * size[a];
     high[a] = std::min(static_cast<int>(last[a]) + around, grid[a] - 1);
   }
-  Range all;
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  std::array<float, 3> least{ { infinity, infinity, infinity } };
+  std::array<float, 3> most{ { -infinity, -infinity, -infinity } };
   for (int k = low[2]; k <= high[2]; k += size[2])
   {
     for (int j = low[1]; j <= high[1]; j += size[1])
@@ -136,20 +139,25 @@ BrickBox Ranges::shown(int brick, const OutputFrame& frame, bool whole, int beyo
         const Range& range = this->ranges_[this->numbers_[this->bricks_->brickAt(i, j, k)]];
         for (int a = 0; a < 3; ++a)
         {
-          all.low[a] = std::min(all.low[a], range.low[a]);
-          all.high[a] = std::max(all.high[a], range.high[a]);
+          least[a] = std::min(least[a], range.low[a]);
+          most[a] = std::max(most[a], range.high[a]);
         }
       }
     }
   }
   // Without displacements no cell moves. Carved elements then affect only their own voxels and those up to `beyond`.
-  const bool moves = all.low != Range().low || all.high != Range().high;
+  const bool moves = least != Range().low || most != Range().high;
+  Vector3 firstReached;
+  Vector3 lastReached;
   for (int a = 0; a < 3; ++a)
   {
-    first[a] += std::floor(all.low[a]) - std::max(beyond, moves ? margin : 0);
-    last[a] += std::ceil(all.high[a]) + std::max(beyond, moves ? margin : 0);
+    first[a] -= std::max(beyond, moves ? margin : 0);
+    last[a] += std::max(beyond, moves ? margin : 0);
+    firstReached[a] = first[a] + std::floor(least[a]);
+    lastReached[a] = last[a] + std::ceil(most[a]);
   }
-  return frame.between(first, last, frame.low, frame.high);
+  return { frame.between(firstReached, lastReached, frame.low, frame.high),
+    frame.between(first, last, frame.low, frame.high) };
 }
 
 BrickBox Ranges::cells(int brick, const OutputFrame& frame) const
@@ -174,7 +182,17 @@ std::vector<BrickExtents> findReaches(
   std::vector<BrickExtents> reaches;
   for (const int brick : survey.displaced())
   {
-    reaches.push_back({ ranges.cells(brick, frame), ranges.shown(brick, frame, false) });
+    const BrickBox cells = ranges.cells(brick, frame);
+    const Ranges::Shown shown = ranges.shown(brick, frame, false);
+    if (shown.both().bricks() <= shown.reached.bricks() + shown.left.bricks())
+    {
+      reaches.push_back({ cells, shown.both() });
+    }
+    else // what lies between them is not affected
+    {
+      reaches.push_back({ cells, shown.reached });
+      reaches.push_back({ cells, shown.left });
+    }
   }
   for (const int brick : bricks.links().carvedBricks())
   {

@@ -20,6 +20,15 @@ struct BrickBox
   {
     return this->first[0] > this->last[0] || this->first[1] > this->last[1] || this->first[2] > this->last[2];
   }
+  std::size_t bricks() const
+  {
+    std::size_t count = this->isEmpty() ? 0 : 1;
+    for (int a = 0; a < 3 && count > 0; ++a)
+    {
+      count *= static_cast<std::size_t>(this->last[a] - this->first[a] + 1);
+    }
+    return count;
+  }
   bool meets(const BrickBox& other) const
   {
     bool meet = true;
@@ -95,9 +104,26 @@ public:
   /// For the last look of a survey.
   Ranges(const Bricks& bricks, const ChangeTracker& survey);
 
-  /// The output bricks whose content depends on the tissue of one brick: those that its moved cells may reach or leave.
-  /// With `whole` all its elements count as displaced. The box extends at least `beyond` voxels further.
-  BrickBox shown(int brick, const OutputFrame& frame, bool whole, int beyond = 0) const;
+  /// The output bricks that the moved cells of one brick may reach, and those that they may leave. With `whole` all its
+  /// elements count as displaced. The boxes extend at least `beyond` voxels further.
+  struct Shown
+  {
+    BrickBox reached;
+    BrickBox left;
+
+    /// A box around both.
+    BrickBox both() const
+    {
+      BrickBox all = this->left;
+      if (!this->reached.isEmpty())
+      {
+        all.include(this->reached.first);
+        all.include(this->reached.last);
+      }
+      return all;
+    }
+  };
+  Shown shown(int brick, const OutputFrame& frame, bool whole, int beyond = 0) const;
   /// The bricks with cells that the displaced elements of one brick move.
   BrickBox cells(int brick, const OutputFrame& frame) const;
   /// Whether links or elements of a brick were missing when the ranges were made.
@@ -124,13 +150,14 @@ private:
 struct BrickExtents
 {
   BrickBox cells;  ///< bricks with cells that it moves
-  BrickBox voxels; ///< output bricks that these cells may reach or leave
+  BrickBox voxels; ///< output bricks that these cells may reach, or leave, or both
 };
 
 /// The distance [voxels] up to which a carved element affects the output, where cut surfaces are smooth.
 constexpr int reachOfCarves = 3;
 
-/// What all displaced tissue and all carved elements affect, an entry for each displaced and each carved brick.
+/// What all displaced tissue and all carved elements affect, one or two entries for each displaced and each carved
+/// brick.
 std::vector<BrickExtents> findReaches(
   const Bricks& bricks, const OutputFrame& frame, const ChangeTracker& survey, const Ranges& ranges, CutSurfaces cuts);
 

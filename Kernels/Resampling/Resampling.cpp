@@ -1,8 +1,10 @@
 #include "Resampling.h"
 
+#include "BrickSet.h"
 #include "Error.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace chainmail
@@ -17,6 +19,9 @@ constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
 
 /// The edge of a cube with about as many voxels.
 constexpr int edgeOfCube = 160;
+
+/// The edge of a window: a cube of batches, for which displacements that are not all made at once are made together.
+constexpr int edgeOfWindow = 2 * edgeOfCube;
 
 /// Words of a conflict (DISPUTE in cover.cl). There is room for one conflict per `voxelsPerDispute` voxels at first.
 constexpr std::size_t wordsOfDispute = 5;
@@ -65,21 +70,89 @@ cl_int4 int4(const Index3& v)
   return { { v[0], v[1], v[2], 0 } };
 }
 
-/// Sorts output bricks by the cubes that they lie in, of about the size of a batch: cells at the border of two batches
-/// are processed in both.
-void sortByCubes(const OutputFrame& frame, const Index3& brickSize, std::vector<std::size_t>& bricks)
+/// The cube of this edge [voxels] in which an output brick lies, counted along z, y and x.
+Index3 cubeOf(const OutputFrame& frame, std::size_t brick, int edge)
 {
-  Index3 edge; // [bricks]
+  const Index3 at = frame.bricks.indexOf(brick);
+  Index3 cube;
   for (int a = 0; a < 3; ++a)
   {
-    edge[a] = std::max(1, edgeOfCube / brickSize[a]);
+    cube[2 - a] = at[a] / std::max(1, edge / frame.brickSize[a]);
   }
-  const auto cubeOf = [&](std::size_t brick)
+  return cube;
+}
+
+/// Sorts output bricks by the cubes that they lie in, of about the size of a batch, and these by windows: cells at the
+/// border of two batches are processed in both.
+void sortByCubes(const OutputFrame& frame, std::vector<std::size_t>& bricks)
+{
+  const auto keyOf = [&](std::size_t brick)
+  { return std::make_pair(cubeOf(frame, brick, edgeOfWindow), cubeOf(frame, brick, edgeOfCube)); };
+  std::stable_sort(bricks.begin(), bricks.end(), [&](std::size_t a, std::size_t b) { return keyOf(a) < keyOf(b); });
+}
+
+/// The end of the output bricks that lie in the same window as the one at `begin`.
+std::size_t endOfWindow(const OutputFrame& frame, const std::vector<std::size_t>& bricks, std::size_t begin)
+{
+  const Index3 window = cubeOf(frame, bricks[begin], edgeOfWindow);
+  const auto end = std::find_if(bricks.begin() + static_cast<std::ptrdiff_t>(begin), bricks.end(),
+    [&](std::size_t brick) { return cubeOf(frame, brick, edgeOfWindow) != window; });
+  return static_cast<std::size_t>(end - bricks.begin());
+}
+
+/// The number of voxels along the longest axis of a part of the output.
+int longestAxis(const OutputDetail& part)
+{
+  int longest = 0;
+  for (int a = 0; a < 3; ++a)
   {
-    const Index3 at = frame.bricks.indexOf(brick);
-    return Index3{ at[2] / edge[2], at[1] / edge[1], at[0] / edge[0] };
-  };
-  std::stable_sort(bricks.begin(), bricks.end(), [&](std::size_t a, std::size_t b) { return cubeOf(a) < cubeOf(b); });
+    longest = std::max(longest, part.last[a] - part.first[a] + 1);
+  }
+  return longest;
+}
+
+/// Boxes of up to `edge` voxels along each axis, of about equal sizes, which together are a part of the output.
+std::vector<OutputDetail> divided(const OutputFrame& frame, const OutputDetail& part, int edge)
+{
+  Index3 first;
+  Index3 size;
+  Grid counts;
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] = std::max(frame.low[a], part.first[a]);
+    size[a] = std::max(0, std::min(frame.high[a], part.last[a]) - first[a] + 1);
+    counts.size[a] = (size[a] + edge - 1) / edge;
+  }
+  std::vector<OutputDetail> boxes(counts.voxels(), part);
+  for (std::size_t n = 0; n < boxes.size(); ++n)
+  {
+    const Index3 at = counts.indexOf(n);
+    for (int a = 0; a < 3; ++a)
+    {
+      const auto begin = [&](int box)
+      { return first[a] + static_cast<int>(std::int64_t(size[a]) * box / counts.size[a]); };
+      boxes[n].first[a] = begin(at[a]);
+      boxes[n].last[a] = begin(at[a] + 1) - 1;
+    }
+  }
+  return boxes;
+}
+
+/// The bricks of the grid among listed output bricks, from `begin` to `end` - 1. The kernels read their tissue, too,
+/// where displaced tissue arrives.
+std::vector<int> tissueOf(const Bricks& bricks, const OutputFrame& frame, const std::vector<std::size_t>& listed,
+  std::size_t begin, std::size_t end)
+{
+  std::vector<int> tissue;
+  for (std::size_t n = begin; n < end; ++n)
+  {
+    const Index3 origin = frame.origin(listed[n]);
+    if (bricks.model().grid().contains(origin[0], origin[1], origin[2]))
+    {
+      tissue.push_back(bricks.brickAt(origin[0], origin[1], origin[2]));
+    }
+  }
+  return tissue;
 }
 
 /// `listed` holds output bricks; the batch gets those from `begin` to `end` - 1.
@@ -107,6 +180,7 @@ Resampling::Batch makeBatch(const Bricks& bricks, const OutputFrame& frame, cons
       reach.cells.each(frame.bricks, [&](std::size_t brick) { isSource[brick] = 1; });
     }
   }
+  batch.tissue = tissueOf(bricks, frame, listed, begin, end);
   BrickBox cells;
   for (std::size_t n = 0; n < isSource.size(); ++n)
   {
@@ -201,19 +275,50 @@ const cl::Buffer& Resampling::locate(const Batch& batch)
   return found;
 }
 
-Resampling::Resampling(Bricks& bricks)
+Resampling::Resampling(Bricks& bricks, DisplacementSource* source)
   : bricks_(bricks)
-  , changes_(bricks)
+  , source_(source)
+  , changes_(bricks, source)
   , ranges_(bricks)
   , rest_(bricks)
 {
+}
+
+/// Looks which bricks have changed.
+ChangeTracker::Revision Resampling::look()
+{
+  const ChangeTracker::Revision now = this->changes_.revise();
+  this->inParts_ = this->source_ && !this->source_->displaceAll();
+  return now;
+}
+
+/// Displaces what a batch needs, and loads the tissue of its own bricks. Does nothing where there is no room for these.
+bool Resampling::load(const Batch& batch)
+{
+  BrickSet sources(this->bricks_, this->bricks_.model().grid().size);
+  for (const int brick : batch.sources)
+  {
+    sources.add(brick);
+  }
+  const std::vector<int> needed = sources.widened(aroundCells).all();
+  if (needed.size() > this->source_->room())
+  {
+    return false;
+  }
+  this->source_->displace(needed);
+  this->bricks_.loadTissue(batch.tissue);
+  if (this->covers_)
+  {
+    this->bricks_.cutDistances().toDevice(this->bricks_.context());
+  }
+  return true;
 }
 
 /// Marks the output bricks that may differ from the last run: those whose content depended then, or depends now, on a
 /// brick that changed.
 void Resampling::noteChanges(const OutputFrame& frame)
 {
-  const ChangeTracker::Revision now = this->changes_.revise();
+  const ChangeTracker::Revision now = this->look();
   Ranges present(this->bricks_, this->changes_);
   for (int brick = 0; brick < this->bricks_.numbers(); ++brick)
   {
@@ -225,8 +330,11 @@ void Resampling::noteChanges(const OutputFrame& frame)
     const int beyond = whole && this->cuts_ == CutSurfaces::Smooth ? reachOfCarves : 0;
     for (const Ranges* ranges : { &this->ranges_, &present })
     {
-      const BrickBox box = ranges->shown(brick, frame, whole, beyond);
-      box.each(frame.bricks, [&](std::size_t n) { this->changedAt_[n] = now; });
+      const Ranges::Shown shown = ranges->shown(brick, frame, whole, beyond);
+      for (const BrickBox& box : { shown.reached, shown.left })
+      {
+        box.each(frame.bricks, [&](std::size_t n) { this->changedAt_[n] = now; });
+      }
     }
   }
   // A new surface may cut no further link and still be nearer to grid points than earlier surfaces.
@@ -234,8 +342,11 @@ void Resampling::noteChanges(const OutputFrame& frame)
   {
     if (this->cuts_ == CutSurfaces::Smooth)
     {
-      present.shown(brick, frame, true, reachOfCarves)
-        .each(frame.bricks, [&](std::size_t n) { this->changedAt_[n] = now; });
+      const Ranges::Shown shown = present.shown(brick, frame, true, reachOfCarves);
+      for (const BrickBox& box : { shown.reached, shown.left })
+      {
+        box.each(frame.bricks, [&](std::size_t n) { this->changedAt_[n] = now; });
+      }
     }
   }
   this->ranges_ = std::move(present);
@@ -271,7 +382,6 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
   const std::array<float, 3> rest{};
   std::vector<ResampledBox> resting;
   std::vector<std::size_t> wanted; // bricks of the frame
-  std::vector<int> tissue;         // those among them that are bricks of the grid
   for (std::size_t n = 0; n < isReached.size(); ++n)
   {
     if (this->changedAt_[n] <= since)
@@ -290,17 +400,15 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
       continue;
     }
     wanted.push_back(n);
-    if (grid.contains(origin[0], origin[1], origin[2]))
-    {
-      tissue.push_back(this->bricks_.brickAt(origin[0], origin[1], origin[2]));
-    }
   }
   if (!resting.empty())
   {
     visit(resting);
   }
-  // The kernels also read the tissue at rest where displaced tissue arrives, so it is loaded.
-  this->bricks_.loadTissue(tissue);
+  if (!this->inParts_)
+  {
+    this->bricks_.loadTissue(tissueOf(this->bricks_, frame, wanted, 0, wanted.size()));
+  }
   this->covers_ = cuts == CutSurfaces::Smooth && this->bricks_.anyCut() && this->bricks_.cutDistances().any();
   if (this->covers_)
   {
@@ -313,7 +421,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
     }
     this->bricks_.cutDistances().toDevice(this->bricks_.context());
   }
-  sortByCubes(frame, this->bricks_.size(), wanted);
+  sortByCubes(frame, wanted);
   this->locateAll(frame, reaches, wanted, checkpoint, visit);
   for (Scratch* scratch :
     { &this->claims_, &this->disputed_, &this->disputes_, &this->offsets_, &this->coverage_, &this->behind_ })
@@ -326,7 +434,7 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
 void Resampling::exportTissue(const Index3& padding, CutSurfaces cuts, std::uint64_t simulation,
   const std::vector<TissueReceiver>& receivers, const std::function<void(std::size_t, const std::vector<char>&)>& take)
 {
-  const ChangeTracker::Revision now = this->changes_.revise();
+  const ChangeTracker::Revision now = this->look();
   const OutputFrame frame(this->bricks_.model().grid(), padding, this->bricks_.size());
   const Ranges ranges(this->bricks_, this->changes_);
   const std::vector<BrickExtents> reaches = findReaches(this->bricks_, frame, this->changes_, ranges, cuts);
@@ -337,6 +445,7 @@ void Resampling::exportTissue(const Index3& padding, CutSurfaces cuts, std::uint
     part.frame.version = { simulation, now };
     part.frame.padding = padding;
     part.frame.cuts = cuts;
+    part.frame.isPortion = this->inParts_;
     Sent& sent = this->sent_[receiver.number];
     if (receiver.has.simulation == simulation && receiver.has == sent.version)
     {
@@ -350,19 +459,76 @@ void Resampling::exportTissue(const Index3& padding, CutSurfaces cuts, std::uint
     }
     // A receiver that does not get all of this has another version later.
     sent = { part.frame.version, part.displaced };
+    if (this->inParts_)
+    {
+      this->rest_.forget();
+      if (part.changed.size() > this->source_->room())
+      {
+        throw MemoryError("A part of the output shows tissue from too many places at once. Crop the image, or resample "
+                          "it to fewer voxels.");
+      }
+      this->source_->displace(part.changed);
+    }
     take(n, part.toMessage());
     inMessages(this->bricks_, part.changed,
       [&](const std::vector<int>& displaced) { take(n, messageOf(this->bricks_, displaced)); });
   }
 }
 
-Sources Resampling::sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail)
+std::optional<std::vector<OutputDetail>> Resampling::portions(
+  const Index3& padding, CutSurfaces cuts, const OutputDetail& part)
 {
-  this->changes_.revise();
+  this->look();
+  if (!this->inParts_)
+  {
+    return std::nullopt;
+  }
   const OutputFrame frame(this->bricks_.model().grid(), padding, this->bricks_.size());
   const Ranges ranges(this->bricks_, this->changes_);
   const std::vector<BrickExtents> reaches = findReaches(this->bricks_, frame, this->changes_, ranges, cuts);
-  this->bricks_.loadTissue(reachedBricks(this->bricks_, frame, reaches, detail)); // as run() does
+  std::vector<char> isReached(frame.bricks.voxels(), 0);
+  for (const BrickExtents& reach : reaches)
+  {
+    reach.voxels.each(frame.bricks, [&](std::size_t brick) { isReached[brick] = 1; });
+  }
+  // What is around a portion takes most of the room.
+  const double room = static_cast<double>(this->source_->room()) * this->bricks_.elementsPerBrick();
+  const int edge = std::max(1, static_cast<int>(std::cbrt(room / 8)));
+  std::vector<OutputDetail> open = divided(frame, part, edge);
+  std::vector<OutputDetail> portions;
+  while (!open.empty())
+  {
+    const OutputDetail portion = open.back();
+    open.pop_back();
+    const BrickBox shown = bricksOf(frame, portion);
+    if (!shown.any(frame.bricks, [&](std::size_t brick) { return isReached[brick] != 0; }))
+    {
+      continue;
+    }
+    const BrickSet near = bricksAround(this->bricks_, frame, reaches, portion);
+    const auto needed = static_cast<std::size_t>(std::count_if(this->changes_.displaced().begin(),
+      this->changes_.displaced().end(), [&](int brick) { return near.has(brick); }));
+    if (needed <= this->source_->room() || shown.bricks() == 1)
+    {
+      portions.push_back(portion);
+      continue;
+    }
+    const std::vector<OutputDetail> halves = divided(frame, portion, (longestAxis(portion) + 1) / 2);
+    open.insert(open.end(), halves.begin(), halves.end());
+  }
+  return portions;
+}
+
+Sources Resampling::sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail)
+{
+  this->look();
+  const OutputFrame frame(this->bricks_.model().grid(), padding, this->bricks_.size());
+  const Ranges ranges(this->bricks_, this->changes_);
+  const std::vector<BrickExtents> reaches = findReaches(this->bricks_, frame, this->changes_, ranges, cuts);
+  if (!this->inParts_)
+  {
+    this->bricks_.loadTissue(reachedBricks(this->bricks_, frame, reaches, detail)); // as run() does
+  }
   return sourcesOf(this->bricks_, frame, reaches, detail);
 }
 
@@ -376,19 +542,26 @@ void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickExte
   const std::size_t perBrick = this->voxelsPerBrick();
   const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
   std::vector<ResampledBox> boxes;
+  std::size_t endOfPart = 0;
+  bool isLoaded = false; // all that this part needs
   for (std::size_t begin = 0, end = 0; begin < wanted.size(); begin = end)
   {
     checkpoint(static_cast<double>(begin) / wanted.size());
-    end = std::min(begin + perBatch, wanted.size());
+    if (begin >= endOfPart)
+    {
+      endOfPart = this->inParts_ ? endOfWindow(frame, wanted, begin) : wanted.size();
+      isLoaded = !this->inParts_ || this->load(makeBatch(this->bricks_, frame, reaches, wanted, begin, endOfPart));
+    }
+    end = std::min(begin + perBatch, endOfPart);
     Batch batch = makeBatch(this->bricks_, frame, reaches, wanted, begin, end);
-    while (batch.cells.voxels() >= mostCells)
+    while (batch.cells.voxels() >= mostCells || (!isLoaded && !this->load(batch)))
     {
       if (end - begin == 1)
       {
-        throw InputError(
-          "The tissue of one brick of the output comes from a box of " + std::to_string(batch.cells.size[0]) + " x " +
-          std::to_string(batch.cells.size[1]) + " x " + std::to_string(batch.cells.size[2]) +
-          " voxels; at most 268 million can be resampled at once. Crop the image, or resample it to fewer voxels.");
+        throw InputError("The tissue of one brick of the output comes from a box of " +
+                         std::to_string(batch.cells.size[0]) + " x " + std::to_string(batch.cells.size[1]) + " x " +
+                         std::to_string(batch.cells.size[2]) +
+                         " voxels; that is too much at once. Crop the image, or resample it to fewer voxels.");
       }
       end = begin + (end - begin) / 2;
       batch = makeBatch(this->bricks_, frame, reaches, wanted, begin, end);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 
 namespace chainmail
 {
@@ -16,7 +17,8 @@ namespace chainmail
 class Resampling
 {
 public:
-  explicit Resampling(Bricks& bricks);
+  /// `source`: what displaces the bricks; null where something else does.
+  Resampling(Bricks& bricks, DisplacementSource* source);
 
   /// See Simulation::resample().
   Resampled run(const Index3& padding, std::uint64_t since, CutSurfaces cuts, const OutputDetail& detail,
@@ -26,6 +28,8 @@ public:
   void exportTissue(const Index3& padding, CutSurfaces cuts, std::uint64_t simulation,
     const std::vector<TissueReceiver>& receivers,
     const std::function<void(std::size_t n, const std::vector<char>& message)>& take);
+  /// See Simulation::portions().
+  std::optional<std::vector<OutputDetail>> portions(const Index3& padding, CutSurfaces cuts, const OutputDetail& part);
   /// See Simulation::sources().
   Sources sources(const Index3& padding, CutSurfaces cuts, const OutputDetail& detail);
 
@@ -37,6 +41,7 @@ public:
     std::vector<cl_int4> firsts; ///< first voxels of the bricks in the batch
     std::vector<int> places;     ///< for each brick of `bricks` its number in `firsts`, or -1
     std::vector<int> sources;    ///< bricks of the grid whose cells may reach them
+    std::vector<int> tissue;     ///< those of the batch's bricks that are in the grid
     Grid cells;                  ///< box around the cells of `sources`
     Index3 firstCell;
   };
@@ -51,7 +56,9 @@ private:
 
   /// The number of output voxels of a brick.
   std::size_t voxelsPerBrick() const;
+  ChangeTracker::Revision look();
   void noteChanges(const OutputFrame& frame);
+  bool load(const Batch& batch);
   void locateAll(const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
     const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
   /// Computes the offsets of all voxels of a batch, brick by brick, 3 floats each. Where cut surfaces are smooth it
@@ -59,6 +66,8 @@ private:
   const cl::Buffer& locate(const Batch& batch);
 
   Bricks& bricks_;
+  DisplacementSource* source_;
+  bool inParts_ = false; ///< whether the source has no room for all bricks; for the last look
   ChangeTracker changes_;
   ChangeTracker::Revision first_ = 1; ///< first look with the present padding, surfaces and detail
   ChangeTracker::Revision last_ = 0;  ///< last look with these

@@ -37,68 +37,6 @@ template <typename T> const char* take(const char* from, std::vector<T>& values)
   return take(from, values.data(), values.size());
 }
 
-/// A set of bricks of the grid.
-class BrickSet
-{
-public:
-  explicit BrickSet(const Bricks& bricks)
-    : bricks_(bricks)
-    , has_(bricks.numbers(), 0)
-  {
-  }
-
-  void add(int brick) { this->has_[brick] = 1; }
-  bool has(int brick) const { return this->has_[brick] != 0; }
-  std::vector<int> all() const
-  {
-    std::vector<int> all;
-    for (std::size_t brick = 0; brick < this->has_.size(); ++brick)
-    {
-      if (this->has_[brick] != 0)
-      {
-        all.push_back(static_cast<int>(brick));
-      }
-    }
-    return all;
-  }
-  /// These bricks and all that are up to `voxels` away from one of them.
-  BrickSet widened(const Index3& voxels) const
-  {
-    const Index3& grid = this->bricks_.model().grid().size;
-    const Index3 size = this->bricks_.size();
-    BrickSet wider(this->bricks_);
-    for (const int brick : this->all())
-    {
-      const Index3 origin = this->bricks_.origin(brick);
-      Index3 low;
-      Index3 high;
-      for (int a = 0; a < 3; ++a)
-      {
-        low[a] = std::max(origin[a] - voxels[a], 0);
-        high[a] = std::min(origin[a] + size[a] - 1 + voxels[a], grid[a] - 1);
-      }
-      for (int k = low[2] / size[2] * size[2]; k <= high[2]; k += size[2])
-      {
-        for (int j = low[1] / size[1] * size[1]; j <= high[1]; j += size[1])
-        {
-          for (int i = low[0] / size[0] * size[0]; i <= high[0]; i += size[0])
-          {
-            wider.add(this->bricks_.brickAt(i, j, k));
-          }
-        }
-      }
-    }
-    return wider;
-  }
-
-private:
-  const Bricks& bricks_;
-  std::vector<char> has_;
-};
-
-/// Displaced elements up to this far from a cell may move it: corners in air follow the elements around them [voxels].
-constexpr int around = 4;
-
 /// What a message begins with. All that follows is aligned to it.
 enum class Kind : std::uint64_t
 {
@@ -106,7 +44,8 @@ enum class Kind : std::uint64_t
   Displacements
 };
 
-/// The bricks of a part of the output.
+}
+
 BrickBox bricksOf(const OutputFrame& frame, const OutputDetail& detail)
 {
   Vector3 low;
@@ -117,8 +56,6 @@ BrickBox bricksOf(const OutputFrame& frame, const OutputDetail& detail)
     high[a] = std::min(frame.high[a], detail.last[a]);
   }
   return frame.between(low, high, frame.low, frame.high);
-}
-
 }
 
 const std::vector<std::uint8_t>& RestElements::of(int brick)
@@ -151,7 +88,7 @@ std::vector<int> reachedBricks(
   const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail)
 {
   const BrickBox shown = bricksOf(frame, detail);
-  BrickSet reached(bricks);
+  BrickSet reached(bricks, bricks.model().grid().size);
   for (const BrickExtents& reach : reaches)
   {
     if (reach.voxels.meets(shown))
@@ -224,19 +161,11 @@ Sources sourcesOf(
   return sources;
 }
 
-TissuePart partOf(Bricks& bricks, RestElements& rest, const OutputFrame& frame,
-  const std::vector<BrickExtents>& reaches, const std::vector<int>& displaced, const OutputDetail& detail)
+BrickSet bricksAround(
+  const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail)
 {
-  const Grid& grid = bricks.model().grid();
-  TissuePart part;
-  part.frame.grid = grid;
-  part.frame.brickSize = bricks.size();
-  part.frame.detail = detail;
-  part.frame.sources = sourcesOf(bricks, frame, reaches, detail);
-
-  // The bricks of the cells that move into this part of the output.
   const BrickBox shown = bricksOf(frame, detail);
-  BrickSet sources(bricks);
+  BrickSet sources(bricks, bricks.model().grid().size);
   for (const BrickExtents& reach : reaches)
   {
     if (reach.voxels.meets(shown))
@@ -249,8 +178,20 @@ TissuePart partOf(Bricks& bricks, RestElements& rest, const OutputFrame& frame,
         });
     }
   }
+  return sources.widened(aroundCells);
+}
 
-  const BrickSet near = sources.widened({ around, around, around });
+TissuePart partOf(Bricks& bricks, RestElements& rest, const OutputFrame& frame,
+  const std::vector<BrickExtents>& reaches, const std::vector<int>& displaced, const OutputDetail& detail)
+{
+  const Grid& grid = bricks.model().grid();
+  TissuePart part;
+  part.frame.grid = grid;
+  part.frame.brickSize = bricks.size();
+  part.frame.detail = detail;
+  part.frame.sources = sourcesOf(bricks, frame, reaches, detail);
+
+  const BrickSet near = bricksAround(bricks, frame, reaches, detail);
   BrickSet loaded = near;
   for (const int brick : reachedBricks(bricks, frame, reaches, detail))
   {

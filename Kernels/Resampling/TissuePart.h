@@ -1,6 +1,7 @@
 #pragma once
 
 #include "BrickExtents.h"
+#include "BrickSet.h"
 #include "Tissue.h"
 #include "Types.h"
 
@@ -27,6 +28,7 @@ struct TissuePart
     CutSurfaces cuts = CutSurfaces::Stepped;
     OutputDetail detail;
     Sources sources;
+    bool isPortion = false; ///< whether it replaces all that the receiver holds, see Simulation::portions()
   };
 
   Frame frame;
@@ -59,14 +61,25 @@ public:
   }
   /// As in TissuePart::elements.
   const std::vector<std::uint8_t>& of(int brick);
+  void forget() { this->known_.clear(); }
 
 private:
   const Bricks& bricks_;
   std::unordered_map<int, std::vector<std::uint8_t>> known_;
 };
 
+/// Displaced elements up to this far from a cell may move it: corners in air follow the elements around them [voxels].
+constexpr Index3 aroundCells{ 4, 4, 4 };
+
+/// The bricks of a part of the output.
+BrickBox bricksOf(const OutputFrame& frame, const OutputDetail& detail);
+
 /// The bricks of the grid that lie in a part of the output and that moved tissue may reach.
 std::vector<int> reachedBricks(
+  const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail);
+
+/// The bricks with cells that move into a part of the output, and those around them that may move these cells.
+BrickSet bricksAround(
   const Bricks& bricks, const OutputFrame& frame, const std::vector<BrickExtents>& reaches, const OutputDetail& detail);
 
 Sources sourcesOf(

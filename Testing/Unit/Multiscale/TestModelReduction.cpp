@@ -2,9 +2,12 @@
 // reduction (rest, translations, bone, walls, gaps, cuts); and the difference from the result of the whole model.
 
 #include "Blades.h"
+#include "Environment.h"
 #include "Picture.h"
+#include "Resampler.h"
 
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <set>
 
@@ -730,6 +733,124 @@ TEST(ModelReduction, RandomLivesAreFiniteTheSameAgainAndEndAtRest)
       }
       EXPECT_TRUE(sameBits(displacements(simulation), displacements(other))) << seed;
     }
+  }
+}
+
+/// The number of floats whose bits differ.
+std::size_t different(const std::vector<float>& a, const std::vector<float>& b)
+{
+  EXPECT_EQ(a.size(), b.size());
+  std::size_t count = 0;
+  for (std::size_t n = 0; n < a.size(); ++n)
+  {
+    count += std::memcmp(&a[n], &b[n], sizeof(float)) != 0 && !(std::isnan(a[n]) && std::isnan(b[n])) ? 1 : 0;
+  }
+  return count;
+}
+
+// Where the displacements of all voxels need too much memory, they are made for some bricks at a time: the picture, its
+// parts for other processes and the displacements are the same bits.
+TEST(ModelReduction, InPartsTheBitsAreTheSame)
+{
+  for (const int reduction : { 2, 8 })
+  {
+    const bool rotations = reduction == 8;
+    Scene scene({ 104, 72, 64 }, 0.08f);
+    Random random(5);
+    for (int n = 0; n < 2000; ++n)
+    {
+      scene.air(random.below(104), random.below(72), random.below(64));
+    }
+    scene.anchors.faces.fill(false);
+    for (int i = 20; i < 52; ++i) // a bone
+    {
+      for (int j = 26; j < 34; ++j)
+      {
+        scene.constraint[scene.grid.at(i, j, 44)] = 0.0f;
+      }
+    }
+    Settings settings;
+    settings.device = testDevice();
+    settings.brickSize = { 8, 4, 4 };
+    settings.modelReduction = reduction;
+    settings.rotations = rotations;
+    const auto live = [&]
+    {
+      Simulation simulation(scene.model(), settings);
+      simulation.cut(sheet(-2.0, -2.0, 12.0, 9, 4, [](double x, double y) { return 29.3 + 0.11 * x - 0.13 * y; }));
+      simulation.carve(sphere(scene.place(60, 30, 50), 6.1, 12, 16));
+      Probe probe = probeAt(scene, { 36, 30, 44 }, { 3.4, -2.1, 5.3 });
+      probe.radius = 7.0;
+      simulation.pull({ probe });
+      simulation.relax(8, 0.0);
+      return simulation;
+    };
+    const Simulation whole = live();
+    const VoxelBox box{ { 11, 5, 8 }, { 40, 44, 30 } };
+    std::vector<float> expected(3 * box.voxels());
+    whole.displacements(box, expected.data());
+    ASSERT_FALSE(whole.portions({ 3, 0, 2 }, CutSurfaces::Smooth, {}));
+
+    const Variable few("CHAINMAIL_VOXELS_AT_ONCE", "150000"); // of 479,232
+    const Simulation parts = live();
+    std::vector<float> found(3 * box.voxels());
+    parts.displacements(box, found.data());
+    EXPECT_EQ(different(expected, found), 0u);
+    for (const CutSurfaces cuts : { CutSurfaces::Stepped, CutSurfaces::Smooth })
+    {
+      const Picture first = resample(whole, { 3, 0, 2 }, cuts);
+      const Picture other = resample(parts, { 3, 0, 2 }, cuts);
+      EXPECT_EQ(different(first.offset, other.offset), 0u) << reduction << ' ' << rotations;
+      EXPECT_EQ(different(first.coverage, other.coverage), 0u);
+
+      // Voxels that no portion has are at rest.
+      const std::vector<OutputDetail> portions = parts.portions({ 3, 0, 2 }, cuts, {}).value();
+      EXPECT_GT(portions.size(), 4u);
+      std::vector<TissueReceiver> receivers;
+      for (const OutputDetail& portion : portions)
+      {
+        receivers.push_back({ 1, portion, {} });
+      }
+      std::vector<float> assembled(first.offset.size(), 0.0f);
+      std::size_t complete = 0;
+      Resampler resampler(testDevice());
+      parts.exportTissue({ 3, 0, 2 }, cuts, receivers,
+        [&](std::size_t, const std::vector<char>& message)
+        {
+          resampler.take(message);
+          if (resampler.version() == TissueVersion())
+          {
+            return;
+          }
+          ++complete;
+          resampler.resample(
+            [&](const std::vector<ResampledBox>& boxes)
+            {
+              for (const ResampledBox& one : boxes)
+              {
+                one.forCovered([&](const Index3& voxel, const float* offset, float)
+                  { std::copy_n(offset, 3, assembled.begin() + 3 * first.at(voxel[0], voxel[1], voxel[2])); });
+              }
+            });
+        });
+      EXPECT_EQ(complete, portions.size());
+      EXPECT_EQ(different(first.offset, assembled), 0u) << reduction << ' ' << rotations;
+    }
+
+    // Tissue that has moved on.
+    Simulation later = live();
+    Probe probe = probeAt(scene, { 36, 30, 44 }, { 1.4, 2.1, 2.3 });
+    probe.radius = 7.0;
+    const Picture before = resample(later, { 0, 0, 0 }, CutSurfaces::Stepped);
+    later.pull({ probe });
+    later.relax(4, 0.0);
+    const Variable all("CHAINMAIL_VOXELS_AT_ONCE", nullptr);
+    Simulation same = live();
+    same.pull({ probe });
+    same.relax(4, 0.0);
+    EXPECT_EQ(different(resample(same, { 0, 0, 0 }, CutSurfaces::Stepped).offset,
+                resample(later, { 0, 0, 0 }, CutSurfaces::Stepped).offset),
+      0u);
   }
 }
 
