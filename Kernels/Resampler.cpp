@@ -30,6 +30,21 @@ public:
   {
   }
 
+  /// The number of bricks of a part that have an element.
+  std::size_t count(const std::vector<std::uint8_t>& elements) const
+  {
+    std::size_t count = 0;
+    for (std::size_t n = 0; n < elements.size(); n += this->bytes_)
+    {
+      const auto first = elements.begin() + static_cast<std::ptrdiff_t>(n);
+      count += std::any_of(
+                 first, first + static_cast<std::ptrdiff_t>(this->bytes_), [](std::uint8_t byte) { return byte != 0; })
+                 ? 1
+                 : 0;
+    }
+    return count;
+  }
+
   void add(const TissuePart& part)
   {
     for (std::size_t n = 0; n < part.bricks.size(); ++n)
@@ -44,23 +59,24 @@ public:
   {
     constexpr float tissue = 0.5f;
     const Index3 at = this->grid_.indexOf(first);
-    const std::vector<std::uint8_t>* bits = nullptr;
-    int before = -1;
-    for (int n = 0; n < count; ++n)
+    for (int n = 0, end = 0; n < count; n = end)
     {
-      const int brick = this->table_.brickAt(at[0] + n, at[1], at[2]);
-      if (brick != before)
+      const int x = at[0] + n;
+      const auto found = this->bits_.find(this->table_.brickAt(x, at[1], at[2]));
+      if (found == this->bits_.end())
       {
-        const auto found = this->bits_.find(brick);
-        if (found == this->bits_.end())
-        {
-          throw std::logic_error("The output shows tissue that was not received from the first process.");
-        }
-        bits = &found->second;
-        before = brick;
+        throw std::logic_error("The output shows tissue that was not received from the first process.");
       }
-      const std::uint32_t local = this->table_.local(at[0] + n, at[1], at[2]);
-      out[n] = ((*bits)[local / 8] >> local % 8 & 1) != 0 ? tissue : -std::numeric_limits<float>::infinity();
+      const std::vector<std::uint8_t>& bits = found->second;
+      const int width = this->table_.size()[0];
+      end = std::min(count, n + width - x % width);
+      // Every second one has the next place.
+      const std::uint32_t firsts[2] = { this->table_.local(x, at[1], at[2]), this->table_.local(x + 1, at[1], at[2]) };
+      for (int m = 0; m < end - n; ++m)
+      {
+        const std::uint32_t local = firsts[m & 1] + static_cast<std::uint32_t>(m >> 1);
+        out[n + m] = (bits[local / 8] >> local % 8 & 1) != 0 ? tissue : -std::numeric_limits<float>::infinity();
+      }
     }
   }
 
@@ -131,6 +147,12 @@ void Resampler::Impl::begin(TissuePart part)
   Copy& own = *this->copy;
   Bricks& bricks = own.bricks;
   own.received->add(part);
+  if (part.frame.isPortion)
+  {
+    // All that this copy will ever hold.
+    const std::size_t withTissue = own.received->count(part.elements);
+    bricks.reserve(withTissue, std::min(withTissue, part.displaced.size()));
+  }
   if (!(own.topology == part.topology))
   {
     own.topology = part.topology;

@@ -327,7 +327,7 @@ vtkSmartPointer<vtkImageData> Cut(vtkImageData* whole, const Extent& part)
 
 void Assembly::Begin(vtkImageData* first)
 {
-  const Extent whole = this->Missing.front();
+  const Extent whole = this->Whole;
   this->Image = vtkSmartPointer<vtkImageData>::New();
   this->Image->SetOrigin(first->GetOrigin());
   this->Image->SetSpacing(first->GetSpacing());

@@ -69,11 +69,14 @@ class Assembly
 {
 public:
   explicit Assembly(const Extent& whole)
-    : Missing{ whole }
+    : Whole(whole)
+    , Missing{ whole }
   {
   }
 
   void Add(vtkImageData* part);
+  /// These voxels may be missing. They get no values, and so no memory from the system.
+  void LeaveOut(const Extent& extent) { this->Missing = Without(this->Missing, extent); }
   /// To be called after the last part, of which there must be one.
   vtkSmartPointer<vtkImageData> End();
 
@@ -82,6 +85,7 @@ private:
   void CopyRows(vtkImageData* part, const Extent& extent);
   void CopyVoxels(vtkImageData* part, const Extent& extent);
 
+  Extent Whole;
   std::vector<Extent> Missing; // boxes of voxels that no part had yet, or only as ghosts
   vtkSmartPointer<vtkImageData> Image;
   std::vector<char> Known; // for each voxel, once a part has ghosts: what is known of it

@@ -209,29 +209,52 @@ vtkSmartPointer<vtkImageData> Outputs::WriteDeformed(const Team& team, Steps& st
   }
   output->SetSpacing(spacing.data());
   output->SetDirectionMatrix(plan.Whole->GetDirectionMatrix());
-  if (!part)
+  output->SetExtent(part ? plan.ExtentOf(*part).data() : const_cast<int*>(extent->data()));
+  if (scene)
   {
-    output->SetExtent(const_cast<int*>(extent->data()));
-    return output;
+    this->WarnAboutLostArrays(scene->Image);
   }
-  output->SetExtent(plan.ExtentOf(*part).data());
-  steps.Run(
-    [&]
-    {
-      if (scene)
-      {
-        this->WarnAboutLostArrays(scene->Image);
-      }
-      this->Reports.Run(RESAMPLE, 0.75, 0.9, [&] { this->Sample(scene, plan, properties, *part, output); });
-    });
-  return extent ? Cut(output, *extent) : output;
+  this->Sample(team, steps, scene, plan, properties, part, output);
+  return extent && part ? Cut(output, *extent) : output;
 }
 
-void Outputs::Sample(const Scene* scene, const OutputPlan& plan, const Properties& properties,
-  const chainmail::OutputDetail& part, vtkImageData* output)
+void Outputs::Sample(const Team& team, Steps& steps, const Scene* scene, const OutputPlan& plan,
+  const Properties& properties, const std::optional<chainmail::OutputDetail>& part, vtkImageData* output)
 {
-  const Grids grids(plan.GetSize(), this->Material.GetBox(), plan.Padding, part);
-  this->ChooseSamplers(scene, plan, properties, grids);
+  std::vector<ArraySampler*> samplers;
+  std::uint64_t since = 0;
+  if (part)
+  {
+    steps.Run(
+      [&]
+      {
+        if (!this->Reports.BeginPart(RESAMPLE, 0.75, 0.9))
+        {
+          throw chainmail::Aborted();
+        }
+        samplers = this->BeginSamplers(scene, plan, properties, *part, since);
+      });
+  }
+  const auto sample = [&](const std::vector<chainmail::ResampledBox>& boxes)
+  {
+    for (ArraySampler* one : samplers)
+    {
+      one->Sample(boxes);
+    }
+  };
+  const chainmail::Resampled resampled = this->Material.Resample(team, steps, sample, since);
+  if (part)
+  {
+    steps.Run([&] { this->EndSamplers(plan, *part, resampled, output); });
+  }
+  this->Reports.EndPart();
+}
+
+/// The samplers of all arrays, and the resampling from which they go on.
+std::vector<ArraySampler*> Outputs::BeginSamplers(const Scene* scene, const OutputPlan& plan,
+  const Properties& properties, const chainmail::OutputDetail& part, std::uint64_t& since)
+{
+  this->ChooseSamplers(scene, plan, properties, Grids(plan.GetSize(), this->Material.GetBox(), plan.Padding, part));
   std::vector<ArraySampler*> samplers;
   for (const Sampled& one : this->Samplers)
   {
@@ -245,21 +268,18 @@ void Outputs::Sample(const Scene* scene, const OutputPlan& plan, const Propertie
   {
     samplers.push_back(this->Smoothed.get());
   }
-  std::uint64_t since = std::numeric_limits<std::uint64_t>::max();
+  since = std::numeric_limits<std::uint64_t>::max();
   for (ArraySampler* one : samplers)
   {
     since = std::min(since, one->Begin());
   }
-  const chainmail::Resampled resampled = this->Material.Resample(
-    [&](const std::vector<chainmail::ResampledBox>& boxes)
-    {
-      for (ArraySampler* one : samplers)
-      {
-        one->Sample(boxes);
-      }
-    },
-    since);
+  return samplers;
+}
 
+void Outputs::EndSamplers(const OutputPlan& plan, const chainmail::OutputDetail& part,
+  const chainmail::Resampled& resampled, vtkImageData* output)
+{
+  const Grids grids(plan.GetSize(), this->Material.GetBox(), plan.Padding, part);
   vtkImageData* input = this->Material.GetImage();
   if (vtkAbstractArray* ghosts = input->GetCellData()->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()))
   {

@@ -99,8 +99,12 @@ private:
   void ChooseSamplers(const Scene* scene, const OutputPlan& plan, const Properties& properties, const Grids& grids);
   vtkSmartPointer<vtkImageData> WriteDeformed(const Team& team, Steps& steps, const Scene* scene,
     const OutputPlan& plan, const Properties& properties, const std::optional<Extent>& extent);
-  void Sample(const Scene* scene, const OutputPlan& plan, const Properties& properties,
-    const chainmail::OutputDetail& part, vtkImageData* output);
+  void Sample(const Team& team, Steps& steps, const Scene* scene, const OutputPlan& plan, const Properties& properties,
+    const std::optional<chainmail::OutputDetail>& part, vtkImageData* output);
+  std::vector<ArraySampler*> BeginSamplers(const Scene* scene, const OutputPlan& plan, const Properties& properties,
+    const chainmail::OutputDetail& part, std::uint64_t& since);
+  void EndSamplers(const OutputPlan& plan, const chainmail::OutputDetail& part, const chainmail::Resampled& resampled,
+    vtkImageData* output);
   void WriteFieldData(const Scene& scene, double peakMegabytes, vtkFieldData* fields);
   void AddBodies(vtkFieldData* fields);
   void WarnAboutLostArrays(vtkImageData* image);

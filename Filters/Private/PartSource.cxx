@@ -8,6 +8,8 @@
 #include "vtkPointData.h"
 
 #include <algorithm>
+#include <cstring>
+#include <type_traits>
 #include <utility>
 
 namespace vtkChainMail
@@ -30,6 +32,32 @@ bool AreNumbers(vtkPointData* arrays)
   }
   return are;
 }
+
+/// What the root offers.
+enum Offers
+{
+  TISSUE,  // a message for the Resampler
+  PORTIONS // an Announcement, where tissue comes in portions later
+};
+
+struct Announcement
+{
+  chainmail::Sources Sources; // of the whole part
+  int Portions = 0;
+
+  std::vector<char> ToBytes() const
+  {
+    const auto* const first = reinterpret_cast<const char*>(this);
+    return std::vector<char>(first, first + sizeof(*this));
+  }
+  static Announcement FromBytes(const std::vector<char>& bytes)
+  {
+    static_assert(std::is_trivially_copyable<Announcement>::value, "it is copied as bytes");
+    Announcement announced;
+    std::memcpy(&announced, bytes.data(), sizeof(announced));
+    return announced;
+  }
+};
 
 /// Changes where the image or one of its point arrays has changed. VTK counts all modifications in a process.
 vtkTypeUInt64 TimeOf(const Scene& scene)
@@ -55,17 +83,11 @@ void PartSource::Update(const Team& team, Steps& steps, const Scene* scene, cons
     this->Version += this->Elsewhere ? 1 : 0;
     this->Elsewhere.reset();
   }
-  else if (!this->Elsewhere || properties.Device != this->Device)
+  const bool isOther = properties.Device != this->Device;
+  this->Device = properties.Device;
+  if (!scene && (!this->Elsewhere || isOther))
   {
-    steps.Run(
-      [&]
-      {
-        ++this->Version;
-        this->Device = properties.Device;
-        this->Elsewhere = std::make_unique<chainmail::Resampler>(this->Device);
-        this->Elsewhere->setProgress([this](double share) { return this->Reports.Show(share); });
-        this->Elsewhere->setCompiling([this] { return this->Reports.ShowCompiling(); });
-      });
+    steps.Run([&] { this->Renew(); });
   }
   if (scene && !team.IsSpread())
   {
@@ -84,6 +106,19 @@ void PartSource::Update(const Team& team, Steps& steps, const Scene* scene, cons
   this->ShareSmallest(team, steps, scene);
 }
 
+void PartSource::Renew()
+{
+  ++this->Version;
+  this->Elsewhere = std::make_unique<chainmail::Resampler>(this->Device);
+  this->Elsewhere->setProgress(
+    [this](double share)
+    {
+      const double portions = std::max(this->NumberOfPortions, 1);
+      return this->Reports.Show((this->PortionsShown + share) / portions);
+    });
+  this->Elsewhere->setCompiling([this] { return this->Reports.ShowCompiling(); });
+}
+
 void PartSource::ShareTissue(const Team& team, Steps& steps, const Scene* scene)
 {
   const Exchange& exchange = team.GetLink();
@@ -100,10 +135,14 @@ void PartSource::ShareTissue(const Team& team, Steps& steps, const Scene* scene)
   }
   const std::vector<vtkTypeInt64> all = exchange.ToRoot(mine);
   bool isTaken = false;
+  this->IsInPortions = false;
+  this->Portions.clear();
   const auto lead = [&]
   {
+    const chainmail::Simulation& simulation = this->Source.GetSimulation();
     std::vector<chainmail::TissueReceiver> receivers;
-    for (int p = 1; p < exchange.GetSize(); ++p)
+    std::vector<std::vector<chainmail::OutputDetail>> portions;
+    for (int p = 0; p < exchange.GetSize(); ++p)
     {
       const vtkTypeInt64* given = all.data() + mine.size() * static_cast<std::size_t>(p);
       if (given[0] != 0)
@@ -116,36 +155,88 @@ void PartSource::ShareTissue(const Team& team, Steps& steps, const Scene* scene)
         }
         receivers.push_back(
           { p, part, { static_cast<std::uint64_t>(given[7]), static_cast<std::uint64_t>(given[8]) } });
+        const auto inPortions = simulation.portions(this->Plan.Padding, this->Cuts, part);
+        this->IsInPortions = inPortions.has_value();
+        portions.push_back(inPortions.value_or(std::vector<chainmail::OutputDetail>()));
       }
     }
-    const chainmail::Simulation& simulation = this->Source.GetSimulation();
-    simulation.exportTissue(this->Plan.Padding, this->Cuts, receivers,
-      [&](std::size_t n, const std::vector<char>& message)
-      {
-        team.Offer(receivers[n].number, 0);
-        exchange.Send(message, receivers[n].number);
-      });
-    if (this->Part)
+    const auto isLast = [&](std::size_t n)
     {
-      this->Sources = simulation.sources(this->Plan.Padding, this->Cuts, *this->Part);
+      return std::all_of(portions.begin(), portions.end(),
+        [n](const std::vector<chainmail::OutputDetail>& one) { return n >= one.size(); });
+    };
+    for (std::size_t n = 0; !isLast(n); ++n)
+    {
+      for (std::size_t r = 0; r < receivers.size(); ++r)
+      {
+        if (n < portions[r].size())
+        {
+          this->Portions.push_back({ receivers[r].number, portions[r][n], {} });
+        }
+      }
+    }
+    for (std::size_t r = 0; r < receivers.size(); ++r)
+    {
+      const int process = receivers[r].number;
+      const bool isMine = process == Exchange::Root;
+      if (isMine || this->IsInPortions)
+      {
+        const Announcement announced{ simulation.sources(this->Plan.Padding, this->Cuts, receivers[r].detail),
+          static_cast<int>(portions[r].size()) };
+        if (isMine)
+        {
+          this->Sources = announced.Sources;
+          this->NumberOfPortions = announced.Portions;
+        }
+        else
+        {
+          team.Offer(process, PORTIONS);
+          exchange.Send(announced.ToBytes(), process);
+        }
+      }
+    }
+    receivers.erase(std::remove_if(receivers.begin(), receivers.end(),
+                      [](const chainmail::TissueReceiver& one) { return one.number == Exchange::Root; }),
+      receivers.end());
+    if (!this->IsInPortions)
+    {
+      simulation.exportTissue(this->Plan.Padding, this->Cuts, receivers,
+        [&](std::size_t n, const std::vector<char>& message)
+        {
+          team.Offer(receivers[n].number, TISSUE);
+          exchange.Send(message, receivers[n].number);
+        });
     }
   };
-  const auto take = [&](int, int)
+  const auto take = [&](int what, int)
   {
     std::vector<char> message;
     steps.Exchange([&] { message = exchange.Receive(Exchange::Root); });
-    isTaken = true;
     steps.Run(
       [&]
       {
+        if (what == PORTIONS)
+        {
+          const Announcement announced = Announcement::FromBytes(message);
+          this->Sources = announced.Sources;
+          this->NumberOfPortions = announced.Portions;
+          return;
+        }
+        isTaken = true;
         this->Elsewhere->take(message);
         this->Sources = this->Elsewhere->sources();
       });
   };
   team.Lead(steps, lead, take);
+  this->IsInPortions = exchange.FromRoot(static_cast<vtkTypeUInt64>(this->IsInPortions ? 1 : 0)) != 0;
   steps.Run(
     [&]
     {
+      if (this->IsInPortions)
+      {
+        this->Renew();
+        return;
+      }
       const bool isComplete = isTaken && !(this->Elsewhere->version() == chainmail::TissueVersion());
       if (this->Part && !scene && !isComplete)
       {
@@ -221,7 +312,14 @@ void PartSource::ShareVoxels(const Team& team, Steps& steps, const Scene* scene)
   }
   else if (team.IsSpread())
   {
-    steps.Exchange([&] { voxels = team.Fetch(wanted); });
+    // The cells at the border of the present voxels lie in both images.
+    Extent known = this->Image ? ExtentOf(this->Image) : Extent{ { 0, -1, 0, -1, 0, -1 } };
+    for (int a = 0; a < 3; ++a)
+    {
+      known[2 * a] += 1;
+      known[2 * a + 1] -= 1;
+    }
+    steps.Exchange([&] { voxels = team.Fetch(wanted, known); });
   }
   else
   {
@@ -313,11 +411,83 @@ void PartSource::Forget()
   ++this->Version;
 }
 
-chainmail::Resampled PartSource::Resample(const chainmail::BoxVisitor& visit, std::uint64_t since)
+chainmail::Resampled PartSource::Resample(
+  const Team& team, Steps& steps, const chainmail::BoxVisitor& visit, std::uint64_t since)
 {
-  return this->Elsewhere
-           ? this->Elsewhere->resample(visit, since)
-           : this->Source.GetSimulation().resample(this->Plan.Padding, visit, since, this->Cuts, *this->Part);
+  chainmail::Resampled resampled;
+  if (this->IsInPortions)
+  {
+    this->ResamplePortions(team, steps, visit, resampled);
+  }
+  else if (this->Part)
+  {
+    steps.Run(
+      [&]
+      {
+        resampled = this->Elsewhere ? this->Elsewhere->resample(visit, since)
+                                    : this->Source.GetSimulation().resample(
+                                        this->Plan.Padding, visit, since, this->Cuts, *this->Part);
+      });
+  }
+  return resampled;
+}
+
+/// Each process resamples a portion when it has got its tissue, while the root makes that of the next process.
+void PartSource::ResamplePortions(
+  const Team& team, Steps& steps, const chainmail::BoxVisitor& visit, chainmail::Resampled& resampled)
+{
+  const Exchange& exchange = team.GetLink();
+  resampled.atRest = true;
+  const auto show = [&](const std::vector<char>& message)
+  {
+    this->Elsewhere->take(message);
+    if (!(this->Elsewhere->version() == chainmail::TissueVersion()))
+    {
+      const chainmail::Resampled one = this->Elsewhere->resample(visit);
+      resampled = { one.number, resampled.atRest && one.atRest };
+      ++this->PortionsShown;
+    }
+  };
+  const auto lead = [&]
+  {
+    this->Source.GetSimulation().exportTissue(this->Plan.Padding, this->Cuts, this->Portions,
+      [&](std::size_t n, const std::vector<char>& message)
+      {
+        const int process = this->Portions[n].number;
+        if (process == Exchange::Root)
+        {
+          show(message);
+          return;
+        }
+        team.Offer(process, TISSUE);
+        exchange.Send(message, process);
+        if (exchange.Receive(process).empty())
+        {
+          throw FailedElsewhere();
+        }
+      });
+  };
+  const auto take = [&](int, int)
+  {
+    std::vector<char> message;
+    steps.Exchange([&] { message = exchange.Receive(Exchange::Root); });
+    // So the root does not go on for long after another process has failed or was stopped.
+    exchange.Send(std::vector<char>(steps.HaveFailed() ? 0 : 1), Exchange::Root);
+    steps.Run([&] { show(message); });
+  };
+  this->PortionsShown = 0;
+  team.Lead(steps, lead, take);
+  steps.Run(
+    [&]
+    {
+      if (this->PortionsShown < this->NumberOfPortions)
+      {
+        throw FailedElsewhere();
+      }
+    });
+  this->PortionsShown = 0;
+  this->NumberOfPortions = 0;
+  this->Elsewhere.reset(); // frees the tissue of the last portion
 }
 
 }

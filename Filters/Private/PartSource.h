@@ -61,11 +61,16 @@ public:
   /// To be called after a device error.
   void Forget();
 
-  /// See chainmail::Simulation::resample().
-  chainmail::Resampled Resample(const chainmail::BoxVisitor& visit, std::uint64_t since);
+  /// See chainmail::Simulation::resample(). Called by all processes together; nothing where this one has no part, or
+  /// after a step has failed.
+  chainmail::Resampled Resample(
+    const Team& team, Steps& steps, const chainmail::BoxVisitor& visit, std::uint64_t since);
 
 private:
+  void Renew();
   void ShareTissue(const Team& team, Steps& steps, const Scene* scene);
+  void ResamplePortions(
+    const Team& team, Steps& steps, const chainmail::BoxVisitor& visit, chainmail::Resampled& resampled);
   void ShareVoxels(const Team& team, Steps& steps, const Scene* scene);
   void SendVoxels(const Exchange& exchange, Steps& steps, const Scene& scene, const std::vector<int>& wanted) const;
   void ShareSmallest(const Team& team, Steps& steps, const Scene* scene);
@@ -92,7 +97,11 @@ private:
   std::vector<vtkSmartPointer<vtkDataArray>> Smallest;
   std::uint64_t SmallestTime = 0;
 
-  std::unique_ptr<chainmail::Resampler> Elsewhere; // outside the root
+  std::unique_ptr<chainmail::Resampler> Elsewhere; // outside the root, and there for portions
+  bool IsInPortions = false;                       // whether tissue comes in portions, while voxels are sampled
+  std::vector<chainmail::TissueReceiver> Portions; // of all processes in turn; on the root
+  int NumberOfPortions = 0;                        // of this process
+  int PortionsShown = 0;
   std::string Device;
   int Version = 0;
 };

@@ -87,12 +87,22 @@ void Team::Serve(const Take& take) const
   }
 }
 
-vtkSmartPointer<vtkImageData> Team::Fetch(const Extent& wanted) const
+/// A box of the part that this process has.
+vtkSmartPointer<vtkImageData> Team::Give(const Extent& box) const
+{
+  this->RequireOwn();
+  const vtkSmartPointer<vtkImageData> part = Cut(this->Own, box);
+  part->GetFieldData()->Initialize();
+  return part;
+}
+
+vtkSmartPointer<vtkImageData> Team::Fetch(const Extent& wanted, const Extent& known) const
 {
   const int size = this->Link.GetSize();
   const std::vector<int> all = this->Link.ToAll(std::vector<int>(wanted.begin(), wanted.end()));
   const int me = this->Link.GetRank();
   Assembly assembly(wanted);
+  assembly.LeaveOut(known);
   Steps steps;
   // All processes go through the pairs in the same order, so each one that sends meets one that receives.
   for (int from = 0; from < size; ++from)
@@ -106,26 +116,26 @@ vtkSmartPointer<vtkImageData> Team::Fetch(const Extent& wanted) const
       {
         continue;
       }
-      auto part = vtkSmartPointer<vtkImageData>::New();
-      if (from == me)
+      if (from == me && to == me)
       {
         steps.Run(
           [&]
           {
-            this->RequireOwn();
-            part = Cut(this->Own, common);
-            part->GetFieldData()->Initialize();
+            for (const Extent& box : Without({ common }, known))
+            {
+              assembly.Add(this->Give(box));
+            }
           });
-        if (from != to)
-        {
-          this->Link.Send(part, to); // empty after a failure
-          continue;
-        }
+        continue;
       }
-      else
+      auto part = vtkSmartPointer<vtkImageData>::New();
+      if (from == me)
       {
-        steps.Exchange([&] { part = this->Link.ReceiveImage(from); });
+        steps.Run([&] { part = this->Give(common); });
+        this->Link.Send(part, to); // empty after a failure
+        continue;
       }
+      steps.Exchange([&] { part = this->Link.ReceiveImage(from); });
       steps.Run(
         [&]
         {

@@ -63,13 +63,15 @@ public:
     this->Link.Request(process, { { Exchange::OFFER, what, where } });
   }
 
-  /// The part of the image with this extent, which may be empty. All processes call this together, where the image is
-  /// spread; what it throws, it throws after the last exchange.
-  vtkSmartPointer<vtkImageData> Fetch(const Extent& wanted) const;
+  /// The part of the image with this extent, which may be empty. Voxels within `known`, a part of GetOwn(), are left
+  /// out. All processes call this together, where the image is spread; what it throws, it throws after the last
+  /// exchange.
+  vtkSmartPointer<vtkImageData> Fetch(const Extent& wanted, const Extent& known = { { 0, -1, 0, -1, 0, -1 } }) const;
 
 private:
   void Serve(const Take& take) const;
   void RequireOwn() const;
+  vtkSmartPointer<vtkImageData> Give(const Extent& box) const;
 
   Exchange Link;
   vtkSmartPointer<vtkImageData> Own;

@@ -51,6 +51,12 @@ BrickStorage::BrickStorage(std::shared_ptr<Context> context, const Grid& grid, c
 
 // --- Slots
 
+void BrickStorage::reserve(std::size_t tissue, std::size_t states)
+{
+  this->growTissue(static_cast<int>(tissue) + 1);
+  this->growStates(static_cast<int>(states) + 1);
+}
+
 void BrickStorage::addSlots(const std::vector<int>& bricks)
 {
   this->growTissue(this->slots() + static_cast<int>(bricks.size()));

@@ -52,6 +52,8 @@ public:
 
   // --- Slots
 
+  /// Allocates memory for the tissue and the state of this many bricks at once.
+  void reserve(std::size_t tissue, std::size_t states);
   /// The slots with a state are 1 .. states() - 1.
   int states() const { return this->states_; }
   bool hasState(int brick) const { return this->slot(brick) > 0 && this->slot(brick) < this->states_; }

@@ -62,13 +62,17 @@ bool Tissue::fill(int brick, std::vector<float>& out) const
   {
     const Index3 first = grid.indexOf(row.voxel);
     this->row(first[0], first[1], first[2], row.count, constraints.data());
-    for (int i = 0; i < row.count; ++i)
+    for (int a = 0; a < axes; ++a)
     {
-      for (int a = 0; a < axes; ++a)
+      float* const to = out.data() + static_cast<std::size_t>(a) * this->elements_;
+      for (int i = 0; i < row.count; ++i)
       {
-        out[static_cast<std::size_t>(a) * this->elements_ + row.local(i)] = constraints[i * axes + a];
+        to[row.local(i)] = constraints[static_cast<std::size_t>(i) * axes + a];
       }
-      tissue = tissue || !std::isinf(constraints[i * axes]);
+    }
+    for (int i = 0; !tissue && i < row.count; ++i)
+    {
+      tissue = !std::isinf(constraints[static_cast<std::size_t>(i) * axes]);
     }
   }
   return tissue;

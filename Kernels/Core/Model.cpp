@@ -366,6 +366,11 @@ void Model::row(int i, int j, int k, int count, float* out) const
   }
   const bool all =
     (faces[2] && j == 0) || (faces[3] && j == size[1] - 1) || (faces[4] && k == 0) || (faces[5] && k == size[2] - 1);
+  const bool ends = (faces[0] && i == 0) || (faces[1] && i + count == size[0]);
+  if (!all && !ends && !this->anchors_.rigid)
+  {
+    return; // nothing is held
+  }
   for (int n = 0; n < count; ++n)
   {
     const bool face = all || (faces[0] && i + n == 0) || (faces[1] && i + n == size[0] - 1);

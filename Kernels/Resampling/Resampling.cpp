@@ -132,7 +132,9 @@ std::vector<OutputDetail> divided(const OutputFrame& frame, const OutputDetail& 
       const auto begin = [&](int box)
       { return first[a] + static_cast<int>(std::int64_t(size[a]) * box / counts.size[a]); };
       boxes[n].first[a] = begin(at[a]);
-      boxes[n].last[a] = begin(at[a] + 1) - 1;
+      // Voxels between those of the grid lie between two boxes, so finer ones share a layer of the grid.
+      const int shared = part.finer > 1 && at[a] + 1 < counts.size[a] ? 1 : 0;
+      boxes[n].last[a] = begin(at[a] + 1) - 1 + shared;
     }
   }
   return boxes;
@@ -508,7 +510,7 @@ std::optional<std::vector<OutputDetail>> Resampling::portions(
     const BrickSet near = bricksAround(this->bricks_, frame, reaches, portion);
     const auto needed = static_cast<std::size_t>(std::count_if(this->changes_.displaced().begin(),
       this->changes_.displaced().end(), [&](int brick) { return near.has(brick); }));
-    if (needed <= this->source_->room() || shown.bricks() == 1)
+    if (needed <= this->source_->room() || shown.bricks() == 1 || longestAxis(portion) <= 2)
     {
       portions.push_back(portion);
       continue;

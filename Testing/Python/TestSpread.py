@@ -4,6 +4,7 @@ regions, reduced models, rotations), probes, blades and padding, drawn from seed
 
 Under mpiexec this file is the program: `pvbatch --sym TestSpread.py FIRST END`, with the seeds from FIRST to END - 1."""
 
+import os
 import sys
 
 import harness
@@ -19,6 +20,7 @@ from vtkmodules.vtkFiltersCore import vtkPassThrough
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 
 PROCESSES = 3
+AT_ONCE = "CHAINMAIL_VOXELS_AT_ONCE"  # how many voxels of a reduced model have a displacement at the same time
 SEEDS = 24 if harness.EVERY else 8
 
 
@@ -228,7 +230,64 @@ def play_large():
             require(not why, "a large scan, step %d, output %d, process %d: %s", step, port, rank, why)
 
 
+def play_portions(reduction, kind):
+    """A reduced model of which more moves than has a displacement at once: outputs are made in portions."""
+    rank, size = processes()
+    random = np.random.default_rng(reduction)
+    k, j, i = np.meshgrid(*(np.linspace(-1, 1, n) for n in (104, 112, 160)), indexing="ij")
+    far = np.sqrt(i * i + j * j + k * k)
+    values = np.where((far < 0.95) & (random.random(far.shape) > 0.02), 50 + 60 * random.random(far.shape), 0)
+    values[(np.abs(i) < 0.5) & (np.abs(j) < 0.06) & (np.abs(k - 0.2) < 0.06)] = 220
+    image = harness.make_image(values.astype(np.uint8), spacing=[1.0, 1.0, 1.0], name="scan", first=(-5, 3, 40))
+    material = vtkPiecewiseFunction()
+    for scalar, constraint in ((0.0, 0.09), (130.0, 0.07), (200.0, 0.0)):
+        material.AddPoint(scalar, constraint)
+    ways = {"spread": "1300000", "in portions": "1300000", "at once": None}  # voxels at once, of 1,860,000
+    filters = {}
+    for way in ways:
+        producer = part_of(image, kind, np.random.default_rng(1)) if way == "spread" else vtkTrivialProducer()
+        if way != "spread":
+            producer.SetOutput(image)
+        filter = filters[way] = vtkChainMailDeformation()
+        filter.SetInputConnection(producer.GetOutputPort())
+        filter.SetTissueThreshold(20.0)
+        filter.SetMaterialFunction(material)
+        filter.SetAnchoredFaces(0, 0, 0, 0, 0, 0)
+        filter.SetModelReduction(reduction)
+        filter.SetRotations(reduction == 8)
+        filter.SetRelaxationIterations(4)
+        filter.SetMode(1)
+        filter.SetPullBack(True)
+        filter.SetScalarSmoothing(0.8)
+        filter.SetOutputPadding(4)
+        filter.SetOutputMagnification(2 if reduction == 8 else 1)
+        filter.GetModelArraySelection().EnableArray("Displacement")
+        surfaces(filter, image, np.random.default_rng(3))
+    centre = np.array(image.GetCenter())
+    for step in range(3):
+        points = harness.make_points([centre + [0, 0, 9]], Displacement=[[4.0, 3.0 * step, 2.0]], Radius=[9.0])
+        for way, filter in filters.items():
+            filter.SetInputDataObject(1, points)
+            os.environ.pop(AT_ONCE, None)
+            if ways[way]:
+                os.environ[AT_ONCE] = ways[way]
+            if way == "spread":
+                filter.UpdatePiece(rank, size, 0)
+            else:
+                filter.SetController(None)
+                filter.UpdatePiece(0, 1, 0)
+        for way in list(ways)[:2]:
+            for port in range(2):
+                why = differs(*(content(filters[one].GetOutputDataObject(port)) for one in (way, "at once")))
+                require(not why, "%s, reduced by %d (%s), step %d, output %d, process %d: %s", way, reduction, kind, step, port,
+                        rank, why)
+
+
 def main():
+    play_portions(4, "pieces")
+    play_portions(8, "pieces")
+    play_portions(4, "first has all")
+    play_portions(4, "let go")
     play_large()
     for seed in range(int(sys.argv[1]), int(sys.argv[2])):
         vtkChainMailDeformation.SetGlobalProbeWarnings(False)

@@ -798,13 +798,15 @@ TEST(ModelReduction, InPartsTheBitsAreTheSame)
     EXPECT_EQ(different(expected, found), 0u);
     for (const CutSurfaces cuts : { CutSurfaces::Stepped, CutSurfaces::Smooth })
     {
-      const Picture first = resample(whole, { 3, 0, 2 }, cuts);
-      const Picture other = resample(parts, { 3, 0, 2 }, cuts);
+      OutputDetail detail;
+      detail.finer = cuts == CutSurfaces::Smooth ? 2 : 1;
+      const Picture first = resample(whole, { 3, 0, 2 }, cuts, detail);
+      const Picture other = resample(parts, { 3, 0, 2 }, cuts, detail);
       EXPECT_EQ(different(first.offset, other.offset), 0u) << reduction << ' ' << rotations;
       EXPECT_EQ(different(first.coverage, other.coverage), 0u);
 
       // Voxels that no portion has are at rest.
-      const std::vector<OutputDetail> portions = parts.portions({ 3, 0, 2 }, cuts, {}).value();
+      const std::vector<OutputDetail> portions = parts.portions({ 3, 0, 2 }, cuts, detail).value();
       EXPECT_GT(portions.size(), 4u);
       std::vector<TissueReceiver> receivers;
       for (const OutputDetail& portion : portions)
