@@ -312,12 +312,13 @@ void PartSource::ShareVoxels(const Team& team, Steps& steps, const Scene* scene)
   }
   else if (team.IsSpread())
   {
-    // The cells at the border of the present voxels lie in both images.
+    // The cells at the border of the present voxels, where the whole image goes on, lie in both images.
     Extent known = this->Image ? ExtentOf(this->Image) : Extent{ { 0, -1, 0, -1, 0, -1 } };
+    const Extent whole = ExtentOf(this->Plan.Whole);
     for (int a = 0; a < 3; ++a)
     {
-      known[2 * a] += 1;
-      known[2 * a + 1] -= 1;
+      known[2 * a] += known[2 * a] > whole[2 * a] ? 1 : 0;
+      known[2 * a + 1] -= known[2 * a + 1] < whole[2 * a + 1] ? 1 : 0;
     }
     steps.Exchange([&] { voxels = team.Fetch(wanted, known); });
   }
