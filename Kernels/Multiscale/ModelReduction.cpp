@@ -1,17 +1,13 @@
 #include "ModelReduction.h"
 
 #include "Components.h"
-#include "ElementRule.h"
 #include "Elements.h"
 #include "Error.h"
 #include "ReducedModel.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdlib>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -48,6 +44,7 @@ ModelReduction::ModelReduction(Bricks& whole, int factor, const RotationSettings
   : whole_(whole)
   , factor_(factorsFor(whole.model().grid(), factor))
   , bricks_(whole.sharedContext(), reducedModel(whole, this->factor_, this->apart_), whole.size(), rotationSettings)
+  , moved_(whole, this->bricks_, this->factor_)
   , mostAtOnce_(std::max<std::size_t>(1, voxelsAtOnce() / static_cast<std::size_t>(whole.elementsPerBrick())))
   , owner_{ 1, sizeof(cl_int), "the sides of cuts" }
 {
@@ -398,187 +395,25 @@ void ModelReduction::moved()
   this->found_ = false;
 }
 
+/// The bricks that may be displaced now.
+const VoxelExtents& ModelReduction::movedVoxels()
+{
+  if (!this->found_)
+  {
+    this->moved_.find(this->owners_);
+    this->found_ = true;
+  }
+  return this->moved_;
+}
+
 const std::vector<int>& ModelReduction::displaced()
 {
-  this->findDisplaced();
-  return this->displaced_;
+  return this->movedVoxels().bricks();
 }
 
 const std::vector<BrickExtent>& ModelReduction::extents()
 {
-  this->findDisplaced();
-  return this->extents_;
-}
-
-/// Finds the bricks of voxels that displaced elements move, and bounds of their displacements. An interpolated value
-/// lies between those of the elements.
-void ModelReduction::findDisplaced()
-{
-  if (this->found_)
-  {
-    return;
-  }
-  const Grid& whole = this->whole_.model().grid();
-  const Grid& grid = this->bricks_.model().grid();
-  const Index3 size = this->whole_.size();
-  const std::size_t count = static_cast<std::size_t>(this->bricks_.elementsPerBrick());
-  std::vector<int> numbers(this->whole_.numbers(), -1); // for each brick its place in the lists
-  this->displaced_.clear();
-  this->extents_.clear();
-  std::vector<int> counts; // of displaced elements around each of the displaced bricks
-  const auto include = [&](int brick, const float* low, const float* high)
-  {
-    if (numbers[brick] < 0)
-    {
-      numbers[brick] = static_cast<int>(this->displaced_.size());
-      this->displaced_.push_back(brick);
-      this->extents_.emplace_back();
-      counts.push_back(0);
-      BrickExtent& extent = this->extents_.back();
-      for (int a = 0; a < 3; ++a)
-      {
-        extent.low[a] = std::numeric_limits<float>::infinity();
-        extent.high[a] = -extent.low[a];
-        extent.last[a] = static_cast<float>(size[a] - 1);
-      }
-    }
-    BrickExtent& extent = this->extents_[static_cast<std::size_t>(numbers[brick])];
-    for (int a = 0; a < 3; ++a)
-    {
-      extent.low[a] = std::min(extent.low[a], low[a]);
-      extent.high[a] = std::max(extent.high[a], high[a]);
-    }
-  };
-  // The most that the rotation of an element adds to the displacement of one of its voxels [voxels].
-  const Rotations* const rotations = this->bricks_.activeRotations();
-  const auto turnedBy = [&](const float* spin)
-  {
-    std::array<float, 3> most{};
-    for (int b = 0; rotations && b < 3; ++b)
-    {
-      float offset[3];
-      rule::single::rotationOffsetOfAxis(spin, b, offset);
-      for (int a = 0; a < 3; ++a)
-      {
-        most[a] +=
-          0.5f * this->factor_[a] * std::fabs(offset[a]) * rotations->proportions.s[b] / rotations->proportions.s[a];
-      }
-    }
-    return most;
-  };
-  std::vector<float> u;
-  std::vector<float> spins(3 * count, 0.0f);
-  for (const int slot : this->bricks_.dirtySlots())
-  {
-    this->bricks_.readSlot(slot, u);
-    if (rotations)
-    {
-      this->bricks_.readRotations(slot, spins);
-    }
-    const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
-    VoxelBox box{ origin, this->bricks_.size() };
-    for (int a = 0; a < 3; ++a)
-    {
-      box.size[a] = std::min(box.size[a], grid.size[a] - origin[a]);
-    }
-    for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k)
-    {
-      for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j)
-      {
-        for (int i = box.first[0]; i < box.first[0] + box.size[0]; ++i)
-        {
-          const std::uint32_t local = this->bricks_.local(i, j, k);
-          const Index3 at{ i, j, k };
-          const float displacement[3] = { u[local], u[count + local], u[2 * count + local] };
-          if (displacement[0] == 0.0f && displacement[1] == 0.0f && displacement[2] == 0.0f)
-          {
-            continue;
-          }
-          const float spin[3] = { spins[local], spins[count + local], spins[2 * count + local] };
-          const std::array<float, 3> turned = turnedBy(spin);
-          float low[3];
-          float high[3];
-          Index3 first;
-          Index3 last;
-          for (int a = 0; a < 3; ++a)
-          {
-            low[a] = this->factor_[a] * displacement[a] - turned[a];
-            high[a] = this->factor_[a] * displacement[a] + turned[a];
-            // Voxels up to half an element further are interpolated from this element, too.
-            const int half = this->factor_[a] / 2;
-            first[a] = std::max(at[a] * this->factor_[a] - half, 0) / size[a];
-            last[a] = std::min((at[a] + 1) * this->factor_[a] + half - 1, whole.size[a] - 1) / size[a];
-          }
-          for (int z = first[2]; z <= last[2]; ++z)
-          {
-            for (int y = first[1]; y <= last[1]; ++y)
-            {
-              for (int x = first[0]; x <= last[0]; ++x)
-              {
-                const int brick = this->whole_.brickAt(x * size[0], y * size[1], z * size[2]);
-                include(brick, low, high);
-                ++counts[static_cast<std::size_t>(numbers[brick])];
-              }
-            }
-          }
-        }
-      }
-    }
-  }
-  for (std::size_t n = 0; n < this->displaced_.size(); ++n)
-  {
-    // Where other elements around the brick are at rest, or air.
-    const Index3 origin = this->whole_.origin(this->displaced_[n]);
-    int around = 1;
-    for (int a = 0; a < 3; ++a)
-    {
-      const int half = this->factor_[a] / 2;
-      const int last = std::min(origin[a] + size[a], whole.size[a]) - 1;
-      const int from = std::max(origin[a] - half, 0) / this->factor_[a];
-      const int to = std::min((last + half) / this->factor_[a], grid.size[a] - 1);
-      around *= to - from + 1;
-    }
-    if (counts[n] < around)
-    {
-      constexpr float atRest[3] = { 0.0f, 0.0f, 0.0f };
-      include(this->displaced_[n], atRest, atRest);
-    }
-  }
-  if (!this->displaced_.empty() && !this->owners_.empty())
-  {
-    Elements owners(this->bricks_);
-    std::vector<int> bricks;
-    for (const auto& [voxel, element] : this->owners_)
-    {
-      const Index3 at = whole.indexOf(voxel);
-      bricks.push_back(this->whole_.brickAt(at[0], at[1], at[2]));
-      owners.add(element);
-    }
-    const std::vector<float> values = owners.displacements();
-    const std::vector<float> spinsOfOwners = rotations ? owners.rotations() : std::vector<float>(values.size(), 0.0f);
-    for (std::size_t n = 0; n < bricks.size(); ++n)
-    {
-      const std::array<float, 3> turned = turnedBy(&spinsOfOwners[3 * n]);
-      float low[3];
-      float high[3];
-      for (int a = 0; a < 3; ++a)
-      {
-        low[a] = this->factor_[a] * values[3 * n + a] - turned[a];
-        high[a] = this->factor_[a] * values[3 * n + a] + turned[a];
-      }
-      include(bricks[n], low, high);
-    }
-  }
-  // Ascending.
-  std::vector<BrickExtent> extents;
-  extents.reserve(this->extents_.size());
-  std::sort(this->displaced_.begin(), this->displaced_.end());
-  for (const int brick : this->displaced_)
-  {
-    extents.push_back(this->extents_[static_cast<std::size_t>(numbers[brick])]);
-  }
-  this->extents_ = std::move(extents);
-  this->found_ = true;
+  return this->movedVoxels().extents();
 }
 
 bool ModelReduction::displaceAll()

@@ -2,6 +2,7 @@
 
 #include "Bricks.h"
 #include "DisplacementSource.h"
+#include "VoxelExtents.h"
 
 #include <algorithm>
 #include <cmath>
@@ -128,7 +129,7 @@ private:
   std::set<std::size_t> touched() const;
   std::vector<std::size_t> findOwners(const std::set<std::size_t>& changed);
   void removeLinks(const std::set<std::size_t>& changed);
-  void findDisplaced();
+  const VoxelExtents& movedVoxels();
   void expandThese(const std::vector<int>& bricks);
 
   Bricks& whole_;
@@ -136,13 +137,12 @@ private:
   std::vector<std::pair<std::size_t, int>> apart_; ///< (element, axis): no link to the next element from the start
   Bricks bricks_;
   std::unordered_map<std::size_t, std::size_t> owners_; ///< voxel -> the element that it follows, if not its parent
-  std::size_t mostAtOnce_;                              ///< bricks with a displacement at the same time
-  std::uint64_t version_ = 0;                           ///< of the elements' displacements
-  bool current_ = true;                                 ///< whether all voxels have these
-  bool found_ = true;                                   ///< whether the following lists are those of this version
-  std::vector<int> displaced_;
-  std::vector<BrickExtent> extents_;
-  Field owner_; ///< int [address] of the voxels: 1 + the element that it follows, 0 for its parent
+  VoxelExtents moved_;
+  std::size_t mostAtOnce_;    ///< bricks with a displacement at the same time
+  std::uint64_t version_ = 0; ///< of the elements' displacements
+  bool current_ = true;       ///< whether all voxels have these
+  bool found_ = true;         ///< whether `moved_` is of this version
+  Field owner_;               ///< int [address] of the voxels: 1 + the element that it follows, 0 for its parent
   Scratch list_{ "the list of bricks" };
 };
 
