@@ -25,7 +25,10 @@ template <typename T> void put(std::vector<char>& bytes, const std::vector<T>& v
 
 template <typename T> const char* take(const char* from, T* values, std::size_t count)
 {
-  std::memcpy(values, from, sizeof(T) * count);
+  if (count > 0) // an empty vector may have no memory
+  {
+    std::memcpy(values, from, sizeof(T) * count);
+  }
   return from + sizeof(T) * count;
 }
 
