@@ -489,6 +489,7 @@ void PartSource::ResamplePortions(
   this->PortionsShown = 0;
   this->NumberOfPortions = 0;
   this->Elsewhere.reset(); // frees the tissue of the last portion
+  ++this->Version;         // and nothing goes on from it
 }
 
 }
