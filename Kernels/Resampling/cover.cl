@@ -12,6 +12,10 @@
 
 #include "tile.clh"
 
+#ifndef SHARES // groups that take turns with the tiles of a brick
+#define SHARES 1
+#endif
+
 // Output voxels along the axes of a brick, and in a whole brick.
 #define OUT_X (FINER * BX)
 #define OUT_Y (FINER * BY)
@@ -846,8 +850,7 @@ NOINLINE void coverCells(const Tissue* t, const Output* o, local Tile* tile, int
 #define COVERAGE
 #endif
 
-// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table. SHARES groups take
-// turns with the tiles of a brick.
+// Handles the cells whose lowest corner lies in a brick. `list` holds bricks as places in the table.
 kernel void cover(global const int* list, STATE_ARGUMENTS, int4 size, int4 flat, BOXES_ARGUMENTS,
   CANDIDATES_ARGUMENTS DISTANCES_ARGUMENTS COVERAGE_ARGUMENTS)
 {
