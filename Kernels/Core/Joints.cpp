@@ -354,6 +354,12 @@ template <typename Visit> void forContacts(const Grid& grid, const std::vector<B
 
 FoundJoints findJoints(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints)
 {
+  if (joints.size > 0 && grid.voxels() > watershedVoxels)
+  {
+    throw InputError("The image has " + toString(grid.size) + " voxels; joints where bone is thin can be found among " +
+                     std::to_string(watershedVoxels) +
+                     " at most. Crop it, give labels (BodyArray) instead, or set JointSize to 0.");
+  }
   // At free joints the constraint of joints is 1, so all tissue that is not rigid is stiff.
   std::vector<Body> bodies = findTissue(grid, axes, read, static_cast<float>(joints.constraint));
   Body next = firstBody;

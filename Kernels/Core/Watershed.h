@@ -2,11 +2,15 @@
 
 #include "Model.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace chainmail
 {
+
+/// The largest number of voxels that watershed() can divide: it numbers two nodes for each with 32 bits.
+constexpr std::size_t watershedVoxels = (std::size_t(1) << 31) - 1;
 
 /// Divides solid tissue into bodies at bridges that are thinner than `size` voxels: a watershed of its distance map.
 ///

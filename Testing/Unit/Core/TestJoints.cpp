@@ -2,12 +2,16 @@
 
 #include "Scene.h"
 
+#include "Error.h"
+#include "Joints.h"
+
 #include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <map>
 #include <set>
+#include <string>
 
 namespace
 {
@@ -465,6 +469,23 @@ TEST(Joints, BodiesOfTissueThatDiffersByAxis)
     6, 2, 2, 1, c); // of two bodies of the same size the one with the larger label becomes the joint
   EXPECT_EQ(c[0], 0.25f);
   EXPECT_EQ(c[2], 0.25f);
+}
+
+// Nodes of the watershed have 32-bit numbers. The error comes before anything is read or allocated.
+TEST(Joints, AreNotLookedForAmongTooManyVoxels)
+{
+  Joints joints;
+  joints.size = 3;
+  const auto fail = [](std::size_t, int, float*) { FAIL() << "a row was read"; };
+  try
+  {
+    findJoints({ { 2048, 2048, 512 }, { 1.0, 1.0, 1.0 } }, 1, fail, joints);
+    FAIL() << "no error";
+  }
+  catch (const InputError& error)
+  {
+    EXPECT_NE(std::string(error.what()).find("set JointSize to 0"), std::string::npos) << error.what();
+  }
 }
 
 TEST(Joints, CoarserGridsTellBodiesApart)
