@@ -71,7 +71,8 @@ public:
   std::vector<vtkSmartPointer<vtkDataArray>> FromRoot(std::vector<vtkSmartPointer<vtkDataArray>> arrays) const;
   void FromRoot(vtkFieldData* fields) const;
 
-  // What the root asks of another process (Team): a command, an array, the extent of a box.
+  // What the root asks of another process (Team): a command, an array, the extent of a box. A message with more follows
+  // REDUCE.
   enum Commands
   {
     END,
@@ -79,7 +80,8 @@ public:
     VALUES,
     COUNTS,
     STATISTICS,
-    SMALLEST
+    SMALLEST,
+    REDUCE
   };
   using Command = std::array<int, 8>;
   void Request(int process, const Command& command) const;

@@ -5,6 +5,7 @@
 #include "Arrays.h"
 #include "Convert.h"
 #include "Sampling.h"
+#include "Steps.h"
 
 #include "vtkPointData.h"
 
@@ -12,70 +13,11 @@
 #include <atomic>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <stdexcept>
-#include <type_traits>
 #include <unordered_map>
 
 namespace vtkChainMail
 {
-
-namespace
-{
-
-/// Whether each value of an array can be counted.
-bool IsCountable(vtkDataArray* array)
-{
-  const int type = array->GetDataType();
-  return array->GetNumberOfComponents() == 1 &&
-         (type == VTK_CHAR || type == VTK_SIGNED_CHAR || type == VTK_UNSIGNED_CHAR || type == VTK_SHORT ||
-           type == VTK_UNSIGNED_SHORT);
-}
-
-}
-
-std::vector<double> CountValues(vtkDataArray* array, const Extent& ofArray, const Extent& part)
-{
-  std::vector<double> counts;
-  const auto count = [&](const auto* values)
-  {
-    using T = std::decay_t<decltype(*values)>;
-    if constexpr (sizeof(T) <= 2)
-    {
-      const auto width = static_cast<std::size_t>(ofArray[1] - ofArray[0] + 1);
-      const auto height = static_cast<std::size_t>(ofArray[3] - ofArray[2] + 1);
-      constexpr int lowest = std::numeric_limits<T>::min();
-      std::vector<std::uint64_t> of(std::size_t(1) << (8 * sizeof(T)), 0);
-      for (int k = part[4]; k <= part[5]; ++k)
-      {
-        for (int j = part[2]; j <= part[3]; ++j)
-        {
-          const std::size_t row = (k - ofArray[4]) * height + (j - ofArray[2]);
-          const T* const first = values + row * width + (part[0] - ofArray[0]);
-          std::for_each(first, first + (part[1] - part[0] + 1), [&](T value) { ++of[value - lowest]; });
-        }
-      }
-      for (std::size_t n = 0; n < of.size(); ++n)
-      {
-        if (of[n] > 0)
-        {
-          counts.push_back(static_cast<double>(n) + lowest);
-          counts.push_back(static_cast<double>(of[n]));
-        }
-      }
-    }
-  };
-  if (IsCountable(array))
-  {
-    switch (array->GetDataType())
-    {
-      vtkTemplateMacro(count(static_cast<const VTK_TT*>(array->GetVoidPointer(0))));
-    default:
-      break;
-    }
-  }
-  return counts;
-}
 
 /// Values of one array, in pages of which the last used ones are kept.
 class SpreadImage::Pages
@@ -266,12 +208,17 @@ int SpreadImage::IndexOf(vtkAbstractArray* ofOwn) const
   return index;
 }
 
-std::vector<char> SpreadImage::Ask(int process, int command, int array, const Extent& box) const
+void SpreadImage::RequireOpen() const
 {
   if (!this->IsOpen)
   {
     throw std::logic_error("The image is spread over several processes, which answer only during an update.");
   }
+}
+
+std::vector<char> SpreadImage::Ask(int process, int command, int array, const Extent& box) const
+{
+  this->RequireOpen();
   this->Link.Request(process, { { command, array, box[0], box[1], box[2], box[3], box[4], box[5] } });
   std::vector<char> answer = this->Link.Receive(process);
   if (answer.empty())
@@ -314,6 +261,10 @@ chainmail::ArrayView SpreadImage::View(vtkDataArray* ofOwn)
   if (IsCountable(ofOwn))
   {
     view.counts = [this, index = this->IndexOf(ofOwn)] { return this->Count(index); };
+    view.reduce = [this, index = this->IndexOf(ofOwn)](
+                    const chainmail::Index3& factor, const chainmail::ConstraintsOfValues& constraints) {
+      return this->Reduce(index, { this->Held.Whole, factor, constraints });
+    };
   }
   return view;
 }
@@ -346,6 +297,46 @@ std::vector<std::pair<double, std::size_t>> SpreadImage::Count(int array) const
     }
   }
   return { all.begin(), all.end() };
+}
+
+std::vector<chainmail::ReducedBox> SpreadImage::Reduce(int array, const Reduction& reduction) const
+{
+  this->RequireOpen();
+  vtkDataArray* own = vtkDataArray::SafeDownCast(this->Own->GetPointData()->GetAbstractArray(array));
+  std::vector<int> others; // work at the same time
+  for (int p = 0; p < this->Link.GetSize(); ++p)
+  {
+    if (p != Exchange::Root && reduction.ElementsIn(this->Held.Owned[p]).voxels() > 0)
+    {
+      others.push_back(p);
+    }
+  }
+  const std::vector<char> task = reduction.Pack();
+  for (const int p : others)
+  {
+    const Extent& part = this->Held.Owned[p];
+    this->Link.Request(p, { { Exchange::REDUCE, array, part[0], part[1], part[2], part[3], part[4], part[5] } });
+    this->Link.Send(task, p);
+  }
+  std::vector<chainmail::ReducedBox> boxes;
+  Steps steps;
+  steps.Run([&] { boxes.push_back(reduction.Reduce(own, ExtentOf(this->Own), this->Held.Owned[Exchange::Root])); });
+  for (const int p : others)
+  {
+    std::vector<char> answer;
+    steps.Exchange([&] { answer = this->Link.Receive(p); });
+    steps.Run(
+      [&]
+      {
+        if (answer.empty())
+        {
+          throw std::bad_alloc(); // nothing else fails there
+        }
+        boxes.push_back(reduction.Unpack(answer, this->Held.Owned[p]));
+      });
+  }
+  steps.End();
+  return boxes;
 }
 
 vtkSmartPointer<vtkDataArray> SpreadImage::Gather(vtkDataArray* ofOwn)

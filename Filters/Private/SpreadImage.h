@@ -7,6 +7,7 @@
 #include "Exchange.h"
 #include "Fingerprint.h"
 #include "ImageParts.h"
+#include "PartSurvey.h"
 
 #include "Model.h"
 
@@ -23,10 +24,6 @@ class vtkChainMailScanStatistics;
 
 namespace vtkChainMail
 {
-
-/// The values of a part of an array of one component, and how many voxels have each: one after the other. Empty for
-/// types other than whole numbers of up to 16 bits.
-std::vector<double> CountValues(vtkDataArray* array, const Extent& ofArray, const Extent& part);
 
 /// Reads the arrays of all parts, which are named by those of the root's own part. Reading is possible only while the
 /// other processes serve (Team::Lead()); otherwise it throws std::logic_error.
@@ -84,8 +81,11 @@ private:
   int IndexOf(vtkAbstractArray* ofOwn) const;
   /// See ArrayView::counts.
   std::vector<std::pair<double, std::size_t>> Count(int array) const;
+  /// See ArrayView::reduce.
+  std::vector<chainmail::ReducedBox> Reduce(int array, const Reduction& reduction) const;
   /// Writes the values of a box of one array, x fastest.
   void Read(int array, const Extent& box, char* out) const;
+  void RequireOpen() const;
   std::vector<char> Ask(int process, int command, int array, const Extent& box) const;
 
   Exchange Link;

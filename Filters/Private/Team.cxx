@@ -2,6 +2,7 @@
 #include "Team.h"
 
 #include "../vtkChainMailScanStatistics.h"
+#include "PartSurvey.h"
 #include "Sampling.h"
 
 #include "vtkNew.h"
@@ -52,6 +53,11 @@ void Team::Serve(const Take& take) const
     std::vector<char> answer;
     try
     {
+      std::vector<char> task;
+      if (command[0] == Exchange::REDUCE)
+      {
+        task = this->Link.Receive(Exchange::Root);
+      }
       this->RequireOwn();
       auto* array = vtkDataArray::SafeDownCast(this->Own->GetPointData()->GetAbstractArray(command[1]));
       if (command[0] == Exchange::VALUES)
@@ -67,6 +73,12 @@ void Team::Serve(const Take& take) const
         Extent part;
         std::copy_n(command.begin() + 2, 6, part.begin());
         answer = ToBytes(CountValues(array, ExtentOf(this->Own), part));
+      }
+      else if (command[0] == Exchange::REDUCE)
+      {
+        Extent part;
+        std::copy_n(command.begin() + 2, 6, part.begin());
+        answer = Reduction::Pack(Reduction::Unpack(task).Reduce(array, ExtentOf(this->Own), part));
       }
       else if (command[0] == Exchange::STATISTICS)
       {

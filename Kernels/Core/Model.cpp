@@ -5,12 +5,14 @@
 #include "Error.h"
 #include "Format.h"
 #include "Joints.h"
+#include "ReducedBox.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <type_traits>
 
 namespace chainmail
@@ -193,16 +195,22 @@ Model::RowReader withRegions(
   };
 }
 
-/// Counts the voxels of tissue, and checks the constraints of all values.
-std::size_t countTissue(const std::vector<std::pair<double, std::size_t>>& counts, const Material& material)
+/// The values of tissue with their constraints, all of which it checks, and the number of its voxels.
+std::pair<ConstraintsOfValues, std::size_t> countTissue(
+  const std::vector<std::pair<double, std::size_t>>& counts, const Material& material)
 {
   const FunctionOfScalar<double> function(material);
-  std::size_t elements = 0;
+  std::pair<ConstraintsOfValues, std::size_t> found;
   for (const auto& [value, count] : counts)
   {
-    elements += function(value) != air ? count : 0;
+    const float c = function(value);
+    if (c != air)
+    {
+      found.first.emplace_back(value, c);
+      found.second += count;
+    }
   }
-  return elements;
+  return found;
 }
 
 std::size_t countNonFinite(const ArrayView& scalars, const Grid& grid)
@@ -272,7 +280,20 @@ Model::Model(const Grid& grid, const ArrayView& scalars, const Material& materia
 
   // One pass over all voxels counts the elements and finds every constraint that is out of range before work begins.
   const bool isCounted = scalars.counts && !material.constraintArray;
-  this->elements_ = isCounted ? countTissue(scalars.counts(), material) : 0;
+  if (isCounted)
+  {
+    ConstraintsOfValues constraints;
+    std::tie(constraints, this->elements_) = countTissue(scalars.counts(), material);
+    if (scalars.reduce && material.regions.empty() && !material.joints.wanted())
+    {
+      for (auto& [value, c] : constraints)
+      {
+        c = rule::asHeld(c, anchors.rigid && c == 0.0f);
+      }
+      this->reduce_ = [reduce = scalars.reduce, constraints](const Index3& factor)
+      { return reduce(factor, constraints); };
+    }
+  }
   const int width = grid.size[0];
   std::vector<float> row(static_cast<std::size_t>(width) * this->axes_);
   const std::size_t rows = isCounted ? 0 : static_cast<std::size_t>(grid.size[1]) * grid.size[2];
@@ -331,6 +352,11 @@ std::shared_ptr<const Model> Model::derived(
   model->joints_ = std::move(joints);
   model->linksOfJoints_ = std::move(links);
   return model;
+}
+
+std::vector<ReducedBox> Model::reduceElsewhere(const Index3& factor) const
+{
+  return this->reduce_ ? this->reduce_(factor) : std::vector<ReducedBox>();
 }
 
 bool Model::isJoint(std::size_t voxel) const

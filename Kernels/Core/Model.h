@@ -87,6 +87,11 @@ struct VoxelBox
   }
 };
 
+struct ReducedBox;
+
+/// The signed constraints of some values of a scan, see Model::row().
+using ConstraintsOfValues = std::vector<std::pair<double, float>>;
+
 /// A view of one array over a grid, in the type in which it is stored. It does not own the array, which may be in
 /// memory or elsewhere.
 struct ArrayView
@@ -116,6 +121,9 @@ struct ArrayView
   /// For such an array of whole numbers of up to 16 bits, or null: each value of the scalars, and how many voxels have
   /// it.
   std::function<std::vector<std::pair<double, std::size_t>>()> counts;
+  /// For such an array, or null: parts of a reduced model, each made where its voxels are, from the constraints of all
+  /// values that occur. The boxes do not overlap.
+  std::function<std::vector<ReducedBox>(const Index3& factor, const ConstraintsOfValues& constraints)> reduce;
 
   explicit operator bool() const { return this->data || this->read; }
 };
@@ -217,6 +225,10 @@ public:
   /// and anchored is -0.0f). Air is minus infinity.
   void row(int i, int j, int k, int count, float* out) const;
 
+  /// Parts of this tissue, reduced by a factor where their voxels are (ArrayView::reduce); none where constraints do
+  /// not follow from the scalars alone. They do not know what the faces of the grid anchor.
+  std::vector<ReducedBox> reduceElsewhere(const Index3& factor) const;
+
   /// Whether rigid tissue is divided into bodies, see Joints.
   bool isDivided() const { return this->divided_; }
   /// The voxels of joints (Grid::at), ascending.
@@ -242,6 +254,7 @@ private:
   float jointConstraint_ = 0.0f;
   std::vector<std::size_t> joints_;
   std::vector<Link> linksOfJoints_;
+  std::function<std::vector<ReducedBox>(const Index3&)> reduce_; ///< see reduceElsewhere(); may be null
   RowReader read_; ///< constraints of the arrays and regions, before joints_ and anchors_ are applied
 };
 

@@ -4,10 +4,15 @@
 #include "Blades.h"
 #include "Environment.h"
 #include "Picture.h"
+#include "Random.h"
+#include "ReducedBox.h"
+#include "ReducedModel.h"
 #include "Resampler.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -872,4 +877,131 @@ TEST(ModelReduction, OneIsTheWholeModel)
   }
   EXPECT_TRUE(sameBits(displacements(one), displacements(other)));
   EXPECT_EQ(one.measure().energy, other.measure().energy);
+}
+
+// Where each process has a part of the scan, elements whose voxels are all in one part are made there. The model and
+// its missing links are the same bits, and of a part only its sides are read.
+TEST(ModelReduction, ElementsMadeElsewhereAreTheSameBits)
+{
+  const std::shared_ptr<Context> context = Context::of(testDevice());
+  for (int seed = 0; seed < 60; ++seed)
+  {
+    Random random(seed);
+    const Grid grid{ { random.between(1, 60), random.between(1, 60), random.between(1, 60) }, { 1.0, 1.0, 1.0 } };
+    const int reduction = random.of({ 2, 4, 8 });
+    std::vector<std::uint8_t> values(grid.voxels());
+    for (std::uint8_t& value : values)
+    {
+      value = static_cast<std::uint8_t>(random.below(random.chance(0.001) ? 5 : 256));
+    }
+    ArrayView scalars;
+    scalars.data = values.data();
+    scalars.type = ArrayView::Type::UInt8;
+    Material material;
+    material.tissueThreshold = random.of({ 10.0, 100.0, 200.0 });
+    material.constraint = [](double value) { return value > 250.0 ? 0.0 : 0.001 + value / 300.0; };
+    Anchors anchors;
+    anchors.rigid = random.chance(0.3);
+    for (bool& face : anchors.faces)
+    {
+      face = random.chance(0.5);
+    }
+
+    // Boxes of any size, the parts of some processes.
+    std::vector<VoxelBox> parts{ VoxelBox::all(grid) };
+    for (int n = random.below(5); n > 0; --n)
+    {
+      VoxelBox& part = parts[random.below(static_cast<int>(parts.size()))];
+      const int axis = random.below(3);
+      const int low = random.between(0, part.size[axis]);
+      VoxelBox other = part;
+      part.size[axis] = low;
+      other.first[axis] += low;
+      other.size[axis] -= low;
+      parts.push_back(other);
+    }
+    std::size_t read = 0;
+    ArrayView elsewhere = scalars;
+    elsewhere.data = nullptr;
+    elsewhere.read = [&](std::size_t first, int count) -> const void*
+    {
+      read += count;
+      return values.data() + first;
+    };
+    elsewhere.counts = [&]
+    {
+      std::map<double, std::size_t> counts;
+      for (const std::uint8_t value : values)
+      {
+        ++counts[value];
+      }
+      return std::vector<std::pair<double, std::size_t>>(counts.begin(), counts.end());
+    };
+    std::size_t inside = 0;
+    elsewhere.reduce = [&](const Index3& factor, const ConstraintsOfValues& constraints)
+    {
+      std::vector<float> of(256, -std::numeric_limits<float>::infinity());
+      for (const auto& [value, constraint] : constraints)
+      {
+        of[static_cast<std::size_t>(value)] = constraint;
+      }
+      std::vector<ReducedBox> boxes;
+      for (const VoxelBox& part : parts)
+      {
+        const auto rows = [&](int i, int j, int k, int count, float* out)
+        {
+          EXPECT_TRUE(part.contains({ { i, j, k }, { count, 1, 1 } }));
+          for (int n = 0; n < count; ++n)
+          {
+            out[n] = of[values[grid.at(i + n, j, k)]];
+          }
+        };
+        const VoxelBox elements = elementsWithin(grid, factor, part);
+        std::size_t voxels = elements.voxels() > 0 ? 1 : 0;
+        for (int a = 0; a < 3; ++a)
+        {
+          voxels *= static_cast<std::size_t>(std::max(0, elements.size[a] - 2) * factor[a]);
+        }
+        inside += voxels;
+        if (elements.voxels() > 0)
+        {
+          boxes.push_back(reduceBox(grid, factor, elements, 1, rows));
+        }
+      }
+      return boxes;
+    };
+    std::array<std::vector<float>, 2> rows;
+    std::array<std::vector<std::pair<std::size_t, int>>, 2> apart;
+    for (int way = 0; way < 2; ++way)
+    {
+      std::shared_ptr<const Model> model;
+      try
+      {
+        model = std::make_shared<const Model>(grid, way == 0 ? scalars : elsewhere, material, anchors);
+      }
+      catch (const InputError&)
+      {
+        continue; // all is air
+      }
+      Index3 factor;
+      for (int a = 0; a < 3; ++a)
+      {
+        factor[a] = grid.size[a] > 1 ? reduction : 1;
+      }
+      const Bricks bricks(context, model, { 8, 4, 4 }, RotationSettings());
+      const std::shared_ptr<const Model> reduced = reducedModel(bricks, factor, apart[way]);
+      const Grid& of = reduced->grid();
+      rows[way].resize(of.voxels());
+      for (int k = 0; k < of.size[2]; ++k)
+      {
+        for (int j = 0; j < of.size[1]; ++j)
+        {
+          reduced->row(0, j, k, of.size[0], rows[way].data() + of.at(0, j, k));
+        }
+      }
+    }
+    EXPECT_EQ(different(rows[0], rows[1]), 0u) << seed;
+    EXPECT_EQ(apart[0], apart[1]) << seed;
+    EXPECT_EQ(read, rows[1].empty() ? 0u : grid.voxels() - inside) << seed;
+  }
 }

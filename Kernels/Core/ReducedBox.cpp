@@ -1,0 +1,178 @@
+#include "ReducedBox.h"
+
+#include "ElementRule.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace chainmail
+{
+
+namespace
+{
+
+/// The signed constraint of an element on one axis: the mean over its voxels.
+struct Mean
+{
+  double sum = 0.0;
+  int count = 0;
+  bool rigid = false;
+  bool anchored = false;
+
+  void add(float c)
+  {
+    this->sum += std::fabs(c);
+    ++this->count;
+    this->rigid = this->rigid || c == 0.0f;
+    this->anchored = this->anchored || std::signbit(c);
+  }
+
+  float signedConstraint() const
+  {
+    if (this->count == 0)
+    {
+      return -std::numeric_limits<float>::infinity();
+    }
+    const float c = this->rigid ? 0.0f : static_cast<float>(this->sum / this->count);
+    return rule::asHeld(c, this->anchored);
+  }
+};
+
+/// From the first to before the second.
+using Range = std::pair<int, int>;
+
+/// The parts of a row of elements that are in none of the boxes.
+std::vector<Range> without(const std::vector<VoxelBox>& boxes, const Range& row, int j, int k)
+{
+  std::vector<Range> ranges{ row };
+  for (const VoxelBox& box : boxes)
+  {
+    if (!box.contains(box.first[0], j, k))
+    {
+      continue;
+    }
+    const Range known{ box.first[0], box.first[0] + box.size[0] };
+    std::vector<Range> rest;
+    for (const Range& range : ranges)
+    {
+      for (const Range& side : { Range{ range.first, std::min(range.second, known.first) },
+             Range{ std::max(range.first, known.second), range.second } })
+      {
+        if (side.first < side.second)
+        {
+          rest.push_back(side);
+        }
+      }
+    }
+    ranges = std::move(rest);
+  }
+  return ranges;
+}
+
+}
+
+Grid reducedGrid(const Grid& whole, const Index3& factor)
+{
+  Grid grid;
+  for (int a = 0; a < 3; ++a)
+  {
+    grid.size[a] = (whole.size[a] + factor[a] - 1) / factor[a];
+    grid.spacing[a] = factor[a] * whole.spacing[a];
+  }
+  return grid;
+}
+
+VoxelBox elementsWithin(const Grid& whole, const Index3& factor, const VoxelBox& voxels)
+{
+  VoxelBox elements;
+  for (int a = 0; a < 3; ++a)
+  {
+    const int last = voxels.first[a] + voxels.size[a];
+    const int end = last == whole.size[a] ? (last + factor[a] - 1) / factor[a] : last / factor[a];
+    elements.first[a] = (voxels.first[a] + factor[a] - 1) / factor[a];
+    elements.size[a] = std::max(0, end - elements.first[a]);
+  }
+  return elements;
+}
+
+ReducedBox reduceBox(const Grid& whole, const Index3& factor, const VoxelBox& elements, int axes, const VoxelRows& rows,
+  const std::vector<VoxelBox>& known)
+{
+  const auto components = static_cast<std::size_t>(axes);
+  ReducedBox reduced{ elements, std::vector<float>(elements.voxels() * components),
+    std::vector<std::uint8_t>(elements.voxels(), 0) };
+  Index3 first; // voxels of the box
+  Index3 end;
+  for (int a = 0; a < 3; ++a)
+  {
+    first[a] = elements.first[a] * factor[a];
+    end[a] = std::min((elements.first[a] + elements.size[a]) * factor[a], whole.size[a]);
+  }
+  const auto rowOfElements = static_cast<std::size_t>(elements.size[0]);
+  const std::size_t layerOfElements = rowOfElements * elements.size[1];
+  const auto width = static_cast<std::size_t>(end[0] - first[0]);
+  const std::size_t layer = width * (end[1] - first[1]);
+  std::vector<Mean> means(layerOfElements * components);
+  std::vector<char> tissue(2 * layer); // of this layer of voxels and of the one before it
+  std::vector<float> row(width * components);
+  for (int k = first[2]; k < end[2]; ++k)
+  {
+    char* const here = tissue.data() + k % 2 * layer;
+    const char* const below = tissue.data() + (k + 1) % 2 * layer;
+    const bool crossesZ = k > first[2] && k % factor[2] == 0;
+    for (int j = first[1]; j < end[1]; ++j)
+    {
+      const bool crossesY = j > first[1] && j % factor[1] == 0;
+      const std::size_t firstElement = elements.at(elements.first[0], j / factor[1], k / factor[2]);
+      const std::size_t inLayer = firstElement % layerOfElements;
+      char* const line = here + (j - first[1]) * width;
+      std::fill(line, line + width, 0);
+      const Range all{ elements.first[0], elements.first[0] + elements.size[0] };
+      for (const Range& range : without(known, all, j / factor[1], k / factor[2]))
+      {
+        const int from = range.first * factor[0];
+        const int to = std::min(range.second * factor[0], end[0]);
+        rows(from, j, k, to - from, row.data());
+        for (int i = from; i < to; ++i)
+        {
+          const float* const c = row.data() + (i - from) * components;
+          if (std::isinf(c[0]))
+          {
+            continue;
+          }
+          const auto at = static_cast<std::size_t>(i - first[0]);
+          const auto x = static_cast<std::size_t>(i / factor[0] - elements.first[0]);
+          line[at] = 1;
+          for (std::size_t a = 0; a < components; ++a)
+          {
+            means[(inLayer + x) * components + a].add(c[a]);
+          }
+          if (at > 0 && i % factor[0] == 0 && line[at - 1])
+          {
+            reduced.linked[firstElement + x - 1] |= 1;
+          }
+          if (crossesY && line[static_cast<std::ptrdiff_t>(at) - static_cast<std::ptrdiff_t>(width)])
+          {
+            reduced.linked[firstElement + x - rowOfElements] |= 2;
+          }
+          if (crossesZ && below[(j - first[1]) * width + at])
+          {
+            reduced.linked[firstElement + x - layerOfElements] |= 4;
+          }
+        }
+      }
+    }
+    if ((k + 1) % factor[2] == 0 || k + 1 == end[2])
+    {
+      const auto place = static_cast<std::size_t>(k / factor[2] - elements.first[2]);
+      std::transform(means.begin(), means.end(), reduced.constraints.begin() + means.size() * place,
+        [](const Mean& mean) { return mean.signedConstraint(); });
+      std::fill(means.begin(), means.end(), Mean());
+    }
+  }
+  return reduced;
+}
+
+}
