@@ -94,7 +94,7 @@ VoxelBox elementsWithin(const Grid& whole, const Index3& factor, const VoxelBox&
     elements.first[a] = (voxels.first[a] + factor[a] - 1) / factor[a];
     elements.size[a] = std::max(0, end - elements.first[a]);
   }
-  return elements;
+  return elements.voxels() > 0 ? elements : VoxelBox();
 }
 
 ReducedBox reduceBox(const Grid& whole, const Index3& factor, const VoxelBox& elements, int axes, const VoxelRows& rows,
@@ -103,6 +103,10 @@ ReducedBox reduceBox(const Grid& whole, const Index3& factor, const VoxelBox& el
   const auto components = static_cast<std::size_t>(axes);
   ReducedBox reduced{ elements, std::vector<float>(elements.voxels() * components),
     std::vector<std::uint8_t>(elements.voxels(), 0) };
+  if (elements.voxels() == 0)
+  {
+    return reduced; // a part of the image that is thinner than an element
+  }
   Index3 first; // voxels of the box
   Index3 end;
   for (int a = 0; a < 3; ++a)

@@ -23,7 +23,7 @@ struct ReducedBox
 /// The grid of all elements.
 Grid reducedGrid(const Grid& whole, const Index3& factor);
 
-/// The elements that have all their voxels in a box.
+/// The elements that have all their voxels in a box, which may be none.
 VoxelBox elementsWithin(const Grid& whole, const Index3& factor, const VoxelBox& voxels);
 
 /// Reads rows of voxels as Model::row() does.

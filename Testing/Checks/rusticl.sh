@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The unit tests on another driver than PoCL: rusticl, Mesa's OpenCL, on its processor llvmpipe, once as the processor that
-# it is and once as a GPU. $1 is the program of the tests. New buffers are poisoned, as in all unit tests.
+# it is and once as a GPU. $1 is the program of the tests. New buffers are poisoned, as in all unit tests. Takes hours: to
+# launch a kernel takes longer there than to run it, above all before Mesa 25.
 set -u
 tests=$1
 icd=$(ls /etc/OpenCL/vendors/rusticl*.icd 2>/dev/null | head -n 1)

@@ -963,10 +963,7 @@ TEST(ModelReduction, ElementsMadeElsewhereAreTheSameBits)
           voxels *= static_cast<std::size_t>(std::max(0, elements.size[a] - 2) * factor[a]);
         }
         inside += voxels;
-        if (elements.voxels() > 0)
-        {
-          boxes.push_back(reduceBox(grid, factor, elements, 1, rows));
-        }
+        boxes.push_back(reduceBox(grid, factor, elements, 1, rows));
       }
       return boxes;
     };
