@@ -18,6 +18,7 @@ from vtkmodules.vtkParallelCore import vtkMultiProcessController
 PROCESSES = 3
 LIBRARY = os.environ.get("CHAINMAIL_FAILING_MEMORY", "")
 LARGE = 40000 if harness.EVERY else 150000  # [bytes]
+LARGE_REDUCED = LARGE // 8                  # of a reduced model, which has fewer elements
 MOST = 400     # requests of an update
 
 
@@ -29,7 +30,7 @@ def shared(value, rank):
     return array.GetValue(0)
 
 
-def fail_each(rank_that_fails, first, make, way):
+def fail_each(rank_that_fails, first, make, way, large):
     """Fails the large requests of one process in the updates of filters that make() gives, each with its reference."""
     rank = processes()[0]
     library = ctypes.CDLL(LIBRARY)
@@ -41,10 +42,10 @@ def fail_each(rank_that_fails, first, make, way):
             compare(drag, reference, "before")
             drag.pull(way)
             reference.pull(way)
-        library.failAllocation(LARGE, n if rank == rank_that_fails else 0)
+        library.failAllocation(large, n if rank == rank_that_fails else 0)
         drag.update()
         has_failed = library.hasFailed()
-        library.failAllocation(LARGE, 0)
+        library.failAllocation(large, 0)
         if not shared(has_failed, rank_that_fails):
             require(drag.problem() == "", "nothing has failed, and process %d says '%s'", rank, drag.problem())
             return count
@@ -66,8 +67,10 @@ def scene(kind):
     drags = Drag(False), Drag(True)
     for drag in drags:
         drag.source.SetWholeExtent(-25, 25, -22, 26, -24, 24)
-        if kind != "pieces":
+        if kind in ("first has all", "let go"):
             drag.give_all_to_first(kind == "let go")
+        elif kind == "reduced":
+            drag.reduce()
         else:
             drag.source.UpdatePiece(*((0, 1) if drag.alone else processes()), 0)  # what a source takes is its own affair
     return drags
@@ -75,10 +78,11 @@ def scene(kind):
 
 def main():
     compare(*scene("pieces"), "first")  # compiles all kernels
-    for kind in ("pieces", "first has all", "let go"):
+    compare(*scene("reduced"), "first")
+    for kind in ("pieces", "first has all", "let go", "reduced"):
         for rank in (0, 1):
             for first in (True, False) if kind == "pieces" else (True,):
-                count = fail_each(rank, first, lambda: scene(kind), TARGETS[1])
+                count = fail_each(rank, first, lambda: scene(kind), TARGETS[1], LARGE_REDUCED if kind == "reduced" else LARGE)
                 if processes()[0] == 0:
                     os.write(1, b"%s: %d requests of process %d\n" % (kind.encode(), count, rank))
 

@@ -7,7 +7,7 @@ from pieces import content, differs, processes
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkFiltersCore import vtkPassThrough
-from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
+from vtkmodules.vtkImagingCore import vtkImageCast, vtkRTAnalyticSource
 
 # Steps of a drag: where the probe's tissue is to go.
 TARGETS = [[2.0, 1.0, 4.0], [3.5, 1.5, -2.0], [-3.0, 2.0, 5.0]]
@@ -50,6 +50,19 @@ class Drag:
         again.SetInputConnection(producer.GetOutputPort())
         again.SetReleaseDataFlag(let_go)
         self.filter.SetInputConnection(again.GetOutputPort())
+
+    def reduce(self):
+        """A reduced model of whole numbers, which all processes make together."""
+        self.source.UpdatePiece(*((0, 1) if self.alone else processes()), 0)
+        whole = vtkImageCast()
+        whole.SetInputData(self.source.GetOutput())
+        whole.SetOutputScalarTypeToShort()
+        whole.Update()
+        producer = vtkTrivialProducer()
+        producer.SetOutput(whole.GetOutput())
+        producer.SetWholeExtent(self.source.GetWholeExtent())
+        self.filter.SetInputConnection(producer.GetOutputPort())
+        self.filter.SetModelReduction(2)
 
     def pull(self, way):
         points = harness.make_points([[0.0, 1.0, 2.0]], Displacement=[way], Radius=[3.0])
