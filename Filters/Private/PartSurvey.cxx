@@ -13,7 +13,7 @@ namespace vtkChainMail
 namespace
 {
 
-/// The row of a part of an array that begins at (part[0], j, k).
+/// The values of an array from the voxel (i, j, k) on, along x.
 template <typename T> const T* RowOf(const T* values, const Extent& ofArray, int i, int j, int k)
 {
   const auto width = static_cast<std::size_t>(ofArray[1] - ofArray[0] + 1);

@@ -60,25 +60,21 @@ void Team::Serve(const Take& take) const
       }
       this->RequireOwn();
       auto* array = vtkDataArray::SafeDownCast(this->Own->GetPointData()->GetAbstractArray(command[1]));
+      Extent box;
+      std::copy_n(command.begin() + 2, 6, box.begin());
       if (command[0] == Exchange::VALUES)
       {
-        Extent box;
-        std::copy_n(command.begin() + 2, 6, box.begin());
         answer.resize(BytesOfVoxel(array) * static_cast<std::size_t>(VoxelsOf(box)));
         CopyBox(static_cast<const char*>(array->GetVoidPointer(0)), ExtentOf(this->Own), answer.data(), box, box,
           BytesOfVoxel(array));
       }
       else if (command[0] == Exchange::COUNTS)
       {
-        Extent part;
-        std::copy_n(command.begin() + 2, 6, part.begin());
-        answer = ToBytes(CountValues(array, ExtentOf(this->Own), part));
+        answer = ToBytes(CountValues(array, ExtentOf(this->Own), box));
       }
       else if (command[0] == Exchange::REDUCE)
       {
-        Extent part;
-        std::copy_n(command.begin() + 2, 6, part.begin());
-        answer = Reduction::Pack(Reduction::Unpack(task).Reduce(array, ExtentOf(this->Own), part));
+        answer = Reduction::Pack(Reduction::Unpack(task).Reduce(array, ExtentOf(this->Own), box));
       }
       else if (command[0] == Exchange::STATISTICS)
       {
