@@ -43,9 +43,13 @@ public:
     this->parabolas_[this->count_++] = { middle, height, first };
   }
 
-  /// Calls visit(n, value at x = 2 n + offset) for n in [0, count).
+  /// Calls visit(n, value at x = 2 n + offset) for n in [0, count); not where there are no parabolas.
   template <typename Visit> void evaluate(int count, int offset, const Visit& visit) const
   {
+    if (this->count_ == 0)
+    {
+      return;
+    }
     const Parabola* lowest = this->parabolas_.data();
     const Parabola* const last = lowest + this->count_ - 1;
     for (int n = 0; n < count; ++n)
@@ -73,53 +77,60 @@ private:
 
 }
 
-void mapDistances(const Grid& grid, const std::vector<char>& solid, bool halfway, std::uint16_t* distances)
+std::vector<std::uint16_t> mapDistances(const Grid& grid, const VoxelMap<char>& solid, bool halfway)
 {
-  std::transform(solid.begin(), solid.end(), distances, [](char is) { return is != 0 ? farthest : std::uint16_t(0); });
+  const VoxelSet& where = solid.where();
+  std::vector<std::uint16_t> distances(solid.values().size());
+  std::transform(solid.values().begin(), solid.values().end(), distances.begin(),
+    [](char is) { return is != 0 ? farthest : std::uint16_t(0); });
+  // Of voxels outside `where`, which are not solid: the way from the point to their own centres, as far as it is known.
+  std::uint16_t elsewhere = 0;
   for (int a = 0; a < 3; ++a)
   {
     const int size = grid.size[a];
+    const std::size_t stride = stridesOf(grid)[a];
     const int offset = halfway && size > 1 ? 1 : 0;
+    std::vector<std::size_t> numbers(static_cast<std::size_t>(size));
     Envelope envelope(size);
-    forLines(grid, a,
-      [&](std::size_t first, std::size_t stride)
+    VoxelSet lines(grid); // with a voxel of `where`; of each its first voxel
+    where.forEach([&](std::size_t voxel) { lines.insert(voxel - grid.indexOf(voxel)[a] * stride); });
+    lines.forEach(
+      [&](std::size_t first)
       {
-        std::uint16_t* const line = distances + first;
-        const std::uint16_t here = line[0];
         envelope.clear();
-        bool isUniform = true;
         for (int n = 0; n < size; ++n)
         {
-          isUniform = isUniform && line[n * stride] == here;
-        }
-        if (isUniform)
-        {
-          for (int n = 0; offset != 0 && here < farthest && n < size; ++n)
+          numbers[n] = where.numberOf(first + n * stride);
+          const std::uint16_t height = numbers[n] == VoxelSet::none ? elsewhere : distances[numbers[n]];
+          if (height < farthest)
           {
-            line[n * stride] = static_cast<std::uint16_t>(here + 1);
-          }
-          return;
-        }
-        for (int n = 0; n < size; ++n)
-        {
-          if (line[n * stride] < farthest)
-          {
-            envelope.add(2 * std::int64_t(n), line[n * stride]);
+            envelope.add(2 * std::int64_t(n), height);
           }
         }
         envelope.evaluate(size, offset,
           [&](int n, std::int64_t value)
-          { line[n * stride] = static_cast<std::uint16_t>(std::min<std::int64_t>(value, farthest)); });
+          {
+            if (numbers[n] != VoxelSet::none)
+            {
+              distances[numbers[n]] = static_cast<std::uint16_t>(std::min<std::int64_t>(value, farthest));
+            }
+          });
       });
+    elsewhere = static_cast<std::uint16_t>(elsewhere + offset);
   }
-  for (int a = 0; a < 3; ++a)
-  {
-    if (halfway && grid.size[a] > 1)
+  std::size_t number = 0;
+  where.forEach(
+    [&](std::size_t voxel)
     {
-      forLines(
-        grid, a, [&](std::size_t first, std::size_t stride) { distances[first + (grid.size[a] - 1) * stride] = 0; });
-    }
-  }
+      const Index3 at = grid.indexOf(voxel);
+      for (int a = 0; a < 3; ++a)
+      {
+        const bool isBeyond = halfway && grid.size[a] > 1 && at[a] + 1 == grid.size[a];
+        distances[number] = isBeyond ? std::uint16_t(0) : distances[number];
+      }
+      ++number;
+    });
+  return distances;
 }
 
 }

@@ -1,13 +1,16 @@
 #include "Joints.h"
 
+#include "Cavities.h"
 #include "Components.h"
 #include "Dispatch.h"
 #include "Error.h"
 #include "Format.h"
 #include "Neighbours.h"
+#include "VoxelSet.h"
 #include "Watershed.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -28,6 +31,7 @@ constexpr Body stiff = 1;      // stiffer than joints, and not rigid on any axis
 constexpr Body unlabelled = 2; // rigid, of a body that only its links define
 constexpr Body firstBody = 3;
 constexpr Body around = Body(1) << 31; // flag: not rigid, but assigned to this body
+constexpr Body owned = Body(1) << 30;  // flag: stiff, with the label of this body, and assigned to none
 
 /// How far bodies extend into the stiff tissue around them [voxels]. Between the bones of a scan most of that tissue is
 /// voxels that mix cartilage and bone, which are stiffer than any joint.
@@ -37,24 +41,18 @@ constexpr int reach = 3;
 /// times as many voxels.
 constexpr std::size_t timesCrumb = 10;
 
-using Mask = std::vector<char>;
+/// The bodies of rigid tissue and of the tissue near it. All else counts as soft.
+using Bodies = VoxelMap<Body>;
 
-std::vector<Body> findTissue(const Grid& grid, int axes, const Model::RowReader& read, float jointConstraint)
+/// Whether a voxel belongs to a body, or is assigned to one.
+bool isBody(Body body)
 {
-  std::vector<Body> bodies(grid.voxels(), soft);
-  const int width = grid.size[0];
-  std::vector<float> row(static_cast<std::size_t>(width) * axes);
-  for (std::size_t first = 0; first < bodies.size(); first += width)
-  {
-    read(first, width, row.data());
-    for (std::size_t n = 0; n < row.size(); ++n)
-    {
-      Body& body = bodies[first + n / axes];
-      const bool isStiff = row[n] >= 0.0f && row[n] < jointConstraint; // air is negative
-      body = row[n] == 0.0f ? unlabelled : isStiff ? std::max(body, stiff) : body;
-    }
-  }
-  return bodies;
+  return body >= unlabelled && (body & owned) == 0;
+}
+
+bool isStiff(Body body)
+{
+  return body == stiff || (body & owned) != 0;
 }
 
 /// The label of a voxel as a whole number; 0 for none.
@@ -83,139 +81,121 @@ template <typename T> std::int64_t labelOf(T value, std::size_t voxel)
   return static_cast<std::int64_t>(value);
 }
 
-/// The body of a voxel by its label; 0 where it has none, or one that no rigid voxel has.
-using BodyOf = std::function<Body(std::size_t)>;
+/// The label of a voxel. Where arrays are elsewhere, a row is read once for voxels in ascending order.
+using LabelReader = std::function<std::int64_t(std::size_t)>;
 
-/// Numbers the bodies of rigid voxels in the order of their labels. `next` becomes the first unused number.
-BodyOf readLabels(const ArrayView& labels, std::vector<Body>& bodies, Body& next)
+LabelReader readerOf(const ArrayView& labels, const Grid& grid)
 {
   if (labels.components != 1)
   {
     throw InputError("BodyArray has " + std::to_string(labels.components) + " components; it needs 1, the label.");
   }
   return dispatch(labels,
-    [&](const auto* label) -> BodyOf
+    [&](const auto* values) -> LabelReader
     {
-      std::set<std::int64_t> found;
-      std::int64_t last = 0;
-      for (std::size_t n = 0; n < bodies.size(); ++n)
+      using T = std::remove_const_t<std::remove_pointer_t<decltype(values)>>;
+      const int width = grid.size[0];
+      return [rows = ArrayRows<T>(labels), width, row = values, first = VoxelSet::none](std::size_t voxel) mutable
       {
-        const std::int64_t here = bodies[n] < unlabelled ? 0 : labelOf(label[n], n);
-        if (here != 0 && here != last)
+        if (voxel - voxel % width != first)
         {
-          found.insert(here);
-          last = here;
+          first = voxel - voxel % width;
+          row = rows(first, width);
         }
-      }
-      const std::vector<std::int64_t> ordered(found.begin(), found.end());
-      const BodyOf bodyOf = [=](std::size_t n) -> Body
-      {
-        const std::int64_t here = labelOf(label[n], n);
-        const auto place = std::lower_bound(ordered.begin(), ordered.end(), here);
-        return place == ordered.end() || *place != here ? 0 : firstBody + static_cast<Body>(place - ordered.begin());
+        return labelOf(row[voxel - first], voxel);
       };
-      for (std::size_t n = 0; n < bodies.size(); ++n)
-      {
-        bodies[n] = bodies[n] == unlabelled ? std::max(unlabelled, bodyOf(n)) : bodies[n];
-      }
-      next = firstBody + static_cast<Body>(ordered.size());
-      return bodyOf;
     });
 }
 
-/// Unlabelled rigid tissue and the tissue that it encloses, without labelled bodies and their marrow. A cavity that a
-/// face of the grid cuts open counts as enclosed if it is so within that face: the body continues beyond the grid.
-Mask filled(const Grid& grid, const std::vector<Body>& bodies)
+/// What the constraints and labels of all voxels say.
+struct Survey
 {
-  constexpr char outside = 2;
-  Mask solid(bodies.size());
-  std::transform(bodies.begin(), bodies.end(), solid.begin(),
-    [](Body body) {
-      return static_cast<char>(body == unlabelled ? 1 : body < unlabelled ? 0 : outside);
-    });
-  std::vector<std::size_t> front;
-  for (int face = 0; face < 6; ++face)
+  VoxelSet rigid;
+  VoxelSet stiffer;                 ///< stiffer than joints and not rigid on any axis
+  VoxelSet labelled;                ///< those of the stiff voxels that have a label; only for free joints
+  std::vector<std::int64_t> labels; ///< of rigid voxels, ascending
+
+  Survey(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints, const LabelReader& labelOf)
+    : rigid(grid)
+    , stiffer(grid)
+    , labelled(grid)
   {
-    const int across = face / 2;
-    const int layer = face % 2 == 0 ? 0 : grid.size[across] - 1;
-    const auto inFace = [&](std::size_t voxel) { return grid.indexOf(voxel)[across] == layer; };
-    Index3 at{ 0, 0, 0 };
-    at[across] = layer;
-    const int u = (across + 1) % 3;
-    const int v = (across + 2) % 3;
-    for (at[u] = 0; at[u] < grid.size[u]; ++at[u])
+    // At free joints the constraint of joints is 1, so all tissue that is not rigid is stiff.
+    const auto jointConstraint = static_cast<float>(joints.constraint);
+    const int width = grid.size[0];
+    std::vector<float> row(static_cast<std::size_t>(width) * axes);
+    std::set<std::int64_t> found;
+    std::int64_t last = 0;
+    for (std::size_t first = 0; first < grid.voxels(); first += width)
     {
-      const bool isSide = at[u] == 0 || at[u] + 1 == grid.size[u];
-      for (at[v] = 0; at[v] < grid.size[v]; at[v] += isSide ? 1 : std::max(1, grid.size[v] - 1))
+      read(first, width, row.data());
+      for (int x = 0; x < width; ++x)
       {
-        const std::size_t voxel = grid.at(at[0], at[1], at[2]);
-        if (solid[voxel] != 0)
+        const auto begin = row.begin() + static_cast<std::ptrdiff_t>(x) * axes;
+        const std::size_t voxel = first + x;
+        if (std::find(begin, begin + axes, 0.0f) != begin + axes)
         {
-          continue;
-        }
-        solid[voxel] = outside;
-        visitComponent(voxel, front,
-          [&](std::size_t here, const auto& add)
+          this->rigid.insert(voxel);
+          const std::int64_t label = labelOf ? labelOf(voxel) : 0;
+          if (label != 0 && label != last)
           {
-            forFaces(grid, here,
-              [&](std::size_t next)
-              {
-                if (solid[next] == 0 && inFace(next))
-                {
-                  solid[next] = outside;
-                  add(next);
-                }
-              });
-          });
+            found.insert(label);
+            last = label;
+          }
+        }
+        else if (std::any_of(begin, begin + axes, [&](float c) { return c >= 0.0f && c < jointConstraint; }))
+        {
+          this->stiffer.insert(voxel); // air is negative
+          if (labelOf && joints.areFree() && labelOf(voxel) != 0)
+          {
+            this->labelled.insert(voxel);
+          }
+        }
       }
     }
+    this->labels.assign(found.begin(), found.end());
   }
-  std::vector<std::size_t> starts;
-  for (std::size_t n = 0; n < solid.size(); ++n)
+
+  /// The bodies of rigid voxels by their labels, in the order of these. Stiff tissue within `steps` steps is among the
+  /// voxels that may come to belong to a body.
+  Bodies bodies(const Grid& grid, int steps, const LabelReader& labelOf) const
   {
-    if (solid[n] == outside)
-    {
-      starts.push_back(n);
-    }
-  }
-  for (const std::size_t start : starts)
-  {
-    visitComponent(start, front,
-      [&](std::size_t here, const auto& add)
+    VoxelSet where = this->rigid;
+    where.insert(this->labelled);
+    where.growInto(this->stiffer, grid, steps);
+    Bodies bodies(std::move(where), soft);
+    bodies.forEach(
+      [&](std::size_t voxel, Body& body)
       {
-        forFaces(grid, here,
-          [&](std::size_t next)
-          {
-            if (solid[next] == 0)
-            {
-              solid[next] = outside;
-              add(next);
-            }
-          });
+        const bool isRigid = this->rigid.contains(voxel);
+        const std::int64_t label = labelOf ? labelOf(voxel) : 0;
+        const auto place = std::lower_bound(this->labels.begin(), this->labels.end(), label);
+        const bool hasBody = label != 0 && place != this->labels.end() && *place == label;
+        const Body own = firstBody + static_cast<Body>(place - this->labels.begin());
+        body = !hasBody ? (isRigid ? unlabelled : stiff) : isRigid ? own : own | owned;
       });
+    return bodies;
   }
-  std::transform(solid.begin(), solid.end(), solid.begin(), [](char s) { return s == outside ? 0 : 1; });
-  return solid;
-}
+};
 
 /// Grows bodies from the voxels of `front`, by one voxel in each of `steps` steps; where they meet, the lowest body
 /// wins. enter(voxel, body) assigns a neighbouring voxel to a body if it is free, and returns whether it did.
 template <typename Enter>
-void grow(
-  const Grid& grid, const std::vector<Body>& owner, std::vector<std::size_t> front, int steps, const Enter& enter)
+void grow(const Grid& grid, const Bodies& owner, std::vector<std::size_t> front, int steps, const Enter& enter)
 {
   // Each step visits voxels in the order of their bodies and preserves it, so the first body to arrive is the lowest.
-  std::stable_sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return owner[a] < owner[b]; });
+  std::stable_sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return owner.at(a) < owner.at(b); });
   std::vector<std::size_t> next;
   for (int step = 0; step < steps && !front.empty(); ++step, front.swap(next))
   {
     next.clear();
     for (const std::size_t here : front)
     {
+      const Body body = owner.at(here);
       forFaces(grid, here,
         [&](std::size_t beside)
         {
-          if (enter(beside, owner[here]))
+          if (enter(beside, body))
           {
             next.push_back(beside);
           }
@@ -224,150 +204,196 @@ void grow(
   }
 }
 
-/// Divides unlabelled tissue into bodies where it is thinner than `size`.
-void divideByThickness(const Grid& grid, int size, Body next, std::vector<Body>& bodies)
+/// Throws InputError where the watershed cannot divide so many voxels.
+void checkSize(std::size_t voxels)
 {
-  const std::vector<Body> owner = watershed(grid, filled(grid, bodies), size, bodies, firstBody, next);
-  for (std::size_t n = 0; n < bodies.size(); ++n)
+  if (voxels > watershedVoxels)
   {
-    bodies[n] = bodies[n] == unlabelled && owner[n] != 0 ? owner[n] : bodies[n];
+    throw InputError("The image has " + std::to_string(voxels) +
+                     " voxels of bone or enclosed in it; joints where bone " + "is thin can be found among " +
+                     std::to_string(watershedVoxels) +
+                     " at most. Crop it, give labels (BodyArray) instead, or set JointSize to 0.");
   }
 }
 
-/// Assigns crumbs of unlabelled tissue (timesCrumb) to the labelled body that they touch most.
-void joinCrumbs(const Grid& grid, std::vector<Body>& bodies)
+/// Divides unlabelled tissue, with the tissue that it encloses, into bodies where it is thinner than `size`. `next` is
+/// the first unused number of a body.
+void divideByThickness(const Grid& grid, int size, Body next, Bodies& bodies)
 {
-  std::vector<std::size_t> sizes(1 + *std::max_element(bodies.begin(), bodies.end()), 0);
-  for (const Body body : bodies)
-  {
-    ++sizes[body];
-  }
+  VoxelSet solid(grid);
+  VoxelSet labelled(grid); // and their marrow
+  bodies.forEach(
+    [&](std::size_t voxel, Body body)
+    {
+      if (isBody(body))
+      {
+        (body == unlabelled ? solid : labelled).insert(voxel);
+      }
+    });
+  fillCavities(grid, labelled, solid);
+  solid.growInto(labelled, grid, 1); // only bodies that touch it take part
+  checkSize(solid.count());
+  VoxelMap<Body> divided(std::move(solid));
+  divided.forEach(
+    [&](std::size_t voxel, Body& body) { body = labelled.contains(voxel) ? bodies.at(voxel) & ~around : Body(0); });
+  divided = watershed(grid, std::move(divided), size, next);
+  bodies.forEach(
+    [&](std::size_t voxel, Body& body)
+    {
+      const Body found = body == unlabelled ? divided.at(voxel) : Body(0);
+      body = found != 0 ? found : body;
+    });
+}
+
+/// Assigns crumbs of unlabelled tissue (timesCrumb) to the labelled body that they touch most.
+void joinCrumbs(const Grid& grid, Body next, Bodies& bodies)
+{
+  std::vector<std::size_t> sizes(next, 0);
+  VoxelSet left(grid);
+  bodies.forEach(
+    [&](std::size_t voxel, Body body)
+    {
+      if (body == unlabelled)
+      {
+        left.insert(voxel);
+      }
+      if (isBody(body))
+      {
+        ++sizes[body];
+      }
+    });
   std::vector<std::size_t> front;
   std::vector<std::size_t> crumb;
-  Mask seen(bodies.size(), 0);
-  for (std::size_t n = 0; n < bodies.size(); ++n)
-  {
-    if (bodies[n] != unlabelled || seen[n] != 0)
+  VoxelSet seen(grid);
+  left.forEach(
+    [&](std::size_t first)
     {
-      continue;
-    }
-    crumb.clear();
-    std::map<Body, std::size_t> faces;
-    seen[n] = 1;
-    visitComponent(n, front,
-      [&](std::size_t here, const auto& add)
+      if (seen.contains(first))
       {
-        crumb.push_back(here);
-        forFaces(grid, here,
-          [&](std::size_t beside)
-          {
-            if (bodies[beside] >= firstBody)
-            {
-              ++faces[bodies[beside]];
-            }
-            else if (bodies[beside] == unlabelled && seen[beside] == 0)
-            {
-              seen[beside] = 1;
-              add(beside);
-            }
-          });
-      });
-    std::size_t around = 0;
-    Body most = unlabelled;
-    for (const auto& [body, count] : faces)
-    {
-      around += sizes[body];
-      most = most == unlabelled || count > faces[most] ? body : most;
-    }
-    if (most != unlabelled && around >= timesCrumb * crumb.size())
-    {
-      for (const std::size_t voxel : crumb)
-      {
-        bodies[voxel] = most;
+        return;
       }
-    }
-  }
+      crumb.clear();
+      std::map<Body, std::size_t> faces;
+      seen.insert(first);
+      visitComponent(first, front,
+        [&](std::size_t here, const auto& add)
+        {
+          crumb.push_back(here);
+          forFaces(grid, here,
+            [&](std::size_t beside)
+            {
+              const Body body = bodies.at(beside);
+              if (body == unlabelled && !seen.contains(beside))
+              {
+                seen.insert(beside);
+                add(beside);
+              }
+              else if (isBody(body) && body != unlabelled)
+              {
+                ++faces[body];
+              }
+            });
+        });
+      std::size_t beside = 0;
+      Body most = unlabelled;
+      for (const auto& [body, count] : faces)
+      {
+        beside += sizes[body];
+        most = most == unlabelled || count > faces[most] ? body : most;
+      }
+      if (most != unlabelled && beside >= timesCrumb * crumb.size())
+      {
+        for (const std::size_t voxel : crumb)
+        {
+          bodies.set(voxel, most);
+        }
+      }
+    });
 }
 
 /// Assigns stiff tissue with the label of a body to it, although it is not rigid: marrow, and bone thinner than a
 /// voxel.
-void takeSoftTissue(const BodyOf& bodyOf, std::vector<Body>& bodies)
+void takeOwned(Bodies& bodies)
 {
-  for (std::size_t n = 0; n < bodies.size(); ++n)
+  for (Body& body : bodies.values())
   {
-    const Body own = bodies[n] == stiff ? bodyOf(n) : 0;
-    bodies[n] = own != 0 ? own | around : bodies[n];
+    body = (body & owned) != 0 ? (body & ~owned) | around : body;
   }
 }
 
-/// Assigns stiff tissue to the nearest body, up to `reach` voxels away. Tissue with the label of a body never goes to
+/// Assigns stiff tissue to the nearest body, up to `steps` voxels away. Tissue with the label of a body never goes to
 /// another one.
-void reachOut(const Grid& grid, const BodyOf& bodyOf, int reach, std::vector<Body>& bodies)
+void reachOut(const Grid& grid, int steps, Bodies& bodies)
 {
   std::vector<std::size_t> front;
-  for (std::size_t n = 0; n < bodies.size(); ++n)
-  {
-    bool isSurface = false;
-    if (bodies[n] >= unlabelled)
-    {
-      forFaces(grid, n, [&](std::size_t beside) { isSurface = isSurface || bodies[beside] == stiff; });
-    }
-    if (isSurface)
-    {
-      front.push_back(n);
-    }
-  }
-  grow(grid, bodies, std::move(front), reach,
+  bodies.forEach(
     [&](std::size_t voxel, Body body)
     {
-      const Body own = bodies[voxel] == stiff && bodyOf ? bodyOf(voxel) : 0;
-      const bool isFree = bodies[voxel] == stiff && (own == 0 || own == (body & ~around));
-      bodies[voxel] = isFree ? body | around : bodies[voxel];
+      bool isSurface = false;
+      if (isBody(body))
+      {
+        forFaces(grid, voxel, [&](std::size_t beside) { isSurface = isSurface || isStiff(bodies.at(beside)); });
+      }
+      if (isSurface)
+      {
+        front.push_back(voxel);
+      }
+    });
+  grow(grid, bodies, std::move(front), steps,
+    [&](std::size_t voxel, Body body)
+    {
+      const Body here = bodies.at(voxel);
+      const bool isFree = here == stiff || here == ((body & ~around) | owned);
+      if (isFree)
+      {
+        bodies.set(voxel, body | around);
+      }
       return isFree;
     });
 }
 
 /// Calls visit(voxel, next, axis) for touching voxels along each axis that belong, or are assigned, to different
 /// bodies.
-template <typename Visit> void forContacts(const Grid& grid, const std::vector<Body>& bodies, const Visit& visit)
+template <typename Visit> void forContacts(const Grid& grid, const Bodies& bodies, const Visit& visit)
 {
-  for (int a = 0; a < 3; ++a)
-  {
-    forLines(grid, a,
-      [&](std::size_t first, std::size_t stride)
+  const std::array<std::size_t, 3> strides = stridesOf(grid);
+  bodies.forEach(
+    [&](std::size_t voxel, Body body)
+    {
+      if (!isBody(body))
       {
-        const std::size_t end = first + (grid.size[a] - 1) * stride;
-        for (std::size_t voxel = first; voxel < end; voxel += stride)
+        return;
+      }
+      const Index3 at = grid.indexOf(voxel);
+      for (int a = 0; a < 3; ++a)
+      {
+        const Body other = at[a] + 1 < grid.size[a] ? bodies.at(voxel + strides[a]) : soft;
+        if (isBody(other) && (other & ~around) != (body & ~around))
         {
-          const Body one = bodies[voxel] & ~around;
-          const Body other = bodies[voxel + stride] & ~around;
-          if (one != other && one >= unlabelled && other >= unlabelled)
-          {
-            visit(voxel, voxel + stride, a);
-          }
+          visit(voxel, voxel + strides[a], a);
         }
-      });
-  }
+      }
+    });
 }
 
 }
 
 FoundJoints findJoints(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints)
 {
-  if (joints.size > 0 && grid.voxels() > watershedVoxels)
-  {
-    throw InputError("The image has " + toString(grid.size) + " voxels; joints where bone is thin can be found among " +
-                     std::to_string(watershedVoxels) +
-                     " at most. Crop it, give labels (BodyArray) instead, or set JointSize to 0.");
-  }
-  // At free joints the constraint of joints is 1, so all tissue that is not rigid is stiff.
-  std::vector<Body> bodies = findTissue(grid, axes, read, static_cast<float>(joints.constraint));
+  const int steps = joints.areFree() ? joints.margin : reach;
+  const LabelReader labelOf = joints.labels ? readerOf(joints.labels, grid) : LabelReader();
   Body next = firstBody;
-  const BodyOf bodyOf = joints.labels ? readLabels(joints.labels, bodies, next) : BodyOf();
+  Bodies bodies = [&]
+  {
+    const Survey survey(grid, axes, read, joints, labelOf);
+    checkSize(joints.size > 0 ? survey.rigid.count() : 0);
+    next += static_cast<Body>(survey.labels.size());
+    return survey.bodies(grid, steps, labelOf);
+  }();
   if (joints.labels && joints.areFree())
   {
-    joinCrumbs(grid, bodies);
-    takeSoftTissue(bodyOf, bodies);
+    joinCrumbs(grid, next, bodies);
+    takeOwned(bodies);
   }
   if (joints.size > 0)
   {
@@ -375,12 +401,15 @@ FoundJoints findJoints(const Grid& grid, int axes, const Model::RowReader& read,
   }
 
   std::vector<std::size_t> sizes(next, 0);
-  for (const Body body : bodies)
+  for (const Body body : bodies.values())
   {
-    sizes.resize(std::max<std::size_t>(sizes.size(), 1 + (body & ~around)), 0);
-    ++sizes[body & ~around];
+    if (isBody(body))
+    {
+      sizes.resize(std::max<std::size_t>(sizes.size(), 1 + (body & ~around)), 0);
+      ++sizes[body & ~around];
+    }
   }
-  reachOut(grid, bodyOf, joints.areFree() ? joints.margin : reach, bodies);
+  reachOut(grid, steps, bodies);
   const auto givesWay = [&](Body one, Body other)
   {
     if ((one & around) != (other & around))
@@ -402,7 +431,7 @@ FoundJoints findJoints(const Grid& grid, int axes, const Model::RowReader& read,
       }
       else
       {
-        found.voxels.push_back(givesWay(bodies[voxel], bodies[beside]) ? voxel : beside);
+        found.voxels.push_back(givesWay(bodies.at(voxel), bodies.at(beside)) ? voxel : beside);
       }
     });
   std::sort(found.links.begin(), found.links.end());

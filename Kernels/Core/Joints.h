@@ -27,9 +27,10 @@ struct FoundJoints
 ///
 /// With a size, unlabelled rigid tissue is divided at its thin bridges first (see watershed()).
 ///
-/// `read` returns constraints like Model::row(). The search needs 6 bytes per voxel. Where joints are found by their
-/// size it needs 17, and 8 more for each voxel of unlabelled rigid tissue and its marrow. Throws InputError where the
-/// labels cannot be used.
+/// `read` returns constraints like Model::row(). The search needs 5 bits for each voxel, and 4 bytes for each voxel of
+/// rigid tissue and of the stiff tissue near it. Where joints are found by their size it needs 29 bytes more for each
+/// voxel of unlabelled rigid tissue and its marrow. Throws InputError where the labels cannot be used, or where bone
+/// that is to be divided by its size has more than watershedVoxels.
 FoundJoints findJoints(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints);
 
 }

@@ -27,46 +27,54 @@ using Level = std::uint16_t;
 constexpr Level surface = 4; // of solid voxels at the surface; points between voxels have less unless all are solid
 constexpr Level timesThePass = 4; // a basin stays apart if its maximum is at least this many times the pass
 
-/// The points where the distance is known: the nodes [0, voxels) are the centres of voxels. The node `voxels` + n is
-/// the point half a voxel further than the centre of n along each axis that has more than one voxel.
+/// The points where the distance is known: the nodes [0, voxels()) are the centres of the voxels of a set, by their
+/// numbers. The node voxels() + n is the point half a voxel further than the centre of number n along each axis that
+/// has more than one voxel.
 class Lattice
 {
 public:
-  explicit Lattice(const Grid& grid)
+  Lattice(const Grid& grid, const VoxelSet& where)
     : grid_(grid)
-    , voxels_(grid.voxels())
+    , where_(where)
   {
+    this->voxels_.reserve(where.count());
+    where.forEach([this](std::size_t voxel) { this->voxels_.push_back(voxel); });
     for (int a = 0; a < 3; ++a)
     {
       for (const int way : { -1, 1 })
       {
         Index3 step{ 0, 0, 0 };
         step[a] = way;
-        this->add(0, step, 0);
-        this->add(1, step, 0);
+        this->add(0, step, false);
+        this->add(1, step, true);
       }
     }
     for (int corner = 0; corner < 8; ++corner)
     {
       const Index3 step{ corner & 1, corner >> 1 & 1, corner >> 2 & 1 };
-      this->add(0, { -step[0], -step[1], -step[2] }, 1);
-      this->add(1, step, -1);
+      this->add(0, { -step[0], -step[1], -step[2] }, true);
+      this->add(1, step, false);
     }
   }
 
-  std::size_t voxels() const { return this->voxels_; }
-  std::size_t nodes() const { return 2 * this->voxels_; }
+  std::size_t voxels() const { return this->voxels_.size(); }
+  std::size_t nodes() const { return 2 * this->voxels(); }
 
   template <typename Visit> void forNeighbours(std::size_t node, const Visit& visit) const
   {
-    const bool halfway = node >= this->voxels_;
-    const Index3 at = this->grid_.indexOf(halfway ? node - this->voxels_ : node);
+    const bool halfway = node >= this->voxels();
+    const std::size_t voxel = this->voxels_[halfway ? node - this->voxels() : node];
+    const Index3 at = this->grid_.indexOf(voxel);
     const bool isInside = this->isInside(at);
     for (const Step& step : this->steps_[halfway ? 1 : 0])
     {
       if (isInside || this->grid_.contains(at[0] + step.by[0], at[1] + step.by[1], at[2] + step.by[2]))
       {
-        visit(node + step.offset);
+        const std::size_t number = this->where_.numberOf(voxel + step.offset);
+        if (number != VoxelSet::none)
+        {
+          visit(number + (step.toHalfway ? this->voxels() : 0));
+        }
       }
     }
   }
@@ -75,12 +83,13 @@ private:
   struct Step
   {
     Index3 by;
-    std::size_t offset; ///< wraps around where it is negative
+    std::size_t offset; ///< of voxels; wraps around where it is negative
+    bool toHalfway;
   };
 
-  void add(int from, const Index3& by, int lattices)
+  void add(int from, const Index3& by, bool toHalfway)
   {
-    std::size_t offset = lattices * this->voxels_;
+    std::size_t offset = 0;
     const std::array<std::size_t, 3> strides = stridesOf(this->grid_);
     for (int a = 0; a < 3; ++a)
     {
@@ -90,7 +99,7 @@ private:
       }
       offset += by[a] * strides[a];
     }
-    this->steps_[from].push_back({ by, offset });
+    this->steps_[from].push_back({ by, offset, toHalfway });
   }
 
   bool isInside(const Index3& at) const
@@ -104,7 +113,8 @@ private:
   }
 
   const Grid& grid_;
-  std::size_t voxels_;
+  const VoxelSet& where_;
+  std::vector<std::size_t> voxels_;
   std::array<std::vector<Step>, 2> steps_; ///< from the centre of a voxel, from the point half a voxel further
 };
 
@@ -293,13 +303,21 @@ private:
 
 }
 
-std::vector<std::uint32_t> watershed(const Grid& grid, const std::vector<char>& solid, int size,
-  const std::vector<std::uint32_t>& bodies, std::uint32_t fixed, std::uint32_t next)
+VoxelMap<std::uint32_t> watershed(const Grid& grid, VoxelMap<std::uint32_t> bodies, int size, std::uint32_t next)
 {
-  const Lattice lattice(grid);
-  std::vector<Level> levels(lattice.nodes());
-  mapDistances(grid, solid, false, levels.data());
-  mapDistances(grid, solid, true, levels.data() + lattice.voxels());
+  const Lattice lattice(grid, bodies.where());
+  std::vector<Level> levels;
+  levels.reserve(lattice.nodes());
+  {
+    VoxelMap<char> solid(bodies.where());
+    std::transform(bodies.values().begin(), bodies.values().end(), solid.values().begin(),
+      [](std::uint32_t body) { return static_cast<char>(body == 0 ? 1 : 0); });
+    for (const bool halfway : { false, true })
+    {
+      const std::vector<Level> distances = mapDistances(grid, solid, halfway);
+      levels.insert(levels.end(), distances.begin(), distances.end());
+    }
+  }
   const Order order = sortByLevel(levels);
 
   // Where tissue is n voxels thick the distance is (n + 1) / 2 voxels.
@@ -313,8 +331,8 @@ std::vector<std::uint32_t> watershed(const Grid& grid, const std::vector<char>& 
     if (!isBelow && level < thick)
     {
       isBelow = true;
-      std::transform(bodies.begin(), bodies.end(), basins.begin(), basins.begin(),
-        [&](std::uint32_t body, Basin basin) { return body >= fixed ? body : basin; });
+      std::transform(bodies.values().begin(), bodies.values().end(), basins.begin(), basins.begin(),
+        [](std::uint32_t body, Basin basin) { return body != 0 ? body : basin; });
     }
     const std::uint32_t* const last = order.nodes.data() + end;
     flood.flood(level, first, last);
@@ -336,13 +354,12 @@ std::vector<std::uint32_t> watershed(const Grid& grid, const std::vector<char>& 
       joined.join(high, low);
     }
   }
-  basins.resize(lattice.voxels());
-  for (Basin& basin : basins)
+  for (std::size_t n = 0; n < lattice.voxels(); ++n)
   {
-    basin = joined.root(basin);
-    basin = maxima[basin] < timesThePass * surface ? none : basin;
+    const Basin basin = bodies.values()[n] != 0 ? bodies.values()[n] : joined.root(basins[n]);
+    bodies.values()[n] = maxima[basin] < timesThePass * surface ? none : basin;
   }
-  return basins;
+  return bodies;
 }
 
 }

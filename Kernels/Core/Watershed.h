@@ -1,10 +1,9 @@
 #pragma once
 
-#include "Model.h"
+#include "VoxelSet.h"
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace chainmail
 {
@@ -14,7 +13,7 @@ constexpr std::size_t watershedVoxels = (std::size_t(1) << 31) - 1;
 
 /// Divides solid tissue into bodies at bridges that are thinner than `size` voxels: a watershed of its distance map.
 ///
-/// The distance d [voxels] is that to the nearest centre of a voxel that is not `solid`. The tissue is 2 d - 1 voxels
+/// The distance d [voxels] is that to the nearest centre of a voxel that is not solid. The tissue is 2 d - 1 voxels
 /// thick there. d is taken at the centres of voxels and at the corners where eight solid voxels meet. Otherwise bridges
 /// of one and of two voxels would have the same distance. A bridge of an even thickness counts as up to 0.3 voxels
 /// thicker, because the voxels nearest to a corner are aside of it.
@@ -28,12 +27,13 @@ constexpr std::size_t watershedVoxels = (std::size_t(1) << 31) - 1;
 /// So crumbs, and the small maxima of a noisy surface, go to the neighbour behind the highest pass. Of equal passes the
 /// widest is first. A larger size divides bodies further, and joins none.
 ///
-/// Voxels whose number in `bodies` is at least `fixed` are bodies already, and not solid. They take part as basins, but
-/// only flood what is thinner than `size`. They are joined with every basin that is thinner than `size` everywhere.
+/// Solid are the voxels of `bodies` with the value 0. Those with another value belong to that body already and are not
+/// solid. They take part as basins, but only flood what is thinner than `size`. They are joined with every basin that
+/// is thinner than `size` everywhere.
 ///
-/// Returns for each voxel the number of its body: that of a fixed one, or one from `next` on. 0 outside of all bodies,
-/// and in those that are nowhere 3 voxels thick: no bridge can divide them from others.
-std::vector<std::uint32_t> watershed(const Grid& grid, const std::vector<char>& solid, int size,
-  const std::vector<std::uint32_t>& bodies, std::uint32_t fixed, std::uint32_t next);
+/// Returns for the same voxels the numbers of their bodies: that of a given one, or one from `next` on, which has to be
+/// larger than those. 0 in bodies that are nowhere 3 voxels thick: no bridge can divide them from others. It needs 29
+/// bytes for each of the voxels.
+VoxelMap<std::uint32_t> watershed(const Grid& grid, VoxelMap<std::uint32_t> bodies, int size, std::uint32_t next);
 
 }

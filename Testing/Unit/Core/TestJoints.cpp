@@ -471,20 +471,53 @@ TEST(Joints, BodiesOfTissueThatDiffersByAxis)
   EXPECT_EQ(c[2], 0.25f);
 }
 
-// Nodes of the watershed have 32-bit numbers. The error comes before anything is read or allocated.
-TEST(Joints, AreNotLookedForAmongTooManyVoxels)
+// Nodes of the watershed have 32-bit numbers. The error comes before bone takes more than one bit for each voxel.
+TEST(Joints, AreNotLookedForAmongTooManyVoxelsOfBone)
 {
   Joints joints;
   joints.size = 3;
-  const auto fail = [](std::size_t, int, float*) { FAIL() << "a row was read"; };
+  const auto read = [](std::size_t, int count, float* out) { std::fill_n(out, count, 0.0f); };
   try
   {
-    findJoints({ { 2048, 2048, 512 }, { 1.0, 1.0, 1.0 } }, 1, fail, joints);
+    findJoints({ { 2048, 2048, 512 }, { 1.0, 1.0, 1.0 } }, 1, read, joints);
     FAIL() << "no error";
   }
   catch (const InputError& error)
   {
     EXPECT_NE(std::string(error.what()).find("set JointSize to 0"), std::string::npos) << error.what();
+  }
+}
+
+// Labels may be elsewhere, too. Each row is read in two passes at most.
+TEST(Joints, LabelsMayBeElsewhere)
+{
+  Labelled hand = finger();
+  hand.scene.give(17, 4, 4, 0.1f);
+  hand.useLabels();
+  for (const double constraint : { 0.5, 1.0 })
+  {
+    hand.joints.constraint = constraint;
+    const std::shared_ptr<const Model> expected = hand.model();
+    Labelled elsewhere = hand;
+    std::vector<std::int32_t> row;
+    std::map<std::size_t, int> reads;
+    elsewhere.joints.labels.data = nullptr;
+    elsewhere.joints.labels.read = [&](std::size_t first, int count) -> const void*
+    {
+      ++reads[first];
+      row.assign(hand.labels.begin() + static_cast<std::ptrdiff_t>(first),
+        hand.labels.begin() + static_cast<std::ptrdiff_t>(first) + count);
+      return row.data();
+    };
+    const std::shared_ptr<const Model> model = elsewhere.model();
+    EXPECT_EQ(model->joints(), expected->joints());
+    EXPECT_EQ(model->linksOfJoints(), expected->linksOfJoints());
+    EXPECT_GT(model->joints().size() + model->linksOfJoints().size(), 0u);
+    for (const auto& [first, times] : reads)
+    {
+      EXPECT_EQ(first % static_cast<std::size_t>(hand.scene.grid.size[0]), 0u);
+      EXPECT_LE(times, 2);
+    }
   }
 }
 
@@ -679,6 +712,27 @@ TEST(FreeJoints, CrumbsBelongToBodies)
   EXPECT_EQ(tissue.simulate().bodies().size(), 2u);
   tissue.bone({ 2, 14, 0 }, { 15, 16, 18 }, 0); // 798 voxels, with 2673 in the other, are not small
   EXPECT_EQ(tissue.simulate().bodies().size(), 3u);
+}
+
+// Stiff tissue with the label of a body (marrow), beside bone without one that is divided by its thickness.
+TEST(FreeJoints, MarrowOfALabelledBodyTouchesBoneThatIsDivided)
+{
+  Labelled tissue = knuckle();
+  const auto withBone = [&](int size)
+  {
+    Labelled with = tissue;
+    with.joints.constraint = 1.0;
+    with.joints.size = size;
+    with.bone({ 2, 14, 0 }, { 15, 16, 18 }, 0); // 798 voxels
+    for (int i = 4; i < 14; ++i)
+    {
+      with.scene.give(i, 13, 9, 0.3f);
+      with.labels[with.scene.grid.at(i, 13, 9)] = 1;
+    }
+    return with.simulate().bodies().size();
+  };
+  EXPECT_EQ(withBone(0), 3u);
+  EXPECT_EQ(withBone(2), 3u);
 }
 
 }

@@ -124,7 +124,21 @@ struct Bone
   /// The number of each voxel's body, 0 for none.
   std::vector<std::uint32_t> divided(int size) const
   {
-    return watershed(this->grid, this->is, size, std::vector<std::uint32_t>(this->is.size(), 0), 1, 1);
+    VoxelSet where(this->grid);
+    for (std::size_t n = 0; n < this->is.size(); ++n)
+    {
+      if (this->is[n] != 0)
+      {
+        where.insert(n);
+      }
+    }
+    const VoxelMap<std::uint32_t> bodies = watershed(this->grid, VoxelMap<std::uint32_t>(where), size, 1);
+    std::vector<std::uint32_t> numbers;
+    for (std::size_t n = 0; n < this->is.size(); ++n)
+    {
+      numbers.push_back(bodies.at(n));
+    }
+    return numbers;
   }
 };
 
