@@ -74,18 +74,6 @@ vtkSmartPointer<ArrayType> MakeArray(const char* name, int components, vtkIdType
   return array;
 }
 
-/// A label of an array as an exact integer: a double would round labels from 2^53 on. 0 where the value is none.
-inline vtkIdType LabelAt(vtkDataArray* labels, vtkIdType voxel)
-{
-  const double rounded = labels->GetComponent(voxel, 0);
-  const bool isFloat = labels->GetDataType() == VTK_FLOAT || labels->GetDataType() == VTK_DOUBLE;
-  if (isFloat)
-  {
-    return std::fabs(rounded) <= 9e18 ? static_cast<vtkIdType>(rounded) : 0; // false for NaN
-  }
-  return static_cast<vtkIdType>(labels->GetVariantValue(voxel * labels->GetNumberOfComponents()).ToTypeInt64());
-}
-
 /// Makes the copies of the image's active arrays active in `out`. Global ids are left out because they have to be
 /// unique, and stretched tissue shows an id twice.
 inline void CopyActiveAttributes(vtkPointData* arrays, vtkPointData* out)

@@ -4,6 +4,7 @@
 #include "Arrays.h"
 
 #include "vtkBitArray.h"
+#include "vtkPiecewiseFunction.h"
 #include "vtkUnsignedCharArray.h"
 
 #include <algorithm>
@@ -65,22 +66,30 @@ chainmail::ArrayView View(vtkDataArray* array)
   return view;
 }
 
-std::function<double(double)> ToEngineFunction(const vtkSmartPointer<vtkPiecewiseFunction>& function)
+std::function<double(double)> ToEngineFunction(const std::vector<double>& function)
 {
+  if (function.empty())
+  {
+    return nullptr;
+  }
   std::vector<double> scalars;
   std::vector<double> constraints;
-  bool straight = function->GetClamping() && !function->GetUseLogScale();
-  for (int n = 0; n < function->GetSize(); ++n)
+  const auto curve = vtkSmartPointer<vtkPiecewiseFunction>::New();
+  curve->AllowDuplicateScalarsOn();
+  curve->SetClamping(static_cast<int>(function[function.size() - 2]));
+  curve->SetUseLogScale(function.back() != 0.0);
+  bool straight = curve->GetClamping() && !curve->GetUseLogScale();
+  for (std::size_t n = 0; n + 4 < function.size(); n += 4)
   {
-    double node[4]; // scalar, constraint, midpoint, sharpness
-    function->GetNodeValue(n, node);
+    const double* const node = function.data() + n; // scalar, constraint, midpoint, sharpness
     scalars.push_back(node[0]);
     constraints.push_back(node[1]);
     straight = straight && node[2] == 0.5 && node[3] == 0.0;
+    curve->AddPoint(node[0], node[1], node[2], node[3]);
   }
   if (!straight)
   {
-    return [function](double scalar) { return function->GetValue(scalar); };
+    return [curve](double scalar) { return curve->GetValue(scalar); };
   }
   return [scalars, constraints](double scalar)
   {

@@ -7,10 +7,10 @@
 #include "Model.h"
 
 #include "vtkDataArray.h"
-#include "vtkPiecewiseFunction.h"
 #include "vtkSmartPointer.h"
 
 #include <functional>
+#include <vector>
 
 namespace vtkChainMail
 {
@@ -21,10 +21,10 @@ vtkSmartPointer<vtkDataArray> ToEngineArray(vtkDataArray* array);
 /// A view of an array from ToEngineArray(); an empty view for null.
 chainmail::ArrayView View(vtkDataArray* array);
 
-/// A function with the same values. It holds a copy of the nodes where straight lines join them, which is nearly always
-/// so, and else a reference to `function`. With the copy it is much faster: vtkPiecewiseFunction::GetValue() is slow,
-/// and the engine calls the function for every voxel of a scan.
-std::function<double(double)> ToEngineFunction(const vtkSmartPointer<vtkPiecewiseFunction>& function);
+/// A function with the values of the vtkPiecewiseFunction that TissueSource::Function describes; null for none. Where
+/// straight lines join the nodes, which is nearly always so, it does not use that class: its GetValue() is slow, and
+/// the engine calls the function for every voxel of a scan.
+std::function<double(double)> ToEngineFunction(const std::vector<double>& function);
 
 }
 

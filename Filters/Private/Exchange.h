@@ -72,13 +72,13 @@ public:
   void FromRoot(vtkFieldData* fields) const;
 
   // What the root asks of another process (Team): a command, an array, the extent of a box. A message with more follows
-  // REDUCE.
+  // COUNT and REDUCE.
   enum Commands
   {
     END,
     OFFER,
     VALUES,
-    COUNTS,
+    COUNT,
     STATISTICS,
     SMALLEST,
     REDUCE

@@ -2,6 +2,7 @@
 #include "LabelVoxels.h"
 
 #include "Convert.h"
+#include "SpreadImage.h"
 
 #include "Dispatch.h"
 #include "Threads.h"
@@ -37,15 +38,14 @@ template <typename T> bool IsLabel(T value, vtkTypeInt64 label)
 
 }
 
-void LabelVoxels::Read(vtkDataArray* labels, vtkMTimeType imageTime, const std::vector<vtkTypeInt64>& wanted)
+void LabelVoxels::Read(const ArrayContents& labels, SpreadImage* spread, const chainmail::Grid& grid,
+  const std::vector<vtkTypeInt64>& wanted)
 {
-  ArrayContents now;
-  now.Take(labels, imageTime, this->Labels);
-  if (!(now == this->Labels))
+  if (!(labels == this->Labels))
   {
     this->Known.clear();
   }
-  this->Labels = now;
+  this->Labels = labels;
   std::vector<vtkTypeInt64> missing;
   std::copy_if(wanted.begin(), wanted.end(), std::back_inserter(missing),
     [this](vtkTypeInt64 label) { return this->Known.count(label) == 0; });
@@ -55,24 +55,28 @@ void LabelVoxels::Read(vtkDataArray* labels, vtkMTimeType imageTime, const std::
   {
     return;
   }
-  constexpr std::size_t parts = 64;
-  const std::size_t voxels = static_cast<std::size_t>(labels->GetNumberOfTuples());
+  const vtkSmartPointer<vtkDataArray> values = ToEngineArray(labels.Array);
+  const chainmail::ArrayView view = spread ? spread->View(values) : View(values);
+  const std::size_t rows = static_cast<std::size_t>(grid.size[1]) * static_cast<std::size_t>(grid.size[2]);
+  const std::size_t parts = spread ? 1 : 64;                           // what is elsewhere is read from one thread
   std::vector<std::vector<std::size_t>> found(parts * missing.size()); // [part][label]
-  const vtkSmartPointer<vtkDataArray> values = ToEngineArray(labels);
-  const chainmail::ArrayView view = View(values);
   chainmail::dispatch(view,
-    [&](const auto* value)
+    [&](const auto* typed)
     {
-      chainmail::inParallel(parts,
-        [&](std::size_t part)
+      using T = std::remove_const_t<std::remove_pointer_t<decltype(typed)>>;
+      const chainmail::ArrayRows<T> read(view);
+      const auto step = static_cast<std::size_t>(view.components);
+      const auto width = static_cast<std::size_t>(grid.size[0]);
+      const auto search = [&](std::size_t part)
+      {
+        for (std::size_t row = rows * part / parts; row < rows * (part + 1) / parts; ++row)
         {
-          const std::size_t step = static_cast<std::size_t>(view.components);
-          const std::size_t end = voxels * (part + 1) / parts;
+          const T* const value = read(row * width, grid.size[0]);
           std::size_t m = missing.size();
-          for (std::size_t n = voxels * part / parts; n < end; ++n)
+          for (std::size_t x = 0; x < width; ++x)
           {
-            const auto here = value[n * step];
-            if (n == voxels * part / parts || here != value[(n - 1) * step]) // runs of equal labels
+            const T here = value[x * step];
+            if (x == 0 || here != value[(x - 1) * step]) // runs of equal labels
             {
               m = static_cast<std::size_t>(std::find_if(missing.begin(), missing.end(),
                                              [here](vtkTypeInt64 label) { return IsLabel(here, label); }) -
@@ -80,10 +84,12 @@ void LabelVoxels::Read(vtkDataArray* labels, vtkMTimeType imageTime, const std::
             }
             if (m < missing.size())
             {
-              found[part * missing.size() + m].push_back(n);
+              found[part * missing.size() + m].push_back(row * width + x);
             }
           }
-        });
+        }
+      };
+      chainmail::inParallel(parts, search);
     });
   for (std::size_t m = 0; m < missing.size(); ++m)
   {

@@ -6,6 +6,8 @@
 
 #include "Fingerprint.h"
 
+#include "Model.h"
+
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -13,6 +15,8 @@
 
 namespace vtkChainMail
 {
+
+class SpreadImage;
 
 /// Caches the voxels of labels from update to update, as long as the contents of the array do not change.
 class LabelVoxels
@@ -24,9 +28,13 @@ public:
     Fingerprint Number = 0;                                 ///< hash of the label and its voxels
   };
 
-  /// Finds the voxels of the labels `wanted`; one pass finds all that are not cached. `imageTime` as in
-  /// ArrayContents::Take().
-  void Read(vtkDataArray* labels, vtkMTimeType imageTime, const std::vector<vtkTypeInt64>& wanted);
+  /// Finds the voxels of the labels `wanted`; one pass finds all that are not cached. `spread`: the image that the
+  /// array is a part of, or null.
+  void Read(const ArrayContents& labels, SpreadImage* spread, const chainmail::Grid& grid,
+    const std::vector<vtkTypeInt64>& wanted);
+
+  /// The array of the last Read().
+  const ArrayContents& GetContents() const { return this->Labels; }
 
   /// The voxels of a label; Read() has to have found it.
   const Body& Get(vtkTypeInt64 label) const { return this->Known.at(label); }

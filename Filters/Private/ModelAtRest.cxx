@@ -406,7 +406,7 @@ void ModelAtRest::WriteBodies(vtkImageData* image) const
 {
   image->CopyStructure(this->Plan.Whole);
   image->GetPointData()->Initialize();
-  if (vtkDataArray* labels = this->Source.GetTissue().Bodies.Array)
+  if (const vtkSmartPointer<vtkDataArray> labels = this->Source.GetBodyArray())
   {
     image->GetPointData()->AddArray(labels);
   }

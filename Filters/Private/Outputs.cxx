@@ -376,7 +376,6 @@ void Outputs::WriteFieldData(const Scene& scene, double peakMegabytes, vtkFieldD
 void Outputs::AddBodies(vtkFieldData* fields)
 {
   const std::vector<chainmail::RigidBody> bodies = this->Source.GetSimulation().bodies();
-  vtkDataArray* labels = this->Source.GetTissue().Bodies.Array;
   const auto count = static_cast<vtkIdType>(bodies.size());
   const auto voxels = MakeArray<vtkIdTypeArray>("BodyVoxels", 1, count);
   const auto holders = MakeArray<vtkIntArray>("BodyHeldBy", 1, count);
@@ -401,11 +400,11 @@ void Outputs::AddBodies(vtkFieldData* fields)
     }
     voxels->SetValue(n, static_cast<vtkIdType>(body.elements));
     holders->SetValue(n, holder);
-    names->SetValue(n, labels ? LabelAt(labels, static_cast<vtkIdType>(body.voxel)) : 0);
+    names->SetValue(n, this->Source.LabelOf(body.voxel));
   }
   fields->AddArray(voxels);
   fields->AddArray(holders);
-  if (labels)
+  if (this->Source.GetTissue().Bodies.Array)
   {
     fields->AddArray(names);
   }

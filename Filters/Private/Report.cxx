@@ -166,7 +166,6 @@ std::string Report::AboutBodies(const Session& session) const
   }
   constexpr std::size_t mostNamed = 5;
   const std::vector<chainmail::RigidBody> bodies = session.GetSimulation().bodies();
-  vtkDataArray* labels = session.GetTissue().Bodies.Array;
   std::vector<std::size_t> held;
   for (std::size_t n = 0; n < bodies.size(); ++n)
   {
@@ -182,7 +181,7 @@ std::string Report::AboutBodies(const Session& session) const
   for (std::size_t n = 0; n < held.size() && n < mostNamed; ++n)
   {
     const chainmail::RigidBody& body = bodies[held[n]];
-    const vtkIdType label = labels ? LabelAt(labels, static_cast<vtkIdType>(body.voxel)) : 0;
+    const vtkIdType label = session.LabelOf(body.voxel);
     text += (n == 0 ? ": " : "; ") +
             (label != 0 ? "label " + std::to_string(label) : "body " + std::to_string(held[n])) + " (" +
             Grouped(body.elements) + " voxels)" + this->Holder(body.limiter);
@@ -199,10 +198,9 @@ std::string Report::WhatHolds(const Probe& probe, const Session& session) const
 
 std::string Report::AboutJoints(const chainmail::Limiter& holder, const Session& session) const
 {
-  vtkDataArray* labels = session.GetTissue().Bodies.Array;
   const auto nameOf = [&](std::size_t voxel)
   {
-    const vtkIdType label = labels ? LabelAt(labels, static_cast<vtkIdType>(voxel)) : 0;
+    const vtkIdType label = session.LabelOf(voxel);
     if (label != 0)
     {
       return "label " + std::to_string(label);

@@ -11,6 +11,7 @@
 #include "vtkInformation.h"
 #include "vtkMath.h"
 #include "vtkNew.h"
+#include "vtkPiecewiseFunction.h"
 #include "vtkPointData.h"
 
 #include <algorithm>
@@ -227,12 +228,6 @@ ArrayContents Scene::ContentsOf(vtkDataArray* array, const ArrayContents& before
   return contents;
 }
 
-/// An array of the image with the values of all voxels.
-vtkSmartPointer<vtkDataArray> Scene::WholeOf(vtkDataArray* array) const
-{
-  return this->Given.Spread && array ? this->Given.Spread->Gather(array) : vtkSmartPointer<vtkDataArray>(array);
-}
-
 void Scene::ReadTissue(const ChosenArray& chosen, const TissueSource& before)
 {
   vtkPointData* arrays = this->Image->GetPointData();
@@ -275,7 +270,7 @@ void Scene::ReadBodies(const TissueSource& before)
   }
   if (divides && labels)
   {
-    tissue.Bodies.Take(this->WholeOf(labels), this->Image->GetMTime(), before.Bodies);
+    tissue.Bodies = this->ContentsOf(labels, before.Bodies);
   }
   if (divides)
   {
@@ -295,9 +290,9 @@ void Scene::ReadMaterial()
 
   const auto statistics = this->Given.Spread ? this->Given.Spread->GetStatistics(this->Scalars)
                                              : vtkChainMailScanStatistics::Of(this->Image, this->Scalars);
-  this->Function = vtkSmartPointer<vtkPiecewiseFunction>::New();
+  vtkNew<vtkPiecewiseFunction> function;
   double fitted;
-  statistics->GetMaterial(static_cast<int>(preset), fitted, this->Function);
+  statistics->GetMaterial(static_cast<int>(preset), fitted, function);
   tissue.Threshold = std::isnan(tissue.Threshold) ? fitted : tissue.Threshold;
   tissue.HighPadding = statistics->GetHighPadding();
   // With a threshold below the padding, the padding is tissue.
@@ -322,17 +317,17 @@ void Scene::ReadMaterial()
   }
   if (given)
   {
-    this->Function->DeepCopy(given);
+    function->DeepCopy(given);
     if (given->GetSize() == 0)
     {
       throw chainmail::InputError(
         "MaterialFunction has no nodes. Add some, or unset it: the filter then fits a function to the scalars.");
     }
   }
-  for (int n = 0; n < this->Function->GetSize(); ++n)
+  for (int n = 0; n < function->GetSize(); ++n)
   {
     double node[4]; // scalar, constraint, midpoint, sharpness
-    this->Function->GetNodeValue(n, node);
+    function->GetNodeValue(n, node);
     if (!(node[1] >= 0.0 && static_cast<float>(node[1]) < 1.0f))
     {
       throw chainmail::InputError(
@@ -341,8 +336,8 @@ void Scene::ReadMaterial()
     }
     tissue.Function.insert(tissue.Function.end(), node, node + 4);
   }
-  tissue.Function.push_back(this->Function->GetClamping());
-  tissue.Function.push_back(this->Function->GetUseLogScale());
+  tissue.Function.push_back(function->GetClamping());
+  tissue.Function.push_back(function->GetUseLogScale());
 }
 
 void Scene::ReadRegions()
@@ -531,7 +526,7 @@ void Scene::ReadPoses(LabelVoxels& labels)
   std::vector<vtkTypeInt64> wanted;
   std::transform(
     bodies.begin(), bodies.end(), std::back_inserter(wanted), [](const auto& body) { return body.second; });
-  labels.Read(this->WholeOf(array), this->Image->GetMTime(), wanted);
+  labels.Read(this->ContentsOf(array, labels.GetContents()), this->Given.Spread.get(), this->Tissue.GetGrid(), wanted);
   for (const auto& [n, label] : bodies)
   {
     const LabelVoxels::Body& body = labels.Get(label);

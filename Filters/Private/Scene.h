@@ -15,7 +15,6 @@
 
 #include "Simulation.h"
 
-#include "vtkPiecewiseFunction.h"
 #include "vtkSmartPointer.h"
 
 #include <string>
@@ -100,7 +99,6 @@ struct Scene
   OutputGrid Output;
   vtkDataArray* Scalars = nullptr; // the image's own array
   TissueSource Tissue;
-  vtkSmartPointer<vtkPiecewiseFunction> Function; // a copy of the filter's function
   std::vector<chainmail::Probe> Probes;
   std::vector<ProbeOrigin> ProbeOrigins;
   std::vector<std::string> RegionNames; // for messages, in the order of Tissue.Regions
@@ -123,7 +121,6 @@ struct Scene
 private:
   void CheckPointArrays() const;
   ArrayContents ContentsOf(vtkDataArray* array, const ArrayContents& before) const;
-  vtkSmartPointer<vtkDataArray> WholeOf(vtkDataArray* array) const;
   void ReadTissue(const ChosenArray& chosen, const TissueSource& before);
   void ReadBodies(const TissueSource& before);
   void ReadMaterial();

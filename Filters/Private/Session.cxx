@@ -2,8 +2,10 @@
 #include "Session.h"
 
 #include "Convert.h"
+#include "PartTissue.h"
 #include "SpreadImage.h"
 
+#include "Dispatch.h"
 #include "Error.h"
 #include "Format.h"
 
@@ -11,6 +13,7 @@
 #include <cmath>
 #include <numeric>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 namespace vtkChainMail
@@ -33,6 +36,22 @@ template <typename T> bool Same(const std::vector<T>& a, const std::vector<T>& b
 {
   return std::equal(
     a.begin(), a.end(), b.begin(), b.end(), [](const T& one, const T& other) { return Same(one, other); });
+}
+
+/// What each process makes from its own part of an image.
+PartTissue PartOf(const TissueSource& tissue, const SpreadImage& spread)
+{
+  PartTissue part;
+  part.Whole = ExtentOf(spread.GetWhole());
+  part.Spacing = tissue.Spacing;
+  part.Scalars = spread.IndexOf(tissue.Scalars.Array);
+  part.Constraints = tissue.Constraints.Array ? spread.IndexOf(tissue.Constraints.Array) : -1;
+  part.Threshold = tissue.Threshold;
+  part.HighPadding = tissue.HighPadding;
+  part.Function = tissue.Function;
+  part.Regions = tissue.Regions;
+  part.IsRigidAnchored = tissue.Anchors.rigid;
+  return part;
 }
 
 /// The numbers of the elements of `present` that are not in `before`. Afterwards `before` has only the elements that
@@ -196,20 +215,23 @@ void Session::Build(const Scene& scene)
   const vtkSmartPointer<vtkDataArray> scalars = ToEngineArray(tissue.Scalars.Array);
   const vtkSmartPointer<vtkDataArray> constraints =
     tissue.Constraints.Array ? ToEngineArray(tissue.Constraints.Array) : nullptr;
+  const vtkSmartPointer<vtkDataArray> bodies = tissue.Bodies.Array ? ToEngineArray(tissue.Bodies.Array) : nullptr;
   const auto view = [spread](vtkDataArray* array) { return spread && array ? spread->View(array) : View(array); };
 
-  chainmail::Material material;
-  material.tissueThreshold = tissue.Threshold;
-  material.tissueCeiling = tissue.HighPadding;
+  chainmail::Material material = ToMaterial(tissue.Threshold, tissue.HighPadding, tissue.Function, tissue.Regions);
   material.constraintArray = view(constraints);
-  material.constraint = ToEngineFunction(scene.Function);
-  for (std::size_t n = 0; n < tissue.Regions.size(); n += 5)
+  if (spread)
   {
-    const double* r = tissue.Regions.data() + n;
-    material.regions.push_back({ { { r[0], r[1], r[2] } }, r[3], r[4] });
+    const PartTissue part = PartOf(tissue, *spread);
+    material.count = [spread, part] { return spread->Count(part); };
+    material.reduce = [spread, part](const chainmail::Index3& factor)
+    {
+      PartTissue reduced = part;
+      reduced.Factor = factor;
+      return spread->Reduce(reduced);
+    };
   }
-  const vtkSmartPointer<vtkDataArray> bodies = tissue.Bodies.Array ? ToEngineArray(tissue.Bodies.Array) : nullptr;
-  material.joints.labels = View(bodies); // read only by the model's constructor
+  material.joints.labels = view(bodies);
   material.joints.size = tissue.JointSize;
   material.joints.constraint = tissue.JointConstraint;
   material.joints.margin = tissue.JointMargin;
@@ -248,12 +270,39 @@ void Session::Build(const Scene& scene)
   this->EngineImage = scene.Given.Spread;
   this->EngineScalars = scalars;
   this->EngineConstraints = constraints;
+  this->EngineBodies = bodies;
+  this->Labels = material.joints.labels;
   this->Model = model;
   this->Simulation = std::move(simulation);
   ++this->Builds;
   this->AboutProbes.Clear();
   this->Tissue = tissue;
   this->Done = Stage::Built;
+}
+
+vtkSmartPointer<vtkDataArray> Session::GetBodyArray() const
+{
+  vtkDataArray* const array = this->Tissue.Bodies.Array;
+  return this->EngineImage && array ? this->EngineImage->Gather(array) : vtkSmartPointer<vtkDataArray>(array);
+}
+
+vtkIdType Session::LabelOf(std::size_t voxel) const
+{
+  if (!this->Labels)
+  {
+    return 0;
+  }
+  return chainmail::dispatch(this->Labels,
+    [&](const auto* typed) -> vtkIdType
+    {
+      using T = std::remove_const_t<std::remove_pointer_t<decltype(typed)>>;
+      const T label = *chainmail::ArrayRows<T>(this->Labels)(voxel, 1);
+      if constexpr (std::is_floating_point<T>::value)
+      {
+        return std::fabs(label) <= T(9e18) ? static_cast<vtkIdType>(label) : 0; // false for NaN
+      }
+      return static_cast<vtkIdType>(label);
+    });
 }
 
 /// Warns about regions without tissue, each once until it has tissue.

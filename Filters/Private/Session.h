@@ -64,6 +64,10 @@ public:
   // For the outputs, after an update.
   const TissueSource& GetTissue() const { return this->Tissue; }
   vtkDataArray* GetEngineScalars() const { return this->EngineScalars; }
+  /// The BodyArray for all voxels; null where there are no joints, or none by labels.
+  vtkSmartPointer<vtkDataArray> GetBodyArray() const;
+  /// A label of it, as an exact integer. 0 where the value is none, or without such an array.
+  vtkIdType LabelOf(std::size_t voxel) const;
   bool HasModel() const { return this->Model != nullptr; }
   const chainmail::Model& GetModel() const { return *this->Model; }
   chainmail::Simulation& GetSimulation() const { return *this->Simulation; }
@@ -106,8 +110,10 @@ private:
 
   TissueSource Tissue;
   std::shared_ptr<SpreadImage> EngineImage;    // the model reads from it during its lifetime
-  vtkSmartPointer<vtkDataArray> EngineScalars; // or the memory of these two
+  vtkSmartPointer<vtkDataArray> EngineScalars; // or the memory of these three
   vtkSmartPointer<vtkDataArray> EngineConstraints;
+  vtkSmartPointer<vtkDataArray> EngineBodies;
+  chainmail::ArrayView Labels; // EngineBodies
   std::shared_ptr<const chainmail::Model> Model;
   std::unique_ptr<chainmail::Simulation> Simulation;
 

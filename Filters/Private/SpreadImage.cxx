@@ -258,69 +258,22 @@ chainmail::ArrayView SpreadImage::View(vtkDataArray* ofOwn)
   const auto pages = std::make_shared<Pages>(*this, this->IndexOf(ofOwn), BytesOfVoxel(ofOwn));
   this->Viewed.push_back(pages);
   view.read = [pages](std::size_t first, int count) { return pages->Read(first, count); };
-  if (IsCountable(ofOwn))
-  {
-    view.counts = [this, index = this->IndexOf(ofOwn)] { return this->Count(index); };
-    view.reduce = [this, index = this->IndexOf(ofOwn)](
-                    const chainmail::Index3& factor, const chainmail::ConstraintsOfValues& constraints) {
-      return this->Reduce(index, { this->Held.Whole, factor, constraints });
-    };
-  }
   return view;
 }
 
-std::vector<std::pair<double, std::size_t>> SpreadImage::Count(int array) const
-{
-  vtkDataArray* own = vtkDataArray::SafeDownCast(this->Own->GetPointData()->GetAbstractArray(array));
-  std::map<double, std::size_t> all;
-  for (int p = 0; p < this->Link.GetSize(); ++p)
-  {
-    const Extent& part = this->Held.Owned[p];
-    if (IsEmpty(part))
-    {
-      continue;
-    }
-    std::vector<double> counts;
-    if (p == Exchange::Root)
-    {
-      counts = CountValues(own, ExtentOf(this->Own), part);
-    }
-    else
-    {
-      const std::vector<char> bytes = this->Ask(p, Exchange::COUNTS, array, part);
-      counts.resize(bytes.size() / sizeof(double));
-      std::memcpy(counts.data(), bytes.data(), bytes.size());
-    }
-    for (std::size_t n = 0; n < counts.size(); n += 2)
-    {
-      all[counts[n]] += static_cast<std::size_t>(counts[n + 1]);
-    }
-  }
-  return { all.begin(), all.end() };
-}
-
-std::vector<chainmail::ReducedBox> SpreadImage::Reduce(int array, const Reduction& reduction) const
+void SpreadImage::Share(int command, const PartTissue& tissue, const std::vector<int>& others,
+  const std::function<void()>& own, const std::function<void(int, const std::vector<char>&)>& take) const
 {
   this->RequireOpen();
-  vtkDataArray* own = vtkDataArray::SafeDownCast(this->Own->GetPointData()->GetAbstractArray(array));
-  std::vector<int> others; // work at the same time
-  for (int p = 0; p < this->Link.GetSize(); ++p)
-  {
-    if (p != Exchange::Root && reduction.ElementsIn(this->Held.Owned[p]).voxels() > 0)
-    {
-      others.push_back(p);
-    }
-  }
-  const std::vector<char> task = reduction.Pack();
+  const std::vector<char> task = tissue.Pack();
   for (const int p : others)
   {
     const Extent& part = this->Held.Owned[p];
-    this->Link.Request(p, { { Exchange::REDUCE, array, part[0], part[1], part[2], part[3], part[4], part[5] } });
+    this->Link.Request(p, { { command, 0, part[0], part[1], part[2], part[3], part[4], part[5] } });
     this->Link.Send(task, p);
   }
-  std::vector<chainmail::ReducedBox> boxes;
   Steps steps;
-  steps.Run([&] { boxes.push_back(reduction.Reduce(own, ExtentOf(this->Own), this->Held.Owned[Exchange::Root])); });
+  steps.Run(own);
   for (const int p : others)
   {
     std::vector<char> answer;
@@ -332,31 +285,61 @@ std::vector<chainmail::ReducedBox> SpreadImage::Reduce(int array, const Reductio
         {
           throw std::bad_alloc(); // nothing else fails there
         }
-        boxes.push_back(reduction.Unpack(answer, this->Held.Owned[p]));
+        take(p, answer);
       });
   }
   steps.End();
+}
+
+chainmail::TissueCounts SpreadImage::Count(const PartTissue& tissue) const
+{
+  std::vector<int> others;
+  for (int p = 0; p < this->Link.GetSize(); ++p)
+  {
+    if (p != Exchange::Root && !IsEmpty(this->Held.Owned[p]))
+    {
+      others.push_back(p);
+    }
+  }
+  chainmail::TissueCounts all;
+  const Extent& mine = this->Held.Owned[Exchange::Root];
+  this->Share(
+    Exchange::COUNT, tissue, others,
+    [&] { all = IsEmpty(mine) ? chainmail::TissueCounts() : tissue.Count(this->Own, mine); },
+    [&](int, const std::vector<char>& answer) { all.add(PartTissue::UnpackCounts(answer)); });
+  return all;
+}
+
+std::vector<chainmail::ReducedBox> SpreadImage::Reduce(const PartTissue& tissue) const
+{
+  std::vector<int> others;
+  for (int p = 0; p < this->Link.GetSize(); ++p)
+  {
+    if (p != Exchange::Root && tissue.ElementsIn(this->Held.Owned[p]).voxels() > 0)
+    {
+      others.push_back(p);
+    }
+  }
+  std::vector<chainmail::ReducedBox> boxes;
+  const Extent& mine = this->Held.Owned[Exchange::Root];
+  this->Share(
+    Exchange::REDUCE, tissue, others, [&] { boxes.push_back(tissue.Reduce(this->Own, mine)); },
+    [&](int p, const std::vector<char>& answer) { boxes.push_back(tissue.UnpackBox(answer, this->Held.Owned[p])); });
   return boxes;
 }
 
-vtkSmartPointer<vtkDataArray> SpreadImage::Gather(vtkDataArray* ofOwn)
+vtkSmartPointer<vtkDataArray> SpreadImage::Gather(vtkDataArray* ofOwn) const
 {
-  const int index = this->IndexOf(ofOwn);
-  vtkSmartPointer<vtkDataArray>& all = this->Gathered[index];
-  if (!all)
+  auto all = vtkSmartPointer<vtkDataArray>::Take(ofOwn->NewInstance());
+  Describe(all, ofOwn);
+  Allocate(all, this->Whole->GetNumberOfPoints());
+  Extent slab = this->Held.Whole;
+  char* out = static_cast<char*>(all->GetVoidPointer(0));
+  for (int k = this->Held.Whole[4]; k <= this->Held.Whole[5]; ++k)
   {
-    const auto array = vtkSmartPointer<vtkDataArray>::Take(ofOwn->NewInstance());
-    Describe(array, ofOwn);
-    Allocate(array, this->Whole->GetNumberOfPoints());
-    Extent slab = this->Held.Whole;
-    char* out = static_cast<char*>(array->GetVoidPointer(0));
-    for (int k = this->Held.Whole[4]; k <= this->Held.Whole[5]; ++k)
-    {
-      slab[4] = slab[5] = k;
-      this->Read(index, slab, out);
-      out += BytesOfVoxel(ofOwn) * static_cast<std::size_t>(VoxelsOf(slab));
-    }
-    all = array;
+    slab[4] = slab[5] = k;
+    this->Read(this->IndexOf(ofOwn), slab, out);
+    out += BytesOfVoxel(ofOwn) * static_cast<std::size_t>(VoxelsOf(slab));
   }
   return all;
 }

@@ -7,7 +7,7 @@
 #include "Exchange.h"
 #include "Fingerprint.h"
 #include "ImageParts.h"
-#include "PartSurvey.h"
+#include "PartTissue.h"
 
 #include "Model.h"
 
@@ -15,6 +15,7 @@
 #include "vtkImageData.h"
 #include "vtkSmartPointer.h"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <utility>
@@ -40,10 +41,15 @@ public:
   /// Reads rows when they are needed, and keeps some of them.
   chainmail::ArrayView View(vtkDataArray* ofOwn);
   /// The whole array, in the memory of this process.
-  vtkSmartPointer<vtkDataArray> Gather(vtkDataArray* ofOwn);
+  vtkSmartPointer<vtkDataArray> Gather(vtkDataArray* ofOwn) const;
   /// The smallest finite value of each component in all parts, see SmallestOf().
   vtkSmartPointer<vtkDataArray> GetSmallest(vtkAbstractArray* ofOwn);
   vtkSmartPointer<vtkChainMailScanStatistics> GetStatistics(vtkDataArray* ofOwn);
+  /// The number of an array among the point arrays.
+  int IndexOf(vtkAbstractArray* ofOwn) const;
+  /// See chainmail::Material::count and chainmail::Material::reduce.
+  chainmail::TissueCounts Count(const PartTissue& tissue) const;
+  std::vector<chainmail::ReducedBox> Reduce(const PartTissue& tissue) const;
   /// Another one for other contents, or another image.
   Fingerprint FingerprintFor(vtkDataArray* ofOwn) const;
 
@@ -78,11 +84,9 @@ private:
 
   /// Until the next Open: nothing can be read, and rows that were kept make room for other things.
   void Close();
-  int IndexOf(vtkAbstractArray* ofOwn) const;
-  /// See ArrayView::counts.
-  std::vector<std::pair<double, std::size_t>> Count(int array) const;
-  /// See ArrayView::reduce.
-  std::vector<chainmail::ReducedBox> Reduce(int array, const Reduction& reduction) const;
+  /// Gives other processes a task and does the own part of it, all at the same time. take(process, answer) follows.
+  void Share(int command, const PartTissue& tissue, const std::vector<int>& others, const std::function<void()>& own,
+    const std::function<void(int, const std::vector<char>&)>& take) const;
   /// Writes the values of a box of one array, x fastest.
   void Read(int array, const Extent& box, char* out) const;
   void RequireOpen() const;
@@ -95,7 +99,6 @@ private:
   Fingerprint Number;
   bool IsOpen = false;
   std::vector<std::weak_ptr<Pages>> Viewed;
-  std::map<int, vtkSmartPointer<vtkDataArray>> Gathered;
   std::map<int, vtkSmartPointer<vtkChainMailScanStatistics>> Statistics;
   std::map<int, vtkSmartPointer<vtkDataArray>> Smallests;
 };

@@ -2,7 +2,7 @@
 #include "Team.h"
 
 #include "../vtkChainMailScanStatistics.h"
-#include "PartSurvey.h"
+#include "PartTissue.h"
 #include "Sampling.h"
 
 #include "vtkNew.h"
@@ -54,7 +54,7 @@ void Team::Serve(const Take& take) const
     try
     {
       std::vector<char> task;
-      if (command[0] == Exchange::REDUCE)
+      if (command[0] == Exchange::COUNT || command[0] == Exchange::REDUCE)
       {
         task = this->Link.Receive(Exchange::Root);
       }
@@ -68,13 +68,13 @@ void Team::Serve(const Take& take) const
         CopyBox(static_cast<const char*>(array->GetVoidPointer(0)), ExtentOf(this->Own), answer.data(), box, box,
           BytesOfVoxel(array));
       }
-      else if (command[0] == Exchange::COUNTS)
+      else if (command[0] == Exchange::COUNT)
       {
-        answer = ToBytes(CountValues(array, ExtentOf(this->Own), box));
+        answer = PartTissue::Pack(PartTissue::Unpack(task).Count(this->Own, box));
       }
       else if (command[0] == Exchange::REDUCE)
       {
-        answer = Reduction::Pack(Reduction::Unpack(task).Reduce(array, ExtentOf(this->Own), box));
+        answer = PartTissue::Pack(PartTissue::Unpack(task).Reduce(this->Own, box));
       }
       else if (command[0] == Exchange::STATISTICS)
       {

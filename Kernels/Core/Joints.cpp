@@ -108,14 +108,14 @@ LabelReader readerOf(const ArrayView& labels, const Grid& grid)
 }
 
 /// What the constraints and labels of all voxels say.
-struct Survey
+struct TissueClasses
 {
   VoxelSet rigid;
   VoxelSet stiffer;                 ///< stiffer than joints and not rigid on any axis
   VoxelSet labelled;                ///< those of the stiff voxels that have a label; only for free joints
   std::vector<std::int64_t> labels; ///< of rigid voxels, ascending
 
-  Survey(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints, const LabelReader& labelOf)
+  TissueClasses(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints, const LabelReader& labelOf)
     : rigid(grid)
     , stiffer(grid)
     , labelled(grid)
@@ -385,10 +385,10 @@ FoundJoints findJoints(const Grid& grid, int axes, const Model::RowReader& read,
   Body next = firstBody;
   Bodies bodies = [&]
   {
-    const Survey survey(grid, axes, read, joints, labelOf);
-    checkSize(joints.size > 0 ? survey.rigid.count() : 0);
-    next += static_cast<Body>(survey.labels.size());
-    return survey.bodies(grid, steps, labelOf);
+    const TissueClasses classes(grid, axes, read, joints, labelOf);
+    checkSize(joints.size > 0 ? classes.rigid.count() : 0);
+    next += static_cast<Body>(classes.labels.size());
+    return classes.bodies(grid, steps, labelOf);
   }();
   if (joints.labels && joints.areFree())
   {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -89,8 +90,28 @@ struct VoxelBox
 
 struct ReducedBox;
 
-/// The signed constraints of some values of a scan, see Model::row().
-using ConstraintsOfValues = std::vector<std::pair<double, float>>;
+/// What one pass over the voxels of tissue finds.
+struct TissueCounts
+{
+  static constexpr std::size_t none = ~std::size_t(0);
+
+  std::size_t elements = 0;    ///< voxels of tissue
+  std::size_t nonFinite = 0;   ///< voxels whose scalar is not finite
+  std::size_t badVoxel = none; ///< the first one whose constraint is not in [0, 1); counting ends there
+  std::string problem;         ///< what is wrong there
+
+  /// Adds what was found in other voxels.
+  void add(const TissueCounts& other)
+  {
+    this->elements += other.elements;
+    this->nonFinite += other.nonFinite;
+    if (other.badVoxel < this->badVoxel)
+    {
+      this->badVoxel = other.badVoxel;
+      this->problem = other.problem;
+    }
+  }
+};
 
 /// A view of one array over a grid, in the type in which it is stored. It does not own the array, which may be in
 /// memory or elsewhere.
@@ -118,12 +139,6 @@ struct ArrayView
   /// Where the array is elsewhere (`data` is null): reads the values of `count` voxels along x, from voxel number
   /// `first` on. They stay where they are until the next call. Called from one thread.
   std::function<const void*(std::size_t first, int count)> read;
-  /// For such an array of whole numbers of up to 16 bits, or null: each value of the scalars, and how many voxels have
-  /// it.
-  std::function<std::vector<std::pair<double, std::size_t>>()> counts;
-  /// For such an array, or null: parts of a reduced model, each made where its voxels are, from the constraints of all
-  /// values that occur. The boxes do not overlap.
-  std::function<std::vector<ReducedBox>(const Index3& factor, const ConstraintsOfValues& constraints)> reduce;
 
   explicit operator bool() const { return this->data || this->read; }
 };
@@ -175,6 +190,11 @@ struct Material
   ArrayView constraintArray;
   std::vector<Region> regions; ///< override function and array, later ones override earlier ones; air stays air
   Joints joints;
+
+  // Where the arrays are elsewhere (ArrayView::read), or null: what Constraints does for all voxels, done there.
+  std::function<TissueCounts()> count;
+  /// Parts of a reduced model. The boxes do not overlap.
+  std::function<std::vector<ReducedBox>(const Index3& factor)> reduce;
 };
 
 /// Tissue that is held in place from the start.
@@ -225,8 +245,8 @@ public:
   /// and anchored is -0.0f). Air is minus infinity.
   void row(int i, int j, int k, int count, float* out) const;
 
-  /// Parts of this tissue, reduced by a factor where their voxels are (ArrayView::reduce); none where constraints do
-  /// not follow from the scalars alone. They do not know what the faces of the grid anchor.
+  /// Parts of this tissue, reduced by a factor where their voxels are (Material::reduce), if they are elsewhere. They
+  /// do not know what the faces of the grid anchor.
   std::vector<ReducedBox> reduceElsewhere(const Index3& factor) const;
 
   /// Whether rigid tissue is divided into bodies, see Joints.

@@ -9,7 +9,7 @@ import sys
 
 import harness
 import numpy as np
-from chainmail.ChainMailFilters import vtkChainMailDeformation
+from chainmail.ChainMailFilters import vtkChainMailDeformation, vtkChainMailRegionSource
 from harness import require
 from paraview.simple import *  # noqa: F401,F403: pvbatch is to load what it loads for others
 from pieces import content, differs, processes
@@ -39,6 +39,11 @@ def image_of(random):
         values[random.random(far.shape) < 0.01] = np.nan
     image = harness.make_image(values, spacing=[float(s) for s in random.uniform(0.7, 1.4, 3)], name="scan")
     harness.add_array(image, labels.astype(np.int32), "labels")
+    constraints = random.uniform(0.1, 0.9, far.shape + (int(random.choice([1, 3])),))
+    constraints[bones] = 0
+    if random.random() < 0.15:
+        constraints[(values == 200) & (random.random(far.shape) < 0.02)] = 1.5  # the same error everywhere
+    harness.add_array(image, constraints.astype(np.float32), "constraints")
     harness.add_array(image, (1000 * random.random(far.shape + (3,)) - 300).astype(np.int16), "vectors")
     first = [int(n) for n in random.integers(-9, 9, 3)]
     image.SetExtent(*(e for a in range(3) for e in (first[a], first[a] + int(size[a]) - 1)))
@@ -101,6 +106,8 @@ def filter_of(producer, random):
         for scalar, constraint in ((0.0, 0.45), (120.0, 0.2), (190.0, 0.0)):
             material.AddPoint(scalar, constraint)
         filter.SetMaterialFunction(material)
+    if random.random() < 0.25:
+        filter.SetConstraintArray("constraints")
     filter.SetMode(int(random.integers(0, 2)))
     filter.SetRotations(bool(random.random() < 0.3))
     if not filter.GetRotations() and random.random() < 0.3:
@@ -126,6 +133,12 @@ def filter_of(producer, random):
 
 def surfaces(filter, image, random):
     centre, size = np.array(image.GetCenter()), np.array(image.GetLength()) / 4
+    if random.random() < 0.25:
+        region = vtkChainMailRegionSource()
+        region.SetCenter(*(centre + size * random.uniform(-1, 1, 3)))
+        region.SetRadius(float(0.5 * size))
+        region.SetConstraint(float(random.choice([0.0, 0.7])))
+        filter.SetRegionsConnection(region.GetOutputPort())
     if random.random() < 0.6:
         blade = vtkPlaneSource()
         corner = centre + size * random.uniform(-1, 0, 3)

@@ -1,3 +1,6 @@
+#include "Constraints.h"
+#include "Error.h"
+#include "Random.h"
 #include "Scene.h"
 
 #include <algorithm>
@@ -333,34 +336,134 @@ template <typename T> ArrayView elsewhere(const std::vector<T>& values, ArrayVie
   return view;
 }
 
-/// Where the values of an array elsewhere are counted there, no row of it is read, and all values are checked.
-TEST(Model, ValuesElsewhereMayBeCountedThere)
+/// A scan of floats with air, padding and values that are not finite, and a material for it.
+struct FloatScan
 {
   Grid grid;
-  grid.size = { 4, 2, 1 };
+  std::vector<float> values;
   ArrayView scalars;
-  scalars.type = ArrayView::Type::Int16;
+  Material material;
+
+  explicit FloatScan(Random& random)
+  {
+    for (int& size : this->grid.size)
+    {
+      size = random.between(1, 9);
+    }
+    this->values.resize(this->grid.voxels());
+    std::generate(this->values.begin(), this->values.end(),
+      [&]
+      {
+        return random.oneIn(9) ? random.of({ std::nanf(""), std::numeric_limits<float>::infinity(), 3000.0f })
+                               : static_cast<float>(random(-100.0, 100.0));
+      });
+    this->scalars.data = this->values.data();
+    this->scalars.type = ArrayView::Type::Float32;
+    this->material.tissueThreshold = 0.0;
+    this->material.tissueCeiling = 3000.0;
+    this->material.constraint = [](double value) { return value / 200.0; };
+  }
+
+  /// The boxes of some processes.
+  std::vector<VoxelBox> parts(Random& random) const
+  {
+    std::vector<VoxelBox> parts{ VoxelBox::all(this->grid) };
+    for (int n = random.below(5); n > 0; --n)
+    {
+      VoxelBox& part = parts[static_cast<std::size_t>(random.below(static_cast<int>(parts.size())))];
+      const int axis = random.below(3);
+      VoxelBox other = part;
+      part.size[axis] = random.between(0, part.size[axis]);
+      other.first[axis] += part.size[axis];
+      other.size[axis] -= part.size[axis];
+      parts.push_back(other);
+    }
+    return parts;
+  }
+
+  TissueCounts count(Random& random) const
+  {
+    const Constraints constraints(this->grid, this->scalars, this->material);
+    TissueCounts all;
+    for (const VoxelBox& part : this->parts(random))
+    {
+      all.add(constraints.count(part));
+    }
+    return all;
+  }
+};
+
+// What is counted in parts and added is what one pass over all counts, and the first voxel that is wrong is the same.
+TEST(Model, CountsOfPartsAddUp)
+{
+  Random random(8);
+  for (int trial = 0; trial < 200; ++trial)
+  {
+    FloatScan scan(random);
+    const auto isTissue = [](float value) { return value >= 0.0f && value < 3000.0f; };
+    const TissueCounts found = scan.count(random);
+    EXPECT_EQ(found.badVoxel, TissueCounts::none);
+    EXPECT_EQ(
+      found.elements, static_cast<std::size_t>(std::count_if(scan.values.begin(), scan.values.end(), isTissue)));
+    EXPECT_EQ(found.nonFinite, static_cast<std::size_t>(std::count_if(scan.values.begin(), scan.values.end(),
+                                 [](float value) { return !std::isfinite(value); })));
+
+    const double limit = random(0.0, 100.0);
+    scan.material.constraint = [limit](double value) { return value > limit ? 1.0 + value : 0.5; };
+    const auto bad = std::find_if(
+      scan.values.begin(), scan.values.end(), [&](float value) { return isTissue(value) && value > limit; });
+    const TissueCounts failed = scan.count(random);
+    EXPECT_EQ(failed.badVoxel,
+      bad == scan.values.end() ? TissueCounts::none : static_cast<std::size_t>(bad - scan.values.begin()));
+    std::string serial;
+    try
+    {
+      const Model model(scan.grid, scan.scalars, scan.material, Anchors());
+    }
+    catch (const InputError& error)
+    {
+      serial = error.what();
+    }
+    EXPECT_TRUE(failed.problem == serial || (failed.problem.empty() && serial.find("all air") != std::string::npos));
+  }
+}
+
+// Where tissue is counted elsewhere, no row is read.
+TEST(Model, TissueMayBeCountedElsewhere)
+{
+  Random random(9);
+  FloatScan scan(random);
   bool isRead = false;
-  scalars.read = [&](std::size_t, int) -> const void*
+  ArrayView elsewhere = scan.scalars;
+  elsewhere.data = nullptr;
+  elsewhere.read = [&](std::size_t, int) -> const void*
   {
     isRead = true;
     return nullptr;
   };
-  scalars.counts = []() -> std::vector<std::pair<double, std::size_t>> {
-    return { { -1000.0, 3 }, { 20.0, 2 }, { 40.0, 2 }, { 3000.0, 1 } };
+  Material material = scan.material;
+  material.count = []
+  {
+    TissueCounts counts;
+    counts.elements = 7;
+    counts.nonFinite = 2;
+    return counts;
   };
-  Material material;
-  material.tissueThreshold = 20.0;
-  material.tissueCeiling = 3000.0;
-  material.constraint = [](double value) { return value > 50.0 ? 2.0 : 0.2; };
-  const Model model(grid, scalars, material, Anchors());
-  EXPECT_EQ(model.elements(), 4u);
-  EXPECT_EQ(model.nonFinite(), 0u);
+  const Model model(scan.grid, elsewhere, material, Anchors());
+  EXPECT_EQ(model.elements(), 7u);
+  EXPECT_EQ(model.nonFinite(), 2u);
+  material.count = [] { return TissueCounts(); };
+  EXPECT_THROW(Model(scan.grid, elsewhere, material, Anchors()), InputError) << "all is air";
+  material.count = []
+  {
+    TissueCounts counts;
+    counts.elements = 7;
+    counts.badVoxel = 3;
+    counts.problem = "what is wrong";
+    return counts;
+  };
+  EXPECT_THROW(Model(scan.grid, elsewhere, material, Anchors()), InputError);
   EXPECT_FALSE(isRead);
-  material.tissueCeiling = 1e30;
-  EXPECT_THROW(Model(grid, scalars, material, Anchors()), InputError) << "the constraint of 3000 is no fraction";
-  material.tissueThreshold = 1e9;
-  EXPECT_THROW(Model(grid, scalars, material, Anchors()), InputError) << "all is air";
 }
 
 TEST(Model, ArraysMayBeElsewhere)

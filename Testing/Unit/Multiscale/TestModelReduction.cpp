@@ -2,10 +2,10 @@
 // reduction (rest, translations, bone, walls, gaps, cuts); and the difference from the result of the whole model.
 
 #include "Blades.h"
+#include "Constraints.h"
 #include "Environment.h"
 #include "Picture.h"
 #include "Random.h"
-#include "ReducedBox.h"
 #include "ReducedModel.h"
 #include "Resampler.h"
 
@@ -900,6 +900,21 @@ TEST(ModelReduction, ElementsMadeElsewhereAreTheSameBits)
     Material material;
     material.tissueThreshold = random.of({ 10.0, 100.0, 200.0 });
     material.constraint = [](double value) { return value > 250.0 ? 0.0 : 0.001 + value / 300.0; };
+    // In some trials constraints are those of an array, or also those of a region.
+    std::vector<float> fractions(3 * grid.voxels());
+    std::generate(fractions.begin(), fractions.end(),
+      [&] { return random.chance(0.05) ? 0.0f : static_cast<float>(random(0.01, 0.9)); });
+    if (random.chance(0.3))
+    {
+      material.constraintArray.data = fractions.data();
+      material.constraintArray.type = ArrayView::Type::Float32;
+      material.constraintArray.components = random.of({ 1, 3 });
+    }
+    if (random.chance(0.3))
+    {
+      material.regions.push_back(
+        { { random(0.0, 30.0), random(0.0, 30.0), random(0.0, 30.0) }, random(0.0, 20.0), random.of({ 0.0, 0.3 }) });
+    }
     Anchors anchors;
     anchors.rigid = random.chance(0.3);
     for (bool& face : anchors.faces)
@@ -928,42 +943,31 @@ TEST(ModelReduction, ElementsMadeElsewhereAreTheSameBits)
       read += count;
       return values.data() + first;
     };
-    elsewhere.counts = [&]
-    {
-      std::map<double, std::size_t> counts;
-      for (const std::uint8_t value : values)
-      {
-        ++counts[value];
-      }
-      return std::vector<std::pair<double, std::size_t>>(counts.begin(), counts.end());
-    };
     std::size_t inside = 0;
-    elsewhere.reduce = [&](const Index3& factor, const ConstraintsOfValues& constraints)
+    Material there = material;
+    there.count = [&] { return Constraints(grid, scalars, material).count(VoxelBox::all(grid)); };
+    there.reduce = [&](const Index3& factor)
     {
-      std::vector<float> of(256, -std::numeric_limits<float>::infinity());
-      for (const auto& [value, constraint] : constraints)
-      {
-        of[static_cast<std::size_t>(value)] = constraint;
-      }
       std::vector<ReducedBox> boxes;
       for (const VoxelBox& part : parts)
       {
-        const auto rows = [&](int i, int j, int k, int count, float* out)
+        // Where a process has no voxels, it must not read any.
+        ArrayView own = scalars;
+        own.data = nullptr;
+        own.read = [&](std::size_t first, int count) -> const void*
         {
-          EXPECT_TRUE(part.contains({ { i, j, k }, { count, 1, 1 } }));
-          for (int n = 0; n < count; ++n)
-          {
-            out[n] = of[values[grid.at(i + n, j, k)]];
-          }
+          const Index3 at = grid.indexOf(first);
+          EXPECT_TRUE(part.contains({ at, { count, 1, 1 } }));
+          return values.data() + first;
         };
-        const VoxelBox elements = elementsWithin(grid, factor, part);
+        boxes.push_back(Constraints(grid, own, material).reduce(factor, anchors.rigid, part));
+        const VoxelBox& elements = boxes.back().elements;
         std::size_t voxels = elements.voxels() > 0 ? 1 : 0;
         for (int a = 0; a < 3; ++a)
         {
           voxels *= static_cast<std::size_t>(std::max(0, elements.size[a] - 2) * factor[a]);
         }
         inside += voxels;
-        boxes.push_back(reduceBox(grid, factor, elements, 1, rows));
       }
       return boxes;
     };
@@ -974,7 +978,8 @@ TEST(ModelReduction, ElementsMadeElsewhereAreTheSameBits)
       std::shared_ptr<const Model> model;
       try
       {
-        model = std::make_shared<const Model>(grid, way == 0 ? scalars : elsewhere, material, anchors);
+        model =
+          std::make_shared<const Model>(grid, way == 0 ? scalars : elsewhere, way == 0 ? material : there, anchors);
       }
       catch (const InputError&)
       {
@@ -988,12 +993,13 @@ TEST(ModelReduction, ElementsMadeElsewhereAreTheSameBits)
       const Bricks bricks(context, model, { 8, 4, 4 }, RotationSettings());
       const std::shared_ptr<const Model> reduced = reducedModel(bricks, factor, apart[way]);
       const Grid& of = reduced->grid();
-      rows[way].resize(of.voxels());
+      const auto axes = static_cast<std::size_t>(reduced->axes());
+      rows[way].resize(axes * of.voxels());
       for (int k = 0; k < of.size[2]; ++k)
       {
         for (int j = 0; j < of.size[1]; ++j)
         {
-          reduced->row(0, j, k, of.size[0], rows[way].data() + of.at(0, j, k));
+          reduced->row(0, j, k, of.size[0], rows[way].data() + axes * of.at(0, j, k));
         }
       }
     }
