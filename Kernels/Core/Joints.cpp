@@ -115,7 +115,8 @@ struct TissueClasses
   VoxelSet labelled;                ///< those of the stiff voxels that have a label; only for free joints
   std::vector<std::int64_t> labels; ///< of rigid voxels, ascending
 
-  TissueClasses(const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints, const LabelReader& labelOf)
+  TissueClasses(
+    const Grid& grid, int axes, const Model::RowReader& read, const Joints& joints, const LabelReader& labelOf)
     : rigid(grid)
     , stiffer(grid)
     , labelled(grid)
