@@ -78,8 +78,8 @@ inline Block heterogeneousBlock(const chainmail::Index3& size, std::uint64_t see
   return block;
 }
 
-/// Two rods of bone across a block.
-inline void addRods(Block& block)
+/// A rod of bone across a block, along x or y, a third or two thirds of the way through it.
+inline void addRod(Block& block, bool alongX = true)
 {
   const chainmail::Index3& n = block.grid.size;
   const int thick = std::max(1, n[0] / 16);
@@ -89,11 +89,19 @@ inline void addRods(Block& block)
     {
       for (int b = 0; b < thick; ++b)
       {
-        block.material[block.grid.at(along, n[1] / 3 + a, n[2] / 3 + b)] = Block::rigid;
-        block.material[block.grid.at(2 * n[0] / 3 + a, along, 2 * n[2] / 3 + b)] = Block::rigid;
+        const std::size_t voxel = alongX ? block.grid.at(along, n[1] / 3 + a, n[2] / 3 + b)
+                                         : block.grid.at(2 * n[0] / 3 + a, along, 2 * n[2] / 3 + b);
+        block.material[voxel] = Block::rigid;
       }
     }
   }
+}
+
+/// Two rods of bone across a block.
+inline void addRods(Block& block)
+{
+  addRod(block, true);
+  addRod(block, false);
 }
 
 /// A handle on the element at these indices, or on all within `radius` of it.

@@ -21,10 +21,10 @@ inline std::string scanName(const Session& session, const std::string& name)
 }
 
 /// A scan from the folder CHAINMAIL_VOLUMES; where it is not there the benchmark is skipped.
-inline vtkSmartPointer<vtkImageData> readScan(const std::string& name)
+inline vtkSmartPointer<vtkImageData> readScan(const std::string& name, const std::string& type = ".mhd")
 {
   const char* folder = std::getenv("CHAINMAIL_VOLUMES");
-  const std::string path = std::string(folder ? folder : ".") + "/" + name + ".mhd";
+  const std::string path = std::string(folder ? folder : ".") + "/" + name + type;
   if (!std::ifstream(path).good())
   {
     throw Skip("the scan " + name + " is not there; name its folder in CHAINMAIL_VOLUMES");
