@@ -115,7 +115,7 @@ void breathe(bench::Session& session)
   one.Radius = 5.0;
   measure(session, "a lung", "one probe", filter, FilterTest::MakeProbes({ one }));
   filter->SetConflictPolicyToShare();
-  measure(session, "a lung", "its surface, Share", filter, probes);
+  measure(session, "a lung", "probes on its surface, Share", filter, probes);
 }
 
 /// Probes on elements of their own that sample a smooth field, which no link is too short for.
