@@ -17,7 +17,7 @@ from vtkmodules.vtkParallelCore import vtkMultiProcessController
 
 PROCESSES = 3
 LIBRARY = os.environ.get("CHAINMAIL_FAILING_MEMORY", "")
-LARGE = 40000 if harness.EVERY else 150000  # [bytes]
+LARGE = 40000 if harness.EVERY else 300000  # [bytes]
 LARGE_REDUCED = LARGE // 8                  # of a reduced model, which has fewer elements
 MOST = 400     # requests of an update
 
