@@ -17,27 +17,12 @@ namespace
 void measure(bench::Session& session, const std::string& scene, const std::string& method,
   vtkChainMailDeformation* filter, vtkPolyData* probes)
 {
-  bench::Task task;
-  task.prepare = [&]
-  {
-    filter->SetInputDataObject(1, FilterTest::MakeProbes({}));
-    filter->Update();
-  };
-  task.run = [&]
-  {
-    filter->SetInputDataObject(1, probes);
-    filter->Update();
-  };
+  bench::Task task = bench::updateFromRest(filter, probes);
   std::map<std::string, double> figures;
   task.check = [&]
   {
+    bench::requireSound(filter, 200.0); // the farthest that is asked for here [mm], of voxels from 1 mm on
     vtkImageData* output = filter->GetOutput();
-    const double excess = FilterTest::Field(output, "MaxLinkExcess");
-    if (!FilterTest::ErrorOf(output).empty() || !(excess <= 1e-4))
-    {
-      throw std::runtime_error(
-        "the state must not be reported: " + FilterTest::ErrorOf(output) + " link excess " + std::to_string(excess));
-    }
     vtkDataArray* wanted = probes->GetPointData()->GetArray("Displacement");
     vtkDataArray* reached = output->GetFieldData()->GetArray("ProbeReached");
     double missed = 0.0;

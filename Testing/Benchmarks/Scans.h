@@ -167,4 +167,32 @@ inline double distance(const std::vector<float>& state, const std::vector<float>
   return std::sqrt(sum / touched) / pull;
 }
 
+/// An update from rest with these probes.
+inline Task updateFromRest(vtkChainMailDeformation* filter, vtkPolyData* probes)
+{
+  Task task;
+  task.prepare = [filter]
+  {
+    filter->SetInputDataObject(1, FilterTest::MakeProbes({}));
+    filter->Update();
+  };
+  task.run = [filter, probes]
+  {
+    filter->SetInputDataObject(1, probes);
+    filter->Update();
+  };
+  return task;
+}
+
+/// Throws unless the last update of a filter may be reported, of which nothing moved farther than so many voxels.
+inline void requireSound(vtkChainMailDeformation* filter, double voxels)
+{
+  const std::string error = FilterTest::ErrorOf(filter->GetOutput());
+  const double excess = FilterTest::Field(filter->GetOutput(), "MaxLinkExcess");
+  if (!error.empty() || !(excess <= roundingOf(voxels)))
+  {
+    throw std::runtime_error("the state must not be reported: " + error + " link excess " + std::to_string(excess));
+  }
+}
+
 }
