@@ -13,6 +13,8 @@ namespace chainmail
 namespace
 {
 
+constexpr float air = -std::numeric_limits<float>::infinity();
+
 /// The signed constraint of an element on one axis: the mean over its voxels.
 struct Mean
 {
@@ -33,12 +35,55 @@ struct Mean
   {
     if (this->count == 0)
     {
-      return -std::numeric_limits<float>::infinity();
+      return air;
     }
     const float c = this->rigid ? 0.0f : static_cast<float>(this->sum / this->count);
     return rule::asHeld(c, this->anchored);
   }
 };
+
+/// Adds a row of voxels, which begins with an element, to the means of its elements.
+void addRow(const std::vector<float>& row, std::size_t axes, std::size_t factor, Mean* means)
+{
+  for (std::size_t from = 0; from < row.size(); from += factor * axes, means += axes)
+  {
+    const std::size_t to = std::min(from + factor * axes, row.size());
+    for (std::size_t a = 0; a < axes; ++a)
+    {
+      Mean mean = means[a]; // a copy is kept in registers
+      for (std::size_t n = from + a; n < to; n += axes)
+      {
+        if (row[n] != air)
+        {
+          mean.add(row[n]);
+        }
+      }
+      means[a] = mean;
+    }
+  }
+}
+
+/// Links the elements of a row along it.
+void linkAlong(const std::uint8_t* tissue, std::size_t width, std::size_t factor, std::uint8_t* linked)
+{
+  for (std::size_t n = factor; n < width; n += factor, ++linked)
+  {
+    *linked |= tissue[n] & tissue[n - 1];
+  }
+}
+
+/// Sets a bit of the elements that tissue of a row links to the one before it along another axis.
+void linkAcross(const std::uint8_t* before, const std::uint8_t* tissue, std::size_t width, std::size_t factor,
+  std::uint8_t bit, std::uint8_t* linked)
+{
+  for (std::size_t from = 0; from < width; from += factor, ++linked)
+  {
+    for (std::size_t n = from; n < std::min(from + factor, width); ++n)
+    {
+      *linked |= before[n] & tissue[n] ? bit : 0;
+    }
+  }
+}
 
 /// From the first to before the second.
 using Range = std::pair<int, int>;
@@ -118,54 +163,42 @@ ReducedBox reduceBox(const Grid& whole, const Index3& factor, const VoxelBox& el
   const std::size_t layerOfElements = rowOfElements * elements.size[1];
   const auto width = static_cast<std::size_t>(end[0] - first[0]);
   const std::size_t layer = width * (end[1] - first[1]);
+  const auto along = static_cast<std::size_t>(factor[0]);
   std::vector<Mean> means(layerOfElements * components);
-  std::vector<char> tissue(2 * layer); // of this layer of voxels and of the one before it
+  std::vector<std::uint8_t> tissue(2 * layer); // 1 or 0, of this layer of voxels and of the one before it
   std::vector<float> row(width * components);
   for (int k = first[2]; k < end[2]; ++k)
   {
-    char* const here = tissue.data() + k % 2 * layer;
-    const char* const below = tissue.data() + (k + 1) % 2 * layer;
-    const bool crossesZ = k > first[2] && k % factor[2] == 0;
-    for (int j = first[1]; j < end[1]; ++j)
+    std::uint8_t* here = tissue.data() + k % 2 * layer;
+    const std::uint8_t* below = tissue.data() + (k + 1) % 2 * layer;
+    for (int j = first[1]; j < end[1]; ++j, here += width, below += width)
     {
-      const bool crossesY = j > first[1] && j % factor[1] == 0;
-      const std::size_t firstElement = elements.at(elements.first[0], j / factor[1], k / factor[2]);
-      const std::size_t inLayer = firstElement % layerOfElements;
-      char* const line = here + (j - first[1]) * width;
-      std::fill(line, line + width, 0);
+      if (!known.empty())
+      {
+        std::fill(row.begin(), row.end(), air);
+      }
       const Range all{ elements.first[0], elements.first[0] + elements.size[0] };
       for (const Range& range : without(known, all, j / factor[1], k / factor[2]))
       {
         const int from = range.first * factor[0];
         const int to = std::min(range.second * factor[0], end[0]);
-        rows(from, j, k, to - from, row.data());
-        for (int i = from; i < to; ++i)
-        {
-          const float* const c = row.data() + (i - from) * components;
-          if (std::isinf(c[0]))
-          {
-            continue;
-          }
-          const auto at = static_cast<std::size_t>(i - first[0]);
-          const auto x = static_cast<std::size_t>(i / factor[0] - elements.first[0]);
-          line[at] = 1;
-          for (std::size_t a = 0; a < components; ++a)
-          {
-            means[(inLayer + x) * components + a].add(c[a]);
-          }
-          if (at > 0 && i % factor[0] == 0 && line[at - 1])
-          {
-            reduced.linked[firstElement + x - 1] |= 1;
-          }
-          if (crossesY && line[static_cast<std::ptrdiff_t>(at) - static_cast<std::ptrdiff_t>(width)])
-          {
-            reduced.linked[firstElement + x - rowOfElements] |= 2;
-          }
-          if (crossesZ && below[(j - first[1]) * width + at])
-          {
-            reduced.linked[firstElement + x - layerOfElements] |= 4;
-          }
-        }
+        rows(from, j, k, to - from, row.data() + (from - first[0]) * components);
+      }
+      for (std::size_t n = 0; n < width; ++n)
+      {
+        here[n] = row[n * components] != air ? 1 : 0;
+      }
+      const std::size_t element = elements.at(elements.first[0], j / factor[1], k / factor[2]);
+      std::uint8_t* const linked = reduced.linked.data() + element;
+      addRow(row, components, along, means.data() + element % layerOfElements * components);
+      linkAlong(here, width, along, linked);
+      if (j > first[1] && j % factor[1] == 0)
+      {
+        linkAcross(here - width, here, width, along, 2, linked - rowOfElements);
+      }
+      if (k > first[2] && k % factor[2] == 0)
+      {
+        linkAcross(below, here, width, along, 4, linked - layerOfElements);
       }
     }
     if ((k + 1) % factor[2] == 0 || k + 1 == end[2])
