@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cmath>
 #include <limits>
 #include <set>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -160,6 +162,114 @@ struct CoarserJoints
   }
 };
 
+/// Some of the up to eight finer elements of a coarser one: bit x + 2 y + 4 z for each, by its place among them.
+using PartOfElement = unsigned;
+
+Index3 childOf(const Index3& element, int place)
+{
+  return { 2 * element[0] + (place & 1), 2 * element[1] + (place >> 1 & 1), 2 * element[2] + (place >> 2) };
+}
+
+Index3 neighbourOf(const Index3& at, int direction)
+{
+  Index3 next = at;
+  next[direction / 2] += direction % 2 == 0 ? -1 : 1;
+  return next;
+}
+
+bool isLinkCut(const Bricks& finer, const Index3& at, int direction)
+{
+  return (finer.cutBits(at[0], at[1], at[2]) & CUT_BIT(direction)) != 0;
+}
+
+/// All the tissue of a coarser element.
+PartOfElement tissueOf(const Bricks& finer, const Index3& element)
+{
+  PartOfElement part = 0;
+  for (int place = 0; place < 8; ++place)
+  {
+    const Index3 at = childOf(element, place);
+    if (finer.model().grid().contains(at[0], at[1], at[2]) && finer.isElement(at))
+    {
+      part |= 1u << place;
+    }
+  }
+  return part;
+}
+
+/// The largest part of the tissue of a coarser element that links within it connect. Of equal ones it is the part with
+/// the first place.
+PartOfElement largestPart(const Bricks& finer, const Index3& element)
+{
+  PartOfElement rest = tissueOf(finer, element);
+  PartOfElement largest = 0;
+  const auto count = [](PartOfElement part) { return std::bitset<8>(part).count(); };
+  while (rest != 0)
+  {
+    PartOfElement part = rest & (~rest + 1); // the first one
+    for (PartOfElement before = 0; before != part;)
+    {
+      before = part;
+      for (int place = 0; place < 8; ++place)
+      {
+        for (int axis = 0; axis < 3 && (part >> place & 1) != 0; ++axis)
+        {
+          const int direction = 2 * axis + ((place >> axis & 1) == 0 ? 1 : 0); // to the other one within the element
+          if (!isLinkCut(finer, childOf(element, place), direction))
+          {
+            part |= rest & (1u << (place ^ (1 << axis)));
+          }
+        }
+      }
+    }
+    largest = count(part) > count(largest) ? part : largest;
+    rest &= ~part;
+  }
+  return largest;
+}
+
+/// Whether a finer link joins parts of two coarser elements, the second in a direction from the first.
+bool areLinked(const Bricks& finer, const Index3& element, PartOfElement part, PartOfElement other, int direction)
+{
+  const int axis = direction / 2;
+  for (int place = 0; place < 8; ++place)
+  {
+    const bool atFace = (place >> axis & 1) == direction % 2;
+    if (atFace && (part >> place & 1) != 0 && (other >> (place ^ (1 << axis)) & 1) != 0 &&
+        !isLinkCut(finer, childOf(element, place), direction))
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The coarser elements one of whose finer elements has lost a link to a cut; ascending.
+std::vector<std::size_t> elementsWithCuts(const Bricks& finer, const Grid& grid)
+{
+  constexpr int links = 63; // the bits of all six
+  const Grid& fine = finer.model().grid();
+  std::set<std::size_t> elements;
+  for (const auto& [brick, bits] : finer.links().all())
+  {
+    const Index3 origin = finer.origin(brick);
+    for (int k = origin[2]; k < std::min(origin[2] + finer.size()[2], fine.size[2]); ++k)
+    {
+      for (int j = origin[1]; j < std::min(origin[1] + finer.size()[1], fine.size[1]); ++j)
+      {
+        for (int i = origin[0]; i < std::min(origin[0] + finer.size()[0], fine.size[0]); ++i)
+        {
+          if ((bits[finer.local(i, j, k)] & links) != 0)
+          {
+            elements.insert(grid.at(i / 2, j / 2, k / 2));
+          }
+        }
+      }
+    }
+  }
+  return std::vector<std::size_t>(elements.begin(), elements.end());
+}
+
 /// Reads all rows of a grid once. Returns a reader of what was read.
 Model::RowReader inMemoryReader(const Grid& grid, int axes, const Model::RowReader& read)
 {
@@ -218,53 +328,30 @@ std::shared_ptr<const Model> coarserModel(const Bricks& finer, bool inMemory)
 
 void coarsenCuts(const Bricks& finer, Bricks& coarser)
 {
-  const Grid& fine = finer.model().grid();
-  std::set<std::pair<std::size_t, int>> candidates; // voxel of the coarser grid, axis
-  for (const auto& [brick, bits] : finer.links().all())
+  const Grid& grid = coarser.model().grid();
+  const std::vector<std::size_t> divided = elementsWithCuts(finer, grid);
+  std::unordered_map<std::size_t, PartOfElement> parts;
+  for (const std::size_t element : divided)
   {
-    const Index3 origin = finer.origin(brick);
-    for (int k = origin[2]; k < std::min(origin[2] + finer.size()[2], fine.size[2]); ++k)
-    {
-      for (int j = origin[1]; j < std::min(origin[1] + finer.size()[1], fine.size[1]); ++j)
-      {
-        for (int i = origin[0]; i < std::min(origin[0] + finer.size()[0], fine.size[0]); ++i)
-        {
-          for (int a = 0; a < 3; ++a)
-          {
-            if ((bits[finer.local(i, j, k)] & CUT_UP_BIT(a)) != 0)
-            {
-              candidates.insert({ coarser.model().grid().at(i / 2, j / 2, k / 2), a });
-            }
-          }
-        }
-      }
-    }
+    parts.emplace(element, largestPart(finer, grid.indexOf(element)));
   }
-
-  const auto isElement = [&](const Index3& at) { return fine.contains(at[0], at[1], at[2]) && finer.isElement(at); };
-  const auto anyLink = [&](const Index3& coarse, int axis, int offset)
+  const auto partOf = [&](const Index3& at)
   {
-    for (int n = 0; n < 4; ++n)
-    {
-      Index3 at{ 2 * coarse[0], 2 * coarse[1], 2 * coarse[2] };
-      at[axis] += offset;
-      at[(axis + 1) % 3] += n & 1;
-      at[(axis + 2) % 3] += n >> 1;
-      Index3 next = at;
-      ++next[axis];
-      if (isElement(at) && isElement(next) && (finer.cutBits(at[0], at[1], at[2]) & CUT_UP_BIT(axis)) == 0)
-      {
-        return true;
-      }
-    }
-    return false;
+    const auto found = parts.find(grid.at(at[0], at[1], at[2]));
+    return found == parts.end() ? tissueOf(finer, at) : found->second;
   };
-  for (const auto& [voxel, axis] : candidates)
+  for (const std::size_t element : divided)
   {
-    const Index3 at = coarser.model().grid().indexOf(voxel);
-    if (at[axis] + 1 < coarser.model().grid().size[axis] && (!anyLink(at, axis, 1) || !anyLink(at, axis, 0)))
+    const Index3 at = grid.indexOf(element);
+    const PartOfElement part = partOf(at);
+    for (int d = 0; part != 0 && d < 6; ++d)
     {
-      coarser.removeLink(at[0], at[1], at[2], 2 * axis + 1);
+      const Index3 next = neighbourOf(at, d);
+      const PartOfElement other = grid.contains(next[0], next[1], next[2]) ? partOf(next) : 0;
+      if (other != 0 && !areLinked(finer, at, part, other, d))
+      {
+        coarser.removeLink(at[0], at[1], at[2], d);
+      }
     }
   }
   coarser.uploadCuts();
