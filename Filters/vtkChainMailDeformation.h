@@ -360,8 +360,9 @@ public:
    * How thorough the relaxation of an update is. RELAXATION_CUSTOM (0): as CoarseToFine, RelaxationIterations and
    * RelaxationTolerance say. The other presets stand for values of these three, in this order, and leave the properties
    * unchanged (costs and errors: Data/Choosing.md). RELAXATION_FAST (1), for dragging: off, 10, 1e-3.
-   * RELAXATION_BALANCED (2), for a picture: on, 20, 1e-3. RELAXATION_ACCURATE (3), for measuring: on, 200 (with
-   * Rotations or RELAXATION_PAPER 1000), 1e-5. Default: RELAXATION_CUSTOM.
+   * RELAXATION_BALANCED (2), for a picture: on, 52, 1e-4 (with Rotations or RELAXATION_PAPER 20, 1e-3).
+   * RELAXATION_ACCURATE (3), for measuring: on, 300 (with Rotations or RELAXATION_PAPER 1000), 1e-5. Default:
+   * RELAXATION_CUSTOM.
    */
   vtkSetMacro(RelaxationPreset, int);
   vtkGetMacro(RelaxationPreset, int);

@@ -99,7 +99,8 @@ TEST(CoarseToFine, CorrectionsDoNotDependOnBricks)
     double energy = 0.0;
     const auto u = relaxed(scene, probes, true, 40, &energy, &blade);
     EXPECT_LE(oracle::maxLinkExcess(scene.block(), relaxed(scene, probes, true, 40, &energy)), tolerance);
-    for (const Index3& brick : brickSizes())
+    const std::vector<Index3> sizes = axes == 1 ? brickSizes() : std::vector<Index3>{ { 8, 4, 8 } };
+    for (const Index3& brick : sizes)
     {
       EXPECT_EQ(relaxed(scene, probes, true, 40, &energy, &blade, brick), u) << brick[0];
     }
