@@ -111,6 +111,7 @@ public:
     values.PoissonRatio = filter.PoissonRatio;
     values.RelaxationIterations = filter.RelaxationIterations;
     values.RelaxationTolerance = filter.RelaxationTolerance;
+    values.RelaxationError = filter.RelaxationError;
     values.ModelReduction = filter.ModelReduction;
 
     values.ModelArrays = filter.ModelArraySelection;
@@ -939,6 +940,7 @@ void vtkChainMailDeformation::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "PoissonRatio: " << this->PoissonRatio << "\n";
   os << indent << "RelaxationIterations: " << this->RelaxationIterations << "\n";
   os << indent << "RelaxationTolerance: " << this->RelaxationTolerance << "\n";
+  os << indent << "RelaxationError: " << this->RelaxationError << "\n";
   os << indent << "ModelReduction: " << this->ModelReduction << "\n";
   os << indent << "Interpolation: " << name(values.Interpolation) << "\n";
   os << indent << "LabelArrays:";

@@ -75,7 +75,7 @@ public:
   std::size_t carve(const Surface& surface, SurfaceParts* parts);
   void hold(const std::vector<Probe>& probes);
   PropagateResult propagate(int iterations);
-  RelaxResult relax(int iterations, double tolerance);
+  RelaxResult relax(int iterations, double tolerance, double error);
   UpdateResult update(const Update& update, const std::function<bool(UpdatePart)>& begins);
   std::vector<ProbeResult> probes();
   Limiter limiter(std::size_t probe);
@@ -423,7 +423,7 @@ PropagateResult Simulation::Impl::propagate(int iterations)
         const auto sweep = [&](int sweeps, double tolerance)
         {
           const RelaxationTask task{ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
-            nullptr, sweeps, tolerance, [&](int) { checkpoint(); } };
+            nullptr, sweeps, tolerance, 0.0, [&](int) { checkpoint(); } };
           return this->relaxer().run(task);
         };
         const auto settle = [&](bool anyRotates, bool thoroughly)
@@ -531,11 +531,11 @@ void Simulation::Impl::tissueChanged()
   this->paperRelaxation_.tissueChanged();
 }
 
-RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
+RelaxResult Simulation::Impl::relax(int iterations, double tolerance, double error)
 {
-  if (iterations < 0 || !(tolerance >= 0.0))
+  if (iterations < 0 || !(tolerance >= 0.0) || !(error >= 0.0))
   {
-    throw InputError("The number of iterations and the tolerance of a relaxation must not be negative.");
+    throw InputError("The number of iterations, the tolerance and the error of a relaxation must not be negative.");
   }
   return this->stoppable(
     [&]
@@ -566,7 +566,7 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance)
         this->beyondLimits_ = false;
       }
       return relaxer.run({ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_, waves,
-        iterations, tolerance, [&](int done) { this->checkpoint(static_cast<double>(done) / iterations); } });
+        iterations, tolerance, error, [&](int done) { this->checkpoint(static_cast<double>(done) / iterations); } });
     });
 }
 
@@ -600,7 +600,7 @@ UpdateResult Simulation::Impl::update(const Update& update, const std::function<
   this->hold(update.probes);
   result.propagation = this->propagate(method.propagationIterations);
   begin(UpdatePart::Relax);
-  result.relaxation = this->relax(method.relaxationIterations, method.relaxationTolerance);
+  result.relaxation = this->relax(method.relaxationIterations, method.relaxationTolerance, method.relaxationError);
   result.probes = this->probes();
   begin(UpdatePart::Measure);
   result.statistics = this->measure();
@@ -787,9 +787,9 @@ std::vector<ProbeResult> Simulation::pull(const std::vector<Probe>& probes)
     });
 }
 
-RelaxResult Simulation::relax(int iterations, double tolerance)
+RelaxResult Simulation::relax(int iterations, double tolerance, double error)
 {
-  return this->impl_->called([&] { return this->impl_->relax(iterations, tolerance); });
+  return this->impl_->called([&] { return this->impl_->relax(iterations, tolerance, error); });
 }
 
 UpdateResult Simulation::update(const Update& update, const std::function<bool(UpdatePart)>& begins)

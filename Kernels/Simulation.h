@@ -161,9 +161,11 @@ public:
   std::vector<ProbeResult> pull(const std::vector<Probe>& probes);
 
   /// Lowers the energy in at most `iterations`. Stops after one in which no element moved more than `tolerance`, a
-  /// fraction of the spacing. While a wave is under way, Timestamp relaxes the elements that the wave does not move,
-  /// and Envelope none. Throws InputError where either number is negative.
-  RelaxResult relax(int iterations, double tolerance);
+  /// fraction of the spacing. Where it started on coarser grids (setCoarseToFine()), it also stops where its distance
+  /// from the optimum is estimated to be at most `error`: the root mean square over displaced elements, as a fraction
+  /// of the largest displacement. 0: no estimate. While a wave is under way, Timestamp relaxes the elements that the
+  /// wave does not move, and Envelope none. Throws InputError where a number is negative.
+  RelaxResult relax(int iterations, double tolerance, double error = 0.0);
 
   /// Deforms tissue in one call, after cuts and carves. State and results are those of these single calls, bit for
   /// bit: reset() where Update::fromRest says so; setPropagation() where the method or the policy differs from the

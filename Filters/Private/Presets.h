@@ -28,8 +28,8 @@ void GetMaterial(Look look, double air, double bright, double& tissueThreshold, 
 void GetPresetMaterial(
   MaterialPresets preset, const double range[2], double& tissueThreshold, vtkPiecewiseFunction* function);
 
-/// Sets coarseToFine, relaxationIterations and relaxationTolerance as the RelaxationPreset says: to its own values or,
-/// for Custom, to those of the properties.
+/// Sets coarseToFine, relaxationIterations, relaxationTolerance and relaxationError as the RelaxationPreset says: to
+/// its own values or, for Custom, to those of the properties.
 void ApplyRelaxationPreset(const Properties& properties, chainmail::Method& method);
 
 }

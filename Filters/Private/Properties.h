@@ -45,6 +45,7 @@ struct Properties
   double PoissonRatio = 0.0;
   int RelaxationIterations = 0;
   double RelaxationTolerance = 0.0;
+  double RelaxationError = 0.0;
   int ModelReduction = 0;
 
   vtkDataArraySelection* ModelArrays = nullptr;

@@ -94,13 +94,14 @@ struct Method
   bool coarseToFine = false;        ///< see Simulation::setCoarseToFine()
   int relaxationIterations = 0;     ///< the most of an update
   double relaxationTolerance = 0.0; ///< largest move after which relaxation stops, as a fraction of the spacing
+  double relaxationError = 0.0;     ///< see Simulation::relax()
 
   bool operator==(const Method& other) const
   {
     const auto all = [](const Method& m)
     {
       return std::tie(m.propagation, m.conflict, m.propagationIterations, m.relaxation, m.elasticRecovery,
-        m.coarseToFine, m.relaxationIterations, m.relaxationTolerance);
+        m.coarseToFine, m.relaxationIterations, m.relaxationTolerance, m.relaxationError);
     };
     return all(*this) == all(other);
   }

@@ -74,13 +74,6 @@ void restoreRotations(Bricks& bricks, const Field& before)
     before.buffer, bricks.rotations()->spin.buffer, 0, 0, sizeof(cl_float) * 3 * bricks.pitch());
 }
 
-/// Allocates a field of zeros, also where a relaxation that was stopped has left one.
-void addZeros(Bricks& bricks, Field& field)
-{
-  bricks.removeField(field);
-  bricks.addField(field);
-}
-
 /// The soft links of a coarser grid. The soft link of an element has the sum of the weights of those that it stands
 /// for. Its place is the weighted mean of theirs. A link between elements stands for four parallel links (two in a
 /// slice), but its energy counts once. So the energy of soft links is divided by four (two), too. Weights refer to
@@ -137,7 +130,10 @@ public:
     coarsenCuts(finer, this->bricks_);
     this->clusters_ = std::make_unique<RigidClusters>(this->bricks_);
   }
-  ~Level()
+  ~Level() { this->release(); }
+
+  /// See CoarseToFine::release().
+  void release()
   {
     this->bricks_.removeField(this->rotationsBefore_);
     this->bricks_.removeField(this->residual_);
@@ -260,7 +256,7 @@ public:
     const std::vector<int> bricks = this->touchBricks();
     const std::vector<int> slots = this->bricks_.slotsOf(bricks);
     this->bricks_.makeSoftLinks(bricks);
-    addZeros(this->bricks_, this->residual_);
+    this->bricks_.addField(this->residual_);
     // The energy of a coarser link is that of the finer ones that it stands for, divided by their number, and its
     // displacement is half as large. The residual is a derivative of the energy.
     float share = 2.0f;
@@ -289,7 +285,6 @@ public:
     this->relaxation_.run(
       *this->clusters_, unlimited, nullptr, Range::Far, 0, correctionSweeps, 0.0, [&](int) { checkpoint(); });
     this->bricks_.setSoftLinks({});
-    this->bricks_.removeField(this->residual_);
   }
 
 private:
@@ -349,9 +344,10 @@ private:
   Field residual_{ 3, sizeof(cl_float), "the residuals of a relaxation" };
 };
 
-CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
+CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles, StepStart& start)
   : bricks_(bricks)
   , handles_(handles)
+  , start_(start)
   , propagation_(bricks)
   , feasibility_(bricks)
   , relaxation_(bricks)
@@ -360,9 +356,18 @@ CoarseToFine::CoarseToFine(Bricks& bricks, Handles& handles)
 
 CoarseToFine::~CoarseToFine()
 {
-  this->bricks_.removeField(this->before_);
+  this->release();
+}
+
+void CoarseToFine::release()
+{
+  this->start_.release();
   this->bricks_.removeField(this->rotationsBefore_);
   this->bricks_.removeField(this->residual_);
+  for (const std::unique_ptr<Level>& level : this->levels_)
+  {
+    level->release();
+  }
 }
 
 void CoarseToFine::forget()
@@ -556,7 +561,7 @@ void CoarseToFine::putOthersBack()
   const Rotations* rotations = this->bricks_.rotations();
   if (most)
   {
-    few.setDisplacements(few.values(this->before_));
+    few.setDisplacements(few.values(this->start_.field()));
     if (rotations)
     {
       few.setRotations(few.values(this->rotationsBefore_));
@@ -564,8 +569,7 @@ void CoarseToFine::putOthersBack()
     return;
   }
   const std::vector<float> u = few.displacements();
-  this->bricks_.context().queue().enqueueCopyBuffer(
-    this->before_.buffer, this->bricks_.displacement(), 0, 0, sizeof(cl_float) * 3 * this->bricks_.pitch());
+  this->start_.restore();
   few.setDisplacements(u);
   if (rotations)
   {
@@ -611,7 +615,7 @@ bool CoarseToFine::run(
   {
     return false;
   }
-  this->bricks_.saveIn(this->before_);
+  this->start_.save();
   if (this->bricks_.rotations())
   {
     saveRotations(this->bricks_, this->rotationsBefore_);
@@ -630,8 +634,8 @@ std::optional<double> CoarseToFine::correct(
     return std::nullopt;
   }
   this->energyBefore_ = this->energy(elasticity);
-  this->bricks_.saveIn(this->before_);
-  addZeros(this->bricks_, this->residual_);
+  this->start_.save();
+  this->bricks_.addField(this->residual_);
   Context& context = this->bricks_.context();
   const std::vector<int> dirty = this->bricks_.dirtySlots();
   launchPass(this->bricks_, context.kernel("correction.cl", this->bricks_.definesOfRows(), "residuals"), dirty.size(),
@@ -655,8 +659,7 @@ std::optional<double> CoarseToFine::correct(
   const std::vector<int> slots = this->bricks_.dirtySlots();
   context.launch(context.kernel("correction.cl", this->bricks_.definesOfRows(), "addCorrection"), slots.size(),
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), timesAdded,
-    this->residual_.buffer, this->before_.buffer, this->bricks_.displacement());
-  this->bricks_.removeField(this->residual_);
+    this->residual_.buffer, this->start_.field().buffer, this->bricks_.displacement());
   this->putOthersBack();
   clusters.begin(this->handles_.voxels());
   this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
@@ -674,43 +677,28 @@ double CoarseToFine::judge(const Elasticity& elasticity)
     if (!this->feasible_ || whole > this->energyBefore_)
     {
       kept = 0.0;
-      Context& context = this->bricks_.context();
-      const std::size_t bytes = sizeof(cl_float) * 3 * this->bricks_.pitch();
-      context.queue().enqueueCopyBuffer(this->before_.buffer, this->bricks_.displacement(), 0, 0, bytes);
+      this->start_.restore();
       restoreRotations(this->bricks_, this->rotationsBefore_);
       this->bricks_.setRotated(this->rotatedBefore_);
     }
-    this->bricks_.removeField(this->rotationsBefore_);
   }
   else if (whole > this->energyBefore_)
   {
     // The energy E of elastic tissue is quadratic in the share s of the step. E(1) > E(0), so its minimum is below 1/2:
     // s = 1/2 - 1/4 (E(1) - E(0)) / (E(1) - 2 E(1/2) + E(0)).
-    this->goBack(0.5f);
+    this->start_.goBack(0.5f);
     const double half = this->energy(elasticity);
     const double bend = whole - 2.0 * half + this->energyBefore_;
     const double lowest = bend > 0.0 ? 0.5 - 0.25 * (whole - this->energyBefore_) / bend : 0.0;
     kept = std::max(0.0, shareStep * std::floor(lowest / shareStep));
-    this->goBack(static_cast<float>(2.0 * kept));                     // the state is half way already
+    this->start_.goBack(static_cast<float>(2.0 * kept));              // the state is half way already
     if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // in plastic tissue E is not quadratic
     {
       kept = 0.0;
-      this->goBack(0.0f);
+      this->start_.goBack(0.0f);
     }
   }
-  this->bricks_.removeField(this->before_);
   return kept;
-}
-
-/// Scales the change of every displacement since the state before run() by `share`. Elements with equal changes, such
-/// as those of a rigid cluster, keep equal changes.
-void CoarseToFine::goBack(float share)
-{
-  Context& context = this->bricks_.context();
-  const std::vector<int> slots = this->bricks_.dirtySlots();
-  context.launch(context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "goBack"), slots.size(),
-    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), share,
-    this->before_.buffer, this->bricks_.displacement());
 }
 
 }

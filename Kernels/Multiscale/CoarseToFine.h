@@ -3,6 +3,7 @@
 #include "Feasibility.h"
 #include "Handles.h"
 #include "Relaxation.h"
+#include "StepStart.h"
 #include "TissueComponents.h"
 
 #include <memory>
@@ -30,7 +31,8 @@ namespace chainmail
 class CoarseToFine
 {
 public:
-  CoarseToFine(Bricks& bricks, Handles& handles);
+  /// `start`: the displacements at the start of run() or correct(), which these save there.
+  CoarseToFine(Bricks& bricks, Handles& handles, StepStart& start);
   ~CoarseToFine();
 
   /// Runs one cycle through all grids. The state must be feasible, and stays so. Returns whether there was anything to
@@ -52,6 +54,9 @@ public:
   /// Returns the share of the step that is kept, in [0, 1].
   double judge(const Elasticity& elasticity);
 
+  /// To be called at the end of a relaxation, also of one that was stopped: frees what only cycles need.
+  void release();
+
   /// To be called after a cut or a carve: the coarser grids are built anew.
   void forget();
 
@@ -61,7 +66,6 @@ private:
   void build();
   double energy(const Elasticity& elasticity) const;
   void cycle(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
-  void goBack(float share);
   std::vector<char> movingComponents();
   bool isStrained(int component, const std::vector<char>& hasStrain);
   bool isStrained(int component, int brick);
@@ -70,13 +74,13 @@ private:
 
   Bricks& bricks_;
   Handles& handles_;
+  StepStart& start_;
   std::vector<std::unique_ptr<Level>> levels_; ///< from finer to coarser
   EnvelopePropagation propagation_;
   Feasibility feasibility_;
   Relaxation relaxation_;
   std::unique_ptr<TissueComponents> components_; ///< made together with the levels
   std::vector<char> moves_;                      ///< of each component whether this cycle may move it
-  Field before_{ 3, sizeof(cl_float), "the displacement before a relaxation" };
   Field rotationsBefore_{ 3, sizeof(cl_float), "the rotations before a relaxation" };
   Field residual_{ 3, sizeof(cl_float), "the residuals of a relaxation" };
   bool rotatedBefore_ = false; ///< whether there were any rotations

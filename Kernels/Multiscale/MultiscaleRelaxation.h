@@ -3,18 +3,21 @@
 #include "CoarseToFine.h"
 #include "Relaxer.h"
 
+#include <limits>
+
 namespace chainmail
 {
 
 /// Relaxation by sweeps over the elements (Relaxation), which may start on coarser grids and be corrected there
-/// (CoarseToFine).
+/// (CoarseToFine). It ends early where what it still lacks is estimated to be small (RelaxationTask::error).
 class MultiscaleRelaxation : public Relaxer
 {
 public:
   MultiscaleRelaxation(Bricks& bricks, Handles& handles)
     : handles_(handles)
     , relaxation_(bricks)
-    , coarseToFine_(bricks, handles)
+    , start_(bricks)
+    , coarseToFine_(bricks, handles, start_)
   {
   }
 
@@ -27,17 +30,26 @@ public:
   {
     this->sweep_ = 0;
     this->mayStartCoarse_ = mayStartCoarse;
+    this->distance_ = std::numeric_limits<double>::infinity();
   }
   void tissueChanged() override;
 
 private:
+  void sweep(const RelaxationTask& task, RigidClusters& clusters, int most, RelaxResult& result);
+  void correct(const RelaxationTask& task, RigidClusters& clusters, RelaxResult& result);
+  void sweepRound(const RelaxationTask& task, RigidClusters& clusters, RelaxResult& result);
+  bool isNear(const RelaxationTask& task) const { return task.error > 0.0 && this->distance_ <= task.error; }
+
   Handles& handles_;
   Relaxation relaxation_;
+  StepStart start_;
   CoarseToFine coarseToFine_;
   bool startsCoarse_ = false;
   bool mayStartCoarse_ = true;
   int sweep_ = 0;            ///< sweeps since the last wave, cut, carve or correction
   Range range_ = Range::Far; ///< what these sweeps are for
+  double distance_ =
+    std::numeric_limits<double>::infinity(); ///< from the optimum, as estimated for RelaxationTask::error
 };
 
 }

@@ -99,21 +99,6 @@ kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, fl
   }
 }
 
-// Scales the move of every element: u = before + share (u - before).
-kernel void goBack(
-  global const int* list, uint pitch, float share, global const float* before, global float* displacement)
-{
-  const uint first = list[get_group_id(0)] * ELEMENTS;
-  for (int axis = 0; axis < 3; ++axis)
-  {
-    for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
-    {
-      const uint at = axis * pitch + first + n;
-      displacement[at] = fma(share, displacement[at] - before[at], before[at]);
-    }
-  }
-}
-
 // --- Refine: one layer of coarser elements at a time
 
 // A layer in local memory: the coarser elements that cover a brick of the finer grid, with a halo of one element. It

@@ -18,6 +18,8 @@ struct RelaxationTask
   const WavesUnderWay* waves; ///< waves that are under way; null where there are none
   int iterations;             ///< maximum number of iterations, 1 or more
   double tolerance;
+  double error; ///< the relaxation also ends where its distance from the optimum is estimated to be at most this, rms,
+                ///< as a fraction of the largest displacement; 0: no estimate
   std::function<void(int)> checkpoint; ///< called with the number of iterations done; throws to stop
 };
 

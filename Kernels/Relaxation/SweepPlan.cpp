@@ -75,6 +75,9 @@ double nearOmega(int sweep, double times)
 /// The number of opening sweeps after coarser grids, in which nearOmega() or rotatingOmega() applies.
 constexpr int openingSweeps = 20;
 
+/// The first round after the opening has this many sweeps, each further one twice as many as the one before.
+constexpr int firstRound = 16;
+
 /// The over-relaxation factor of a sweep after the opening, when the remaining errors are long. `longest`: the longest
 /// axis of the grid [elements]. A large part of tissue that hangs on few links returns slowly: like an error of length
 /// L = 2 timesAsLong `longest`, for which the best factor (nearOmega()) is near 2. Such a factor leaves roughness,
@@ -82,20 +85,13 @@ constexpr int openingSweeps = 20;
 ///
 ///   omega = 2 / (1 + fall / leftInRound),   finalNearOmega <= omega <= longestOmega, the best factor for L.
 ///
-/// The rounds have 50, 100, 200, ... sweeps. The last round ends with the last sweep requested. `late`: the number of
-/// sweeps since the opening. `left`: the number of sweeps still to come, including this one.
-double lateOmega(int late, int left, int longest)
+/// The last round ends with the last sweep requested. `left`: the number of sweeps still to come, including this one.
+double lateOmega(int sweep, int left, int longest)
 {
-  constexpr int firstRound = 50;
   constexpr double fall = 0.1;
   constexpr double timesAsLong = 3.0;
   constexpr double pi = 3.14159265358979323846;
-  int roundsEnd = firstRound;
-  for (int round = 2 * firstRound; roundsEnd <= late; round *= 2)
-  {
-    roundsEnd += round;
-  }
-  const int leftInRound = std::min(roundsEnd - late, left);
+  const int leftInRound = std::min(SweepPlan::roundsEnd(sweep) - sweep, left);
   const double longestOmega = 2.0 / (1.0 + std::sin(pi / (2.0 * timesAsLong * std::max(longest, 1))));
   return std::max(finalNearOmega, std::min(longestOmega, 2.0 / (1.0 + fall / leftInRound)));
 }
@@ -128,6 +124,16 @@ SweepPlan::SweepPlan(Range range, bool rotates, double poissonRatio, int longest
 {
 }
 
+int SweepPlan::roundsEnd(int sweep)
+{
+  int end = openingSweeps;
+  for (int round = firstRound; end <= sweep; round *= 2)
+  {
+    end += round;
+  }
+  return end;
+}
+
 bool SweepPlan::rotates(int n) const
 {
   return this->rotates_ && rotatesIn(this->range_, this->first_ + n);
@@ -142,11 +148,10 @@ float SweepPlan::omega(int n) const
 {
   const int sweep = this->first_ + n;
   const int left = this->iterations_ - n;
-  const int late = sweep - openingSweeps;
-  const double omega = this->longest_ > 0 && late >= 0 ? lateOmega(late, left, this->longest_)
-                       : this->range_ == Range::Far    ? farOmega(sweep, this->further_)
-                       : this->rotates_                ? rotatingOmega(sweep, left, this->further_)
-                                                       : nearOmega(sweep, this->further_);
+  const double omega = this->longest_ > 0 && sweep >= openingSweeps ? lateOmega(sweep, left, this->longest_)
+                       : this->range_ == Range::Far                 ? farOmega(sweep, this->further_)
+                       : this->rotates_                             ? rotatingOmega(sweep, left, this->further_)
+                                                                    : nearOmega(sweep, this->further_);
   return static_cast<float>(omega);
 }
 

@@ -23,6 +23,10 @@ public:
   /// of the run.
   SweepPlan(Range range, bool rotates, double poissonRatio, int longestAxis, int firstSweep, int iterations);
 
+  /// The sweep with which a round ends, of those after coarser grids (Range::Near, without rotations). `sweep`: a sweep
+  /// of the round. Both count from the first sweep of this relaxation. At the end of a round roughness is removed.
+  static int roundsEnd(int sweep);
+
   /// Whether elements rotate in sweep `n`.
   bool rotates(int n) const;
 

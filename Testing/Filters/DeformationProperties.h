@@ -287,6 +287,7 @@ inline std::vector<DeformationProperty> DeformationProperties()
     CLAMPED(PoissonRatio, 0.3, 0.0, 0.49),
     CLAMPED(RelaxationIterations, 7, 0, VTK_INT_MAX),
     CLAMPED(RelaxationTolerance, 0.5, 0.0, VTK_DOUBLE_MAX),
+    CLAMPED(RelaxationError, 0.25, 0.0, VTK_DOUBLE_MAX),
     NUMBER(ModelReduction, 4),
     ENUMERATED(Interpolation, INTERPOLATION_LINEAR, INTERPOLATION_NEAREST, Nearest),
     LabelArrays(),

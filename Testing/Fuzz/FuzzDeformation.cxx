@@ -464,6 +464,7 @@ void ChangeSettings(Chance& chance, vtkChainMailDeformation* filter, vtkImageDat
   if (now())
   {
     filter->SetRelaxationTolerance(chance.number(0.0, 0.1));
+    filter->SetRelaxationError(chance.oneIn(3) ? chance.number(0.0, 0.1) : 0.0);
   }
   if (now())
   {

@@ -213,6 +213,9 @@ TEST(Update, FailsAsTheSingleCallsDo)
   bad.method.propagation = PropagationMethod::Timestamp;
   EXPECT_TRUE(contains(messageOf<InputError>([&] { simulation.update(bad); }), "Share"));
   bad = good;
+  bad.method.relaxationError = -0.1;
+  EXPECT_TRUE(contains(messageOf<InputError>([&] { simulation.update(bad); }), "negative"));
+  bad = good;
   bad.method.relaxationIterations = -1;
   EXPECT_TRUE(contains(messageOf<InputError>([&] { simulation.update(bad); }), "negative"));
   EXPECT_TRUE(sameBits(displacements(simulation), before));

@@ -86,6 +86,71 @@ TEST(CoarseToFine, CorrectionsFindWhatSweepsLeave)
   EXPECT_LT(with, 0.6 * without);
 }
 
+// With rigid clusters that can move there are no corrections, so the first scene relaxes by rounds of sweeps alone.
+TEST(CoarseToFine, EndsNearTheOptimum)
+{
+  for (const bool rigid : { true, false })
+  {
+    Scene scene({ 45, 37, 30 }, 0.2f);
+    scene.each(
+      [&](int i, int j, int k)
+      {
+        const bool isBone = std::pow(i - 20, 2) + std::pow(j - 18, 2) + std::pow(k - 14, 2) < 36;
+        scene.give(i, j, k, isBone && rigid ? 0.0f : i < 20 ? 0.15f : 0.35f);
+      });
+    scene.anchors.faces[0] = true;
+    const std::vector<Probe> probes{ probeAt(scene, { 38, 24, 20 }, { 4.0, -3.0, 2.0 }, 2.0) };
+    double energy = 0.0;
+    const auto rest = relaxed(scene, probes, true, 3000, &energy);
+    const auto near = [&](double error, const Index3& brick, RelaxResult& result)
+    {
+      Simulation simulation = simulate(scene, brick);
+      simulation.setCoarseToFine(true);
+      simulation.pull(probes);
+      result = simulation.relax(500, 0.0, error);
+      EXPECT_LE(simulation.measure().maxLinkExcess, tolerance);
+      const auto u = state(simulation);
+      if (result.converged)
+      {
+        EXPECT_EQ(simulation.relax(500, 0.0, error).iterations, 0);
+        EXPECT_EQ(state(simulation), u);
+        EXPECT_EQ(simulation.relax(5, 0.0).iterations, 5); // where no distance is asked for
+      }
+      return u;
+    };
+    int before = 0;
+    for (const double error : { 1e-2, 1e-3 })
+    {
+      RelaxResult result;
+      const auto u = near(error, { 0, 0, 0 }, result);
+      EXPECT_TRUE(result.converged);
+      EXPECT_GT(result.iterations, before);
+      before = result.iterations;
+      double square = 0.0;
+      double largest = 0.0;
+      for (std::size_t v = 0; v < u.size(); ++v)
+      {
+        double length = 0.0;
+        for (int a = 0; a < 3; ++a)
+        {
+          square += std::pow(u[v][a] - rest[v][a], 2);
+          length += std::pow(rest[v][a], 2);
+        }
+        largest = std::max(largest, length);
+      }
+      const double distance = std::sqrt(square / static_cast<double>(u.size()) / largest);
+      EXPECT_LT(distance, error) << rigid;
+      EXPECT_GT(distance, 0.01 * error) << rigid; // or it went on for too long
+      for (const Index3& brick : brickSizes())
+      {
+        RelaxResult other;
+        EXPECT_EQ(near(error, brick, other), u) << brick[0];
+        EXPECT_EQ(other.iterations, result.iterations) << brick[0];
+      }
+    }
+  }
+}
+
 TEST(CoarseToFine, CorrectionsDoNotDependOnBricks)
 {
   for (const int axes : { 1, 3 })

@@ -47,7 +47,7 @@ TEST(SweepPlan, FactorsGrowWithPoissonsRatio)
   }
 }
 
-// After coarser grids: an opening of 20 sweeps from 4/3 on, then rounds of 50, 100, 200, ... that end at 1.93.
+// After coarser grids: an opening of 20 sweeps from 4/3 on, then rounds of 16, 32, 64, ... that end at 1.93.
 TEST(SweepPlan, RoundsAfterCoarserGrids)
 {
   const SweepPlan plan(Range::Near, false, 0.0, 300, 0, iterations);
@@ -59,8 +59,10 @@ TEST(SweepPlan, RoundsAfterCoarserGrids)
   }
   const double most = 2.0 / (1.0 + std::sin(std::acos(-1.0) / (6.0 * 300)));
   int begin = 20;
-  for (int round = 50; begin + round < iterations; round *= 2)
+  for (int round = 16; begin + round < iterations; round *= 2)
   {
+    EXPECT_EQ(SweepPlan::roundsEnd(begin), begin + round);
+    EXPECT_EQ(SweepPlan::roundsEnd(begin - 1), begin);
     EXPECT_NEAR(plan.omega(begin), std::min(most, 2.0 / (1.0 + 0.1 / round)), 1e-6) << round;
     EXPECT_NEAR(plan.omega(begin + round - 1), 1.93, 1e-6) << round;
     for (int s = begin; s < begin + round; ++s)
