@@ -437,9 +437,8 @@ public:
    * VTK_DOUBLE_MAX]: the root mean square of the distances of displaced elements, as a fraction of the largest
    * displacement. The estimate follows from how far the last iterations have moved the tissue (Data/Method.md). It is
    * made every 16 iterations at first, later less often. About one in ten random pulls ends further from the optimum
-   * than estimated (Data/Choosing.md). With Rotations it was not
-   * compared with the optimum. With RELAXATION_PAPER, and without CoarseToFine, there is none. 0: no estimate.
-   * Default: 0.
+   * than estimated (Data/Choosing.md); with Rotations this was not measured. With RELAXATION_PAPER, and without
+   * CoarseToFine, there is no estimate, nor with 0. Default: 0.
    */
   vtkSetClampMacro(RelaxationError, double, 0.0, VTK_DOUBLE_MAX);
   vtkGetMacro(RelaxationError, double);

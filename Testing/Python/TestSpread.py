@@ -21,7 +21,7 @@ from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 
 PROCESSES = 3
 AT_ONCE = "CHAINMAIL_VOXELS_AT_ONCE"  # how many voxels of a reduced model have a displacement at the same time
-SEEDS = 24 if harness.EVERY else 6
+SEEDS = 24 if harness.EVERY else 4
 
 
 def image_of(random):

@@ -44,7 +44,7 @@ struct Step
   std::vector<Probe> probes;
   Surface surface;
   int iterations = 0;  ///< for Resample the padding, for SetTimes and SetCoarseToFine whether to switch it on
-  double number = 0.0; ///< tolerance or elastic recovery
+  double number = 0.0; ///< tolerance and error of a relaxation, or elastic recovery
   PropagationMethod propagation = PropagationMethod::Envelope;
   ConflictPolicy policy = ConflictPolicy::Limit;
   RelaxationMethod relaxation = RelaxationMethod::Projected;
@@ -130,7 +130,7 @@ Answer apply(Simulation& simulation, const Step& step)
     answer.propagated = simulation.propagate(step.iterations);
     break;
   case Step::Relax:
-    answer.relaxed = simulation.relax(step.iterations, step.number);
+    answer.relaxed = simulation.relax(step.iterations, step.number, step.number);
     break;
   case Step::Cut:
     answer.removed = simulation.cut(step.surface);
