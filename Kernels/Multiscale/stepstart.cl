@@ -7,7 +7,7 @@
 // Measures a step, one row of figures for each brick. `spacing`: relative to that of x; all lengths are in this unit.
 //
 // result[group * 3], per brick:
-//   0   the sum of the squares of all changes since the start, each in `units` and rounded
+//   0   the sum of the squares of all changes since the start, each in `units` and rounded down
 //   1   the number of elements whose displacement squared is above `floor`
 //   2   the largest displacement squared, as the bits of a float, whose order is that of the numbers
 kernel void measureStep(global const int* list, uint pitch, global const float* start,
@@ -25,7 +25,7 @@ kernel void measureStep(global const int* list, uint pitch, global const float* 
       (float3)(displacement[at], displacement[pitch + at], displacement[2 * pitch + at]) * spacing.xyz;
     const float3 change = u - (float3)(start[at], start[pitch + at], start[2 * pitch + at]) * spacing.xyz;
     const float square = u.x * u.x + u.y * u.y + u.z * u.z;
-    squares += convert_ulong_rte(units * (change.x * change.x + change.y * change.y + change.z * change.z));
+    squares += (ulong)(units * (change.x * change.x + change.y * change.y + change.z * change.z));
     displaced += square > floor ? 1 : 0;
     largest = max(largest, square);
   }
