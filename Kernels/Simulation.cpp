@@ -388,6 +388,10 @@ void Simulation::Impl::hold(const std::vector<Probe>& probes)
 {
   const Handles::Change change = this->handles_.take(probes);
   this->waves_.add(change);
+  if (!change.released.empty())
+  {
+    this->relaxer().restart(true); // what these held goes back now
+  }
   if (change.soft)
   {
     this->softChanged();

@@ -40,7 +40,7 @@ public:
 
 private:
   struct Change;
-  Change measure(float largest);
+  Change measure(float unit);
 
   Bricks& bricks_;
   Field start_{ 3, sizeof(cl_float), "the displacement before a relaxation" };

@@ -4,14 +4,18 @@
 
 #define FIGURES 3
 
-// Measures a step, one row of figures for each brick. `spacing`: relative to that of x; all lengths are in this unit.
+// Squares of changes are counted in units of 2^-48, up to 8.
+#define UNITS 0x1p48f
+#define MOST_UNITS 0x1p51f
+
+// Measures a step, one row of figures for each brick. `scale`: of each axis, to the unit of lengths.
 //
 // result[group * 3], per brick:
-//   0   the sum of the squares of all changes since the start, each in `units` and rounded down
+//   0   the sum of the squares of all changes since the start, in units and rounded down
 //   1   the number of elements whose displacement squared is above `floor`
 //   2   the largest displacement squared, as the bits of a float, whose order is that of the numbers
 kernel void measureStep(global const int* list, uint pitch, global const float* start,
-  global const float* displacement, float4 spacing, float floor, float units, local ulong* partial,
+  global const float* displacement, float4 scale, float floor, local ulong* partial,
   global ulong* result)
 {
   const uint first = list[get_group_id(0)] * ELEMENTS;
@@ -22,10 +26,11 @@ kernel void measureStep(global const int* list, uint pitch, global const float* 
   {
     const uint at = first + n;
     const float3 u =
-      (float3)(displacement[at], displacement[pitch + at], displacement[2 * pitch + at]) * spacing.xyz;
-    const float3 change = u - (float3)(start[at], start[pitch + at], start[2 * pitch + at]) * spacing.xyz;
+      (float3)(displacement[at], displacement[pitch + at], displacement[2 * pitch + at]) * scale.xyz;
+    const float3 change = u - (float3)(start[at], start[pitch + at], start[2 * pitch + at]) * scale.xyz;
     const float square = u.x * u.x + u.y * u.y + u.z * u.z;
-    squares += (ulong)(units * (change.x * change.x + change.y * change.y + change.z * change.z));
+    const float moved = change.x * change.x + change.y * change.y + change.z * change.z;
+    squares += (ulong)min(UNITS * moved, MOST_UNITS);
     displaced += square > floor ? 1 : 0;
     largest = max(largest, square);
   }

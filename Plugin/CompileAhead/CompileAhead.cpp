@@ -70,7 +70,8 @@ void look(const Simulation& simulation)
     { 0, 0, 0 }, [](const std::vector<ResampledBox>&) {}, 0, CutSurfaces::Smooth);
 }
 
-/// Some more than the preset Balanced makes, so that all kernels are used which it uses.
+/// Some more than the preset Balanced makes, and an estimate of what is left, so that all kernels are used which it
+/// uses.
 constexpr int iterations = 70;
 constexpr double error = 1e-9;
 

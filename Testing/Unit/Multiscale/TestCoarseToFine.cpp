@@ -151,6 +151,26 @@ TEST(CoarseToFine, EndsNearTheOptimum)
   }
 }
 
+// The estimate is one of the scene as it was then.
+TEST(CoarseToFine, WhatIsReleasedGoesBack)
+{
+  Scene scene({ 40, 34, 30 }, 0.3f);
+  scene.anchors.faces[0] = true;
+  Simulation simulation = simulate(scene);
+  simulation.setCoarseToFine(true);
+  const Probe probe = probeAt(scene, { 30, 16, 16 }, { 4.0, -3.0, 2.0 }, 2.0);
+  const Probe other = probeAt(scene, { 20, 8, 8 }, { 1.0, 0.0, 0.0 }, 1.0);
+  for (const std::vector<Probe>& left : { std::vector<Probe>(), std::vector<Probe>{ other } })
+  {
+    simulation.pull({ probe, other });
+    EXPECT_TRUE(simulation.relax(500, 0.0, 0.01).converged);
+    const double before = simulation.measure().energy;
+    simulation.pull(left);
+    EXPECT_GT(simulation.relax(500, 0.0, 0.01).iterations, 0);
+    EXPECT_LT(simulation.measure().energy, 0.2 * before);
+  }
+}
+
 TEST(CoarseToFine, CorrectionsDoNotDependOnBricks)
 {
   for (const int axes : { 1, 3 })
