@@ -23,7 +23,8 @@ constexpr double leastKept = 0.25;
 
 /// How far a state is from the optimum is estimated from how far a correction, or a round of sweeps, has just moved it.
 /// Pulls at random in scans were 0.1 to 1.2 times as far from it after corrections that moved them by more than 0.5 %,
-/// and 0.2 to 2.5 times after most rounds. Where blocked groups of elements move slowly, nothing shows how far they have to go.
+/// and 0.2 to 2.5 times after most rounds. Where blocked groups of elements move slowly, nothing shows how far they
+/// have to go.
 constexpr double timesCorrection = 0.8;
 constexpr double timesRound = 2.0;
 
