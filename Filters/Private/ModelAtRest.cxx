@@ -133,6 +133,10 @@ void ModelAtRest::Choose(const Team& team, Steps& steps, vtkDataArraySelection* 
     {
       shared.Forget();
       output->RemoveArray(names[array]);
+      if (array == DISPLACEMENT)
+      {
+        this->Displacements.Forget();
+      }
     }
     else if (!output->HasArray(names[array]))
     {
@@ -163,6 +167,7 @@ void ModelAtRest::Choose(const Team& team, Steps& steps, vtkDataArraySelection* 
       }
       if (arrays[DISPLACEMENT])
       {
+        this->Displacements.Trim();
         output->SetVectors(arrays[DISPLACEMENT]);
       }
       // Writers of a single array, such as that of MetaImage, write the active scalars.
@@ -176,7 +181,7 @@ void ModelAtRest::Choose(const Team& team, Steps& steps, vtkDataArraySelection* 
 
 /// Makes what is missing, in all processes: the root reads it for each of them.
 void ModelAtRest::Fetch(const Team& team, Steps& steps, const std::array<bool, NUMBER_OF_ARRAYS>& missing,
-  vtkImageData* part, std::array<vtkSmartPointer<vtkDataArray>, NUMBER_OF_ARRAYS>& arrays) const
+  vtkImageData* part, std::array<vtkSmartPointer<vtkDataArray>, NUMBER_OF_ARRAYS>& arrays)
 {
   const Extent extent = ExtentOf(part);
   std::vector<int> mine(extent.begin(), extent.end());
@@ -190,7 +195,12 @@ void ModelAtRest::Fetch(const Team& team, Steps& steps, const std::array<bool, N
   {
     if (missing[array] && !IsEmpty(extent))
     {
-      steps.Run([&] { arrays[array] = this->Make(array, part->GetNumberOfPoints()); });
+      steps.Run(
+        [&]
+        {
+          const vtkIdType voxels = part->GetNumberOfPoints();
+          arrays[array] = array == DISPLACEMENT ? this->MakeDisplacement(voxels) : this->Make(array, voxels);
+        });
     }
   }
   const auto lead = [&]
@@ -277,6 +287,13 @@ vtkSmartPointer<vtkDataArray> ModelAtRest::Make(int array, vtkIdType voxels) con
   default:
     return MakeArray<vtkFloatArray>(names[array], this->Plan.Axes, voxels, true);
   }
+}
+
+vtkSmartPointer<vtkDataArray> ModelAtRest::MakeDisplacement(vtkIdType voxels)
+{
+  const vtkSmartPointer<vtkDataArray> array = this->Make(DISPLACEMENT, 0);
+  this->Displacements.Lend(array, sizeof(float) * 3 * static_cast<std::size_t>(voxels));
+  return array;
 }
 
 void ModelAtRest::Read(int array, const chainmail::VoxelBox& box, void* out) const

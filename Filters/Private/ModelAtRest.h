@@ -10,6 +10,7 @@
 #include "Session.h"
 #include "Steps.h"
 #include "Team.h"
+#include "ZeroedBuffers.h"
 
 #include "vtkImageData.h"
 #include "vtkIntArray.h"
@@ -69,9 +70,10 @@ private:
   bool IsWanted(int array, vtkDataArraySelection* chosen) const;
   int VersionOf(int array) const;
   void Fetch(const Team& team, Steps& steps, const std::array<bool, NUMBER_OF_ARRAYS>& missing, vtkImageData* part,
-    std::array<vtkSmartPointer<vtkDataArray>, NUMBER_OF_ARRAYS>& arrays) const;
+    std::array<vtkSmartPointer<vtkDataArray>, NUMBER_OF_ARRAYS>& arrays);
   /// Of zeros.
   vtkSmartPointer<vtkDataArray> Make(int array, vtkIdType voxels) const;
+  vtkSmartPointer<vtkDataArray> MakeDisplacement(vtkIdType voxels);
   void Send(const Team& team, int array, const chainmail::VoxelBox& box, int to) const;
   /// `out`: zeros.
   void Read(int array, const chainmail::VoxelBox& box, void* out) const;
@@ -87,6 +89,9 @@ private:
 
   // Arrays that successive outputs share as long as they do not change.
   std::array<SharedArray<vtkDataArray>, NUMBER_OF_ARRAYS> Shared;
+
+  // The memory of Displacement, which each update makes anew.
+  ZeroedBuffers Displacements;
 };
 
 }

@@ -3,15 +3,9 @@
 
 #include "Threads.h"
 
-#include "vtkAbstractArray.h"
-
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <cstring>
-#include <map>
-#include <mutex>
-#include <new>
 
 namespace vtkChainMail
 {
@@ -21,39 +15,13 @@ namespace
 
 constexpr std::size_t partSize = std::size_t(1) << 18;
 
-/// The memory that is lent to arrays.
-struct Lent
-{
-  std::mutex Mutex;
-  std::map<void*, std::shared_ptr<char>> Memory;
-
-  // Never deleted: an array may outlive all static objects.
-  static Lent& Get()
-  {
-    static Lent* const lent = new Lent;
-    return *lent;
-  }
-};
-
 }
 
 OutputBuffer::OutputBuffer(std::size_t bytes)
-  : Bytes(bytes)
-  , Memory(static_cast<char*>(std::malloc(std::max<std::size_t>(bytes, 1))), std::free)
+  : Memory(bytes)
   , Parts((bytes + partSize - 1) / partSize)
   , Touched(this->Parts.size(), 1)
 {
-  if (!this->Memory)
-  {
-    throw std::bad_alloc();
-  }
-}
-
-bool OutputBuffer::IsFree() const
-{
-  Lent& lent = Lent::Get();
-  const std::lock_guard<std::mutex> lock(lent.Mutex);
-  return lent.Memory.count(this->GetData()) == 0;
 }
 
 std::uint64_t OutputBuffer::GetNumber()
@@ -65,7 +33,8 @@ std::uint64_t OutputBuffer::GetNumber()
       [&](std::size_t n)
       {
         const std::size_t first = n * partSize;
-        if (FingerprintOfPart(this->GetData() + first, std::min(partSize, this->Bytes - first)) != this->Parts[n])
+        if (FingerprintOfPart(this->GetData() + first, std::min(partSize, this->Memory.GetSize() - first)) !=
+            this->Parts[n])
         {
           intact = false;
         }
@@ -107,23 +76,11 @@ void OutputBuffer::Finish(std::uint64_t number)
       if (this->Touched[n])
       {
         const std::size_t first = n * partSize;
-        this->Parts[n] = FingerprintOfPart(this->GetData() + first, std::min(partSize, this->Bytes - first));
+        this->Parts[n] = FingerprintOfPart(this->GetData() + first, std::min(partSize, this->Memory.GetSize() - first));
         this->Touched[n] = 0;
       }
     });
   this->Number = number;
-}
-
-void OutputBuffer::Lend(vtkDataArray* array) const
-{
-  Lent& lent = Lent::Get();
-  {
-    const std::lock_guard<std::mutex> lock(lent.Mutex);
-    lent.Memory[this->GetData()] = this->Memory;
-  }
-  const auto values = static_cast<vtkIdType>(this->Bytes / static_cast<std::size_t>(array->GetDataTypeSize()));
-  array->SetVoidArray(this->GetData(), values, 0, vtkAbstractArray::VTK_DATA_ARRAY_USER_DEFINED);
-  array->SetArrayFreeFunction(&OutputBuffer::GiveBack);
 }
 
 std::uint64_t OutputBuffers::Begin()
@@ -168,19 +125,6 @@ bool OutputBuffers::Open(std::size_t bytes)
     this->Current->TouchAll();
   }
   return this->Since == 0;
-}
-
-void OutputBuffer::GiveBack(void* memory)
-{
-  Lent& lent = Lent::Get();
-  std::shared_ptr<char> last; // destroyed after the lock is released
-  const std::lock_guard<std::mutex> lock(lent.Mutex);
-  const auto found = lent.Memory.find(memory);
-  if (found != lent.Memory.end())
-  {
-    last = std::move(found->second);
-    lent.Memory.erase(found);
-  }
 }
 
 }

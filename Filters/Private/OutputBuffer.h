@@ -6,6 +6,7 @@
 
 #include "Fingerprint.h"
 #include "Grids.h"
+#include "LentMemory.h"
 
 #include "Types.h"
 
@@ -26,10 +27,10 @@ public:
   /// Throws std::bad_alloc.
   explicit OutputBuffer(std::size_t bytes);
 
-  char* GetData() const { return this->Memory.get(); }
+  char* GetData() const { return this->Memory.GetData(); }
 
   /// Whether no array refers to the memory any more.
-  bool IsFree() const;
+  bool IsFree() const { return this->Memory.IsFree(); }
 
   /// The number of the resampling whose result the buffer holds; 0 where there is none, or where somebody has written
   /// to the buffer since. A filter downstream may do so unnoticed, so all contents are compared with their
@@ -38,20 +39,17 @@ public:
 
   /// To be called before these bytes are written.
   void Touch(std::size_t first, std::size_t bytes);
-  void TouchAll() { this->Touch(0, this->Bytes); }
+  void TouchAll() { this->Touch(0, this->Memory.GetSize()); }
   /// The same for all voxels of these boxes.
   void Touch(const std::vector<chainmail::ResampledBox>& boxes, const Grids& grids, std::size_t bytesOfVoxel);
   /// To be called when a resampling is completely written.
   void Finish(std::uint64_t number);
 
   /// Lends the memory to an array, until this array and all arrays that share its values are deleted.
-  void Lend(vtkDataArray* array) const;
+  void Lend(vtkDataArray* array) const { this->Memory.Lend(array); }
 
 private:
-  static void GiveBack(void* memory);
-
-  std::size_t Bytes;
-  std::shared_ptr<char> Memory;
+  LentMemory Memory;
   std::uint64_t Number = 0;
   std::vector<Fingerprint> Parts;
   std::vector<char> Touched; // for each part

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The deformed volume lies in memory that is used again, and only what changed is written. Nobody may notice: every
-// update shows what a new filter shows, and arrays that somebody still has stay as they were.
+// The deformed volume and the array Displacement lie in memory that is used again, and only what changed is written.
+// Nobody may notice: every update shows what a new filter shows, and arrays that somebody still has stay as they were.
 
 #include "FilterTest.h"
 
+#include "vtkFloatArray.h"
 #include "vtkShortArray.h"
 
 #include <functional>
@@ -49,6 +50,19 @@ vtkDataArray* Scan(vtkImageData* image)
   return image->GetPointData()->GetArray("Scan");
 }
 
+vtkDataArray* Displacement(vtkChainMailDeformation* filter)
+{
+  return filter->GetModelOutput()->GetPointData()->GetArray("Displacement");
+}
+
+/// Whether both of its outputs are those of a filter that begins.
+bool IsAsFresh(vtkChainMailDeformation* filter, vtkChainMailDeformation* fresh)
+{
+  fresh->Update();
+  return SameImage(filter->GetOutput(), fresh->GetOutput()) &&
+         SameImage(filter->GetModelOutput(), fresh->GetModelOutput());
+}
+
 using Change = std::function<void(vtkChainMailDeformation*)>;
 
 /// What is set before each update, for the filter that goes on and for one that begins.
@@ -88,20 +102,22 @@ void TestGoingOn(Checks& check, bool keepOutputs)
     {
       changes[m].second(fresh);
     }
-    fresh->Update();
-    check.That(SameImage(filter->GetOutput(), fresh->GetOutput()), changes[n].first);
-    if (keepOutputs)
+    check.That(IsAsFresh(filter, fresh), changes[n].first);
+    for (vtkImageData* output : { filter->GetOutput(), filter->GetModelOutput() })
     {
-      auto kept = vtkSmartPointer<vtkImageData>::New();
-      auto copy = vtkSmartPointer<vtkImageData>::New();
-      kept->ShallowCopy(filter->GetOutput());
-      copy->DeepCopy(filter->GetOutput());
-      outputs.emplace_back(kept, copy);
+      if (keepOutputs)
+      {
+        auto kept = vtkSmartPointer<vtkImageData>::New();
+        auto copy = vtkSmartPointer<vtkImageData>::New();
+        kept->ShallowCopy(output);
+        copy->DeepCopy(output);
+        outputs.emplace_back(kept, copy);
+      }
     }
   }
   for (std::size_t n = 0; n < outputs.size(); ++n)
   {
-    check.That(SameImage(outputs[n].first, outputs[n].second), changes[n].first + ", an output that is kept");
+    check.That(SameImage(outputs[n].first, outputs[n].second), changes[n / 2].first + ", an output that is kept");
   }
   check.Equal(log.TakeErrors(), std::string(), "no errors");
 }
@@ -121,8 +137,7 @@ void TestReuse(Checks& check)
       vtkNew<vtkChainMailDeformation> fresh;
       SetUp(fresh, image);
       move(fresh);
-      fresh->Update();
-      check.That(SameImage(filter->GetOutput(), fresh->GetOutput()), what);
+      check.That(IsAsFresh(filter, fresh), what);
     };
     const auto step = [&]
     {
@@ -132,18 +147,23 @@ void TestReuse(Checks& check)
       return Scan(filter->GetOutput());
     };
     std::set<void*> memory;
+    std::set<void*> displacements;
     for (int n = 0; n < 6; ++n)
     {
       memory.insert(step()->GetVoidPointer(0));
+      displacements.insert(Displacement(filter)->GetVoidPointer(0));
     }
     check.Equal(memory.size(), std::size_t(2), "two buffers take turns");
+    check.Equal(displacements.size(), std::size_t(2), "two buffers of Displacement take turns");
     expectFresh("six moves");
 
     // Who writes to an output changes that output alone, whether it is the one on show or not.
     for (int n = 0; n < 3; ++n)
     {
-      vtkDataArray* scan = step();
-      std::memset(scan->GetVoidPointer(0), 0x3a, scan->GetNumberOfValues() * scan->GetDataTypeSize() / (n + 1));
+      for (vtkDataArray* array : { step(), Displacement(filter) })
+      {
+        std::memset(array->GetVoidPointer(0), 0x3a, array->GetNumberOfValues() * array->GetDataTypeSize() / (n + 1));
+      }
     }
     step();
     expectFresh("outputs that were written to");
@@ -153,10 +173,17 @@ void TestReuse(Checks& check)
     vtkNew<vtkShortArray> copy;
     sharing->ShallowCopy(step());
     copy->DeepCopy(sharing);
+    vtkNew<vtkFloatArray> sharingDisplacement;
+    vtkNew<vtkFloatArray> copiedDisplacement;
+    sharingDisplacement->ShallowCopy(Displacement(filter));
+    copiedDisplacement->DeepCopy(sharingDisplacement);
     for (int n = 0; n < 4; ++n)
     {
       step();
     }
+    check.Equal(std::memcmp(sharingDisplacement->GetVoidPointer(0), copiedDisplacement->GetVoidPointer(0),
+                  copiedDisplacement->GetNumberOfValues() * sizeof(float)),
+      0, "displacements that an array of somebody else shares");
     check.Equal(std::memcmp(sharing->GetVoidPointer(0), copy->GetVoidPointer(0),
                   copy->GetNumberOfValues() * copy->GetDataTypeSize()),
       0, "values that an array of somebody else shares");

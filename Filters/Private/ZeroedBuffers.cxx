@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ZeroedBuffers.h"
+
+#include "Threads.h"
+
+#include "vtkDataArray.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <utility>
+#include <vector>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
+
+namespace vtkChainMail
+{
+
+namespace
+{
+
+#ifdef __linux__
+
+constexpr bool pagesAreKnown = true;
+
+std::size_t sizeOfPage()
+{
+  static const auto size = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  return size;
+}
+
+std::shared_ptr<char> newPages(std::size_t bytes)
+{
+  void* const memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED)
+  {
+    throw std::bad_alloc();
+  }
+  return { static_cast<char*>(memory), [bytes](char* begin) { munmap(begin, bytes); } };
+}
+
+bool isZero(const char* page, std::size_t size)
+{
+  std::uint64_t first = 0;
+  std::memcpy(&first, page, sizeof(first));
+  return first == 0 && std::memcmp(page, page + sizeof(first), size - sizeof(first)) == 0;
+}
+
+/// Calls visit(page, end, isThere) for runs of pages of the buffer that are all in memory, or all not, from several
+/// threads.
+template <typename Visit> void forRunsOfPages(const LentMemory& buffer, const Visit& visit)
+{
+  const std::size_t size = sizeOfPage();
+  const std::size_t portion = size << 10;
+  const std::size_t whole = (buffer.GetSize() + size - 1) / size * size;
+  chainmail::inParallel((whole + portion - 1) / portion,
+    [&](std::size_t n)
+    {
+      char* const begin = buffer.GetData() + n * portion;
+      const std::size_t pages = std::min(portion, whole - n * portion) / size;
+      std::vector<unsigned char> isThere(pages, 1);
+      mincore(begin, pages * size, isThere.data()); // where it fails, pages count as being there
+      for (std::size_t first = 0, last = 0; first < pages; first = last)
+      {
+        while (last < pages && (isThere[last] & 1) == (isThere[first] & 1))
+        {
+          ++last;
+        }
+        visit(begin + first * size, begin + last * size, (isThere[first] & 1) != 0);
+      }
+    });
+}
+
+/// The system provides zeros when these pages are used again.
+void dropPages(char* first, char* end)
+{
+  if (first != end)
+  {
+    madvise(first, static_cast<std::size_t>(end - first), MADV_DONTNEED);
+  }
+}
+
+/// Pages that are not in memory may have been moved to a disk, so they are dropped as well.
+void makeZero(const LentMemory& buffer)
+{
+  const std::size_t size = sizeOfPage();
+  forRunsOfPages(buffer,
+    [size](char* first, char* end, bool isThere)
+    {
+      if (!isThere)
+      {
+        dropPages(first, end);
+        return;
+      }
+      for (char* page = first; page != end; page += size)
+      {
+        if (!isZero(page, size)) // who reads pages that were never written has one page of zeros for all of them
+        {
+          std::memset(page, 0, size);
+        }
+      }
+    });
+}
+
+void dropZeros(const LentMemory& buffer)
+{
+  const std::size_t size = sizeOfPage();
+  forRunsOfPages(buffer,
+    [size](char* first, char* end, bool isThere)
+    {
+      if (!isThere)
+      {
+        return;
+      }
+      char* zeros = first; // begin of a run of pages that hold only zeros
+      for (char* page = first; page != end; page += size)
+      {
+        if (!isZero(page, size))
+        {
+          dropPages(zeros, page);
+          zeros = page + size;
+        }
+      }
+      dropPages(zeros, end);
+    });
+}
+
+#else
+
+constexpr bool pagesAreKnown = false;
+
+std::shared_ptr<char> newPages(std::size_t bytes)
+{
+  std::shared_ptr<char> memory(static_cast<char*>(std::calloc(bytes, 1)), std::free);
+  if (!memory)
+  {
+    throw std::bad_alloc();
+  }
+  return memory;
+}
+
+void makeZero(const LentMemory&)
+{
+}
+
+void dropZeros(const LentMemory&)
+{
+}
+
+#endif
+
+}
+
+void ZeroedBuffers::Lend(vtkDataArray* array, std::size_t bytes)
+{
+  std::unique_ptr<LentMemory>& buffer = this->Buffers[0];
+  if (pagesAreKnown && buffer && buffer->GetSize() == bytes && buffer->IsFree())
+  {
+    makeZero(*buffer);
+  }
+  else
+  {
+    buffer.reset();
+    buffer = std::make_unique<LentMemory>(newPages(std::max<std::size_t>(bytes, 1)), bytes);
+  }
+  buffer->Lend(array);
+  std::swap(this->Buffers[0], this->Buffers[1]);
+}
+
+void ZeroedBuffers::Trim()
+{
+  if (this->Buffers[1])
+  {
+    dropZeros(*this->Buffers[1]);
+  }
+}
+
+void ZeroedBuffers::Forget()
+{
+  this->Buffers = {};
+}
+
+}
