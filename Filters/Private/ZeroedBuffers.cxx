@@ -107,26 +107,32 @@ void makeZero(const LentMemory& buffer)
     });
 }
 
-void dropZeros(const LentMemory& buffer)
+void dropIdlePages(const LentMemory& buffer, std::vector<unsigned char>& isIdle)
 {
   const std::size_t size = sizeOfPage();
+  isIdle.resize((buffer.GetSize() + size - 1) / size, 0);
   forRunsOfPages(buffer,
-    [size](char* first, char* end, bool isThere)
+    [&](char* first, char* end, bool isThere)
     {
+      unsigned char* idle = isIdle.data() + static_cast<std::size_t>(first - buffer.GetData()) / size;
       if (!isThere)
       {
+        std::fill_n(idle, static_cast<std::size_t>(end - first) / size, static_cast<unsigned char>(0));
         return;
       }
-      char* zeros = first; // begin of a run of pages that hold only zeros
-      for (char* page = first; page != end; page += size)
+      char* dropped = first; // begin of a run of pages to drop
+      for (char* page = first; page != end; page += size, ++idle)
       {
-        if (!isZero(page, size))
+        const bool hasZeros = isZero(page, size);
+        const bool isDropped = hasZeros && *idle != 0;
+        *idle = hasZeros && !isDropped ? 1 : 0;
+        if (!isDropped)
         {
-          dropPages(zeros, page);
-          zeros = page + size;
+          dropPages(dropped, page);
+          dropped = page + size;
         }
       }
-      dropPages(zeros, end);
+      dropPages(dropped, end);
     });
 }
 
@@ -148,7 +154,7 @@ void makeZero(const LentMemory&)
 {
 }
 
-void dropZeros(const LentMemory&)
+void dropIdlePages(const LentMemory&, std::vector<unsigned char>&)
 {
 }
 
@@ -158,25 +164,26 @@ void dropZeros(const LentMemory&)
 
 void ZeroedBuffers::Lend(vtkDataArray* array, std::size_t bytes)
 {
-  std::unique_ptr<LentMemory>& buffer = this->Buffers[0];
-  if (pagesAreKnown && buffer && buffer->GetSize() == bytes && buffer->IsFree())
+  Buffer& buffer = this->Buffers[0];
+  if (pagesAreKnown && buffer.Memory && buffer.Memory->GetSize() == bytes && buffer.Memory->IsFree())
   {
-    makeZero(*buffer);
+    makeZero(*buffer.Memory);
   }
   else
   {
-    buffer.reset();
-    buffer = std::make_unique<LentMemory>(newPages(std::max<std::size_t>(bytes, 1)), bytes);
+    buffer = Buffer();
+    buffer.Memory = std::make_unique<LentMemory>(newPages(std::max<std::size_t>(bytes, 1)), bytes);
   }
-  buffer->Lend(array);
+  buffer.Memory->Lend(array);
   std::swap(this->Buffers[0], this->Buffers[1]);
 }
 
 void ZeroedBuffers::Trim()
 {
-  if (this->Buffers[1])
+  Buffer& last = this->Buffers[1];
+  if (last.Memory)
   {
-    dropZeros(*this->Buffers[1]);
+    dropIdlePages(*last.Memory, last.IsIdle);
   }
 }
 

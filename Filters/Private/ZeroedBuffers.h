@@ -9,14 +9,16 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <vector>
 
 class vtkDataArray;
 
 namespace vtkChainMail
 {
 
-/// Arrays take turns in two buffers. Pages of memory that an array has written are kept for the next one, because a
-/// system takes long to provide new ones, and a virtual machine longer. Pages that were never written take no memory.
+/// Arrays take turns in two buffers. Pages of memory that an array has written are kept for the next ones, because a
+/// system takes long to provide new ones, and a virtual machine longer. Pages that two arrays of a buffer, one after
+/// the other, have not written go back to the system. Pages that were never written take no memory.
 class ZeroedBuffers
 {
 public:
@@ -24,14 +26,20 @@ public:
   /// lent before. Throws std::bad_alloc.
   void Lend(vtkDataArray* array, std::size_t bytes);
 
-  /// Pages of the buffer lent last that hold only zeros go back to the system. To be called when the array is written.
+  /// To be called when the array that was lent last is written: pages that are not needed go back to the system.
   void Trim();
 
   /// Lets go of the buffers. Arrays keep theirs.
   void Forget();
 
 private:
-  std::array<std::unique_ptr<LentMemory>, 2> Buffers; // the second one was lent last
+  struct Buffer
+  {
+    std::unique_ptr<LentMemory> Memory;
+    std::vector<unsigned char> IsIdle; // of each page, whether the last array left it in memory without writing to it
+  };
+
+  std::array<Buffer, 2> Buffers; // the second one was lent last
 };
 
 }

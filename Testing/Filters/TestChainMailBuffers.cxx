@@ -7,8 +7,14 @@
 #include "vtkFloatArray.h"
 #include "vtkShortArray.h"
 
+#include <algorithm>
 #include <functional>
 #include <set>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
 
 using namespace FilterTest;
 
@@ -199,6 +205,43 @@ void TestReuse(Checks& check)
   check.That(sum > 0.0, "its values outlive the filter, too");
 }
 
+#ifdef __linux__
+/// The pages of an array that take memory.
+std::size_t PagesOf(vtkDataArray* array)
+{
+  const auto size = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  const std::size_t bytes = static_cast<std::size_t>(array->GetNumberOfValues() * array->GetDataTypeSize());
+  std::vector<unsigned char> isThere((bytes + size - 1) / size);
+  mincore(array->GetVoidPointer(0), bytes, isThere.data());
+  return static_cast<std::size_t>(
+    std::count_if(isThere.begin(), isThere.end(), [](unsigned char there) { return (there & 1) != 0; }));
+}
+
+/// Memory of displacements that are no more is kept for a while, and then goes back to the system.
+void TestMemory(Checks& check)
+{
+  vtkNew<vtkChainMailDeformation> filter;
+  SetUp(filter, MakeScan());
+  const auto pagesAfter = [&](const std::vector<Probe>& probes)
+  {
+    filter->SetInputDataObject(1, MakeProbes(probes));
+    filter->Modified();
+    filter->Update();
+    return PagesOf(Displacement(filter));
+  };
+  check.Equal(pagesAfter({}), std::size_t(0), "nothing has been displaced");
+  const std::size_t pulled = pagesAfter({ left, right });
+  check.That(pulled > 0, "displacements take memory");
+  check.Equal(pagesAfter({ left, right }), pulled, "the other buffer takes as much");
+  std::vector<std::size_t> after;
+  for (int n = 0; n < 4; ++n)
+  {
+    after.push_back(pagesAfter({}));
+  }
+  check.That(after == std::vector<std::size_t>{ pulled, pulled, 0, 0 }, "each buffer keeps its pages for one update");
+}
+#endif
+
 }
 
 int TestChainMailBuffers(int, char*[])
@@ -207,5 +250,8 @@ int TestChainMailBuffers(int, char*[])
   TestGoingOn(check, false);
   TestGoingOn(check, true);
   TestReuse(check);
+#ifdef __linux__
+  TestMemory(check);
+#endif
   return check.Finish();
 }
