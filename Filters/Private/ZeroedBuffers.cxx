@@ -24,6 +24,9 @@ namespace vtkChainMail
 namespace
 {
 
+/// So many arrays of a buffer, one after the other, may leave a page unused before it goes back to the system.
+constexpr unsigned char mostIdle = 3;
+
 #ifdef __linux__
 
 constexpr bool pagesAreKnown = true;
@@ -107,14 +110,14 @@ void makeZero(const LentMemory& buffer)
     });
 }
 
-void dropIdlePages(const LentMemory& buffer, std::vector<unsigned char>& isIdle)
+void dropIdlePages(const LentMemory& buffer, std::vector<unsigned char>& idleFor)
 {
   const std::size_t size = sizeOfPage();
-  isIdle.resize((buffer.GetSize() + size - 1) / size, 0);
+  idleFor.resize((buffer.GetSize() + size - 1) / size, 0);
   forRunsOfPages(buffer,
     [&](char* first, char* end, bool isThere)
     {
-      unsigned char* idle = isIdle.data() + static_cast<std::size_t>(first - buffer.GetData()) / size;
+      unsigned char* idle = idleFor.data() + static_cast<std::size_t>(first - buffer.GetData()) / size;
       if (!isThere)
       {
         std::fill_n(idle, static_cast<std::size_t>(end - first) / size, static_cast<unsigned char>(0));
@@ -123,10 +126,12 @@ void dropIdlePages(const LentMemory& buffer, std::vector<unsigned char>& isIdle)
       char* dropped = first; // begin of a run of pages to drop
       for (char* page = first; page != end; page += size, ++idle)
       {
-        const bool hasZeros = isZero(page, size);
-        const bool isDropped = hasZeros && *idle != 0;
-        *idle = hasZeros && !isDropped ? 1 : 0;
-        if (!isDropped)
+        *idle = isZero(page, size) ? static_cast<unsigned char>(*idle + 1) : 0;
+        if (*idle > mostIdle)
+        {
+          *idle = 0;
+        }
+        else
         {
           dropPages(dropped, page);
           dropped = page + size;
@@ -183,7 +188,7 @@ void ZeroedBuffers::Trim()
   Buffer& last = this->Buffers[1];
   if (last.Memory)
   {
-    dropIdlePages(*last.Memory, last.IsIdle);
+    dropIdlePages(*last.Memory, last.IdleFor);
   }
 }
 

@@ -17,8 +17,8 @@ namespace vtkChainMail
 {
 
 /// Arrays take turns in two buffers. Pages of memory that an array has written are kept for the next ones, because a
-/// system takes long to provide new ones, and a virtual machine longer. Pages that two arrays of a buffer, one after
-/// the other, have not written go back to the system. Pages that were never written take no memory.
+/// system takes long to provide new ones, and a virtual machine longer. Pages that the next four arrays of a
+/// buffer have not written go back to the system. Pages that were never written take no memory.
 class ZeroedBuffers
 {
 public:
@@ -36,7 +36,7 @@ private:
   struct Buffer
   {
     std::unique_ptr<LentMemory> Memory;
-    std::vector<unsigned char> IsIdle; // of each page, whether the last array left it in memory without writing to it
+    std::vector<unsigned char> IdleFor; // of each page in memory, how many arrays it has not been needed for
   };
 
   std::array<Buffer, 2> Buffers; // the second one was lent last
