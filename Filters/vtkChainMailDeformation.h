@@ -361,7 +361,7 @@ public:
    * RelaxationTolerance and RelaxationError say. The other presets stand for values of these four, in this order, and
    * leave the properties unchanged (costs and errors: Data/Choosing.md). RELAXATION_FAST (1), for dragging: off, 10,
    * 1e-3, 0. RELAXATION_BALANCED (2), for a picture: on, 68, 1e-4, 0.01 (with Rotations or RELAXATION_PAPER 20, 1e-3,
-   * 0). RELAXATION_ACCURATE (3), for measuring: on, 300, 1e-5, 7e-4 (with Rotations or RELAXATION_PAPER 1000, 1e-5,
+   * 0). RELAXATION_ACCURATE (3), for measuring: on, 220, 1e-5, 7e-4 (with Rotations or RELAXATION_PAPER 1000, 1e-5,
    * 0). Default: RELAXATION_CUSTOM.
    */
   vtkSetMacro(RelaxationPreset, int);

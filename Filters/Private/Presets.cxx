@@ -84,7 +84,7 @@ void ApplyRelaxationPreset(const Properties& properties, chainmail::Method& meth
   case RelaxationPresets::Balanced:
     return isSlow ? set(true, 20, 1e-3) : set(true, 68, 1e-4, 1e-2);
   case RelaxationPresets::Accurate:
-    return isSlow ? set(true, 1000, 1e-5) : set(true, 300, 1e-5, 7e-4);
+    return isSlow ? set(true, 1000, 1e-5) : set(true, 220, 1e-5, 7e-4);
   default:
     return set(properties.CoarseToFine, properties.RelaxationIterations, properties.RelaxationTolerance,
       properties.RelaxationError);
