@@ -375,8 +375,8 @@ public:
   ///@{
   /**
    * Whether RELAXATION_PROJECTED starts on coarser grids after a pull, cut or carve. A few iterations then achieve what
-   * takes hundreds on the fine grid alone, at the cost of some tens. Tissue far from the probes relaxes, too. Where no
-   * bone can move, some of 20 or more iterations are spent on corrections (Data/Method.md). Default: off.
+   * takes hundreds on the fine grid alone, at the cost of some tens. Tissue far from the probes relaxes, too. Some
+   * of 20 or more iterations are spent on corrections, each of which counts as 12 (Data/Method.md). Default: off.
    */
   vtkSetMacro(CoarseToFine, bool);
   vtkGetMacro(CoarseToFine, bool);

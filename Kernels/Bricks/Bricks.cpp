@@ -163,4 +163,9 @@ void Bricks::makeSoftLinks(const std::vector<int>& bricks)
   this->soft_ = std::make_unique<SoftLinks>(this->context(), *this, this->model().grid(), bricks);
 }
 
+void Bricks::readSoftLinks(const std::vector<std::size_t>& voxels)
+{
+  this->soft_->read(this->context(), *this, this->model().grid(), voxels);
+}
+
 }

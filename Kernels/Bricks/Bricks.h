@@ -98,6 +98,8 @@ public:
   void setSoftLinks(std::vector<SoftLink> links);
   /// Replaces them by soft links of all elements of these bricks, for a kernel to write (SoftLinks).
   void makeSoftLinks(const std::vector<int>& bricks);
+  /// Reads those of these elements (SoftLinks::read).
+  void readSoftLinks(const std::vector<std::size_t>& voxels);
   /// Null where there are none.
   const SoftLinks* softLinks() const { return this->soft_.get(); }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 namespace chainmail
@@ -66,6 +67,46 @@ SoftLinks::SoftLinks(Context& context, const BrickTable& table, const Grid& grid
   }
   const std::size_t elements = static_cast<std::size_t>(table.elementsPerBrick());
   this->allocate(context, rows, runs * elements * bricks.size(), "the correction of a relaxation");
+}
+
+void SoftLinks::read(
+  Context& context, const BrickTable& table, const Grid& grid, const std::vector<std::size_t>& voxels)
+{
+  this->links_.clear();
+  const std::size_t elements = static_cast<std::size_t>(table.elementsPerBrick());
+  std::vector<cl_int> rows(static_cast<std::size_t>(table.numbers()));
+  context.read(this->rows_, rows);
+  std::vector<cl_uint> addresses;
+  for (const std::size_t voxel : voxels)
+  {
+    const Index3 at = grid.indexOf(voxel);
+    const cl_int row = rows[static_cast<std::size_t>(table.brickAt(at[0], at[1], at[2]))];
+    if (row >= 0)
+    {
+      this->links_.push_back({ voxel, 0.0, {}, 0.0 });
+      addresses.push_back(static_cast<cl_uint>(runs * elements * row + table.local(at[0], at[1], at[2])));
+    }
+  }
+  if (addresses.empty())
+  {
+    return;
+  }
+  const char* purpose = "the correction of a relaxation";
+  std::vector<cl_float> values(runs * addresses.size());
+  const cl::Buffer list = context.upload(addresses, purpose);
+  const cl::Buffer found = context.allocate(sizeof(cl_float) * values.size(), purpose);
+  context.launchOver(context.kernel("scatter.cl", "", "gather"), addresses.size(), this->values_,
+    static_cast<cl_uint>(elements), std::numeric_limits<cl_uint>::max(), static_cast<cl_int>(runs), list, found);
+  context.read(found, values);
+  const cl_float* value = values.data();
+  for (SoftLink& link : this->links_)
+  {
+    link.weight = *value++;
+    for (double& place : link.place)
+    {
+      place = *value++;
+    }
+  }
 }
 
 /// Uploads the row of each brick, and allocates so many values, all 0.

@@ -32,6 +32,10 @@ public:
   /// them, with a row for each brick in this order.
   SoftLinks(Context& context, const BrickTable& table, const Grid& grid, const std::vector<int>& bricks);
 
+  /// Reads the links of these elements (ascending) from the device, and replaces all() by them. Elements of bricks
+  /// without soft links have none.
+  void read(Context& context, const BrickTable& table, const Grid& grid, const std::vector<std::size_t>& voxels);
+
   const cl::Buffer& values() const { return this->values_; }
   const std::vector<SoftLink>& all() const { return this->links_; }
   /// The link of an element; null where it has none.

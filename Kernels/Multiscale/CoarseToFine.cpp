@@ -270,6 +270,7 @@ public:
       this->bricks_.state(nullptr, nullptr), this->finer_.layout(), residual.buffer, this->finer_.constraint(), share,
       static_cast<cl_int>(any), this->residual_.buffer, this->bricks_.softLinks()->values(),
       this->bricks_.softLinks()->proportions());
+    this->clusters_->beginCorrection(this->held_, this->residual_);
   }
   const Field& residual() const { return this->residual_; }
 
@@ -281,7 +282,6 @@ public:
     context.launch(context.kernel("correction.cl", this->bricks_.definesOfRows(), "restFixed"), slots.size(),
       this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), this->residual_.buffer,
       this->bricks_.displacement());
-    this->clusters_->beginAtRest();
     this->relaxation_.run(
       *this->clusters_, unlimited, nullptr, Range::Far, 0, correctionSweeps, 0.0, [&](int) { checkpoint(); });
     this->bricks_.setSoftLinks({});
@@ -432,15 +432,7 @@ void CoarseToFine::cycle(
     else
     {
       this->putOthersBack();
-      Elasticity unlimited = elasticity;
-      unlimited.limited = false;
-      clusters.begin(this->handles_.voxels(), this->handles_.rotatingVoxels());
-      if (this->bricks_.rotations())
-      {
-        clusters.projectToRigid();
-      }
-      this->relaxation_.run(
-        clusters, unlimited, nullptr, Range::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
+      this->smooth(clusters, elasticity, tolerance, checkpoint);
       this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
       if (!this->feasible_ && this->bricks_.rotations())
       {
@@ -453,6 +445,21 @@ void CoarseToFine::cycle(
       }
     }
   }
+}
+
+/// Smooths the interpolated displacements, and projects those of rigid clusters to motions as a whole.
+void CoarseToFine::smooth(
+  RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint)
+{
+  Elasticity unlimited = elasticity;
+  unlimited.limited = false;
+  clusters.begin(this->handles_.voxels(), this->handles_.rotatingVoxels());
+  if (this->bricks_.rotations())
+  {
+    clusters.projectToRigid();
+  }
+  this->relaxation_.run(
+    clusters, unlimited, nullptr, Range::Near, 0, smoothingSweeps, tolerance, [&](int) { checkpoint(); });
 }
 
 /// Of each connected component, whether coarser grids may move it: an element in it is held and a link is strained. A
@@ -625,13 +632,12 @@ bool CoarseToFine::run(
   return true;
 }
 
-std::optional<double> CoarseToFine::correct(
-  RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint)
+bool CoarseToFine::correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint)
 {
-  if (this->levels_.empty() || clusters.anyFree() || this->bricks_.rotations() || this->bricks_.softLinks() ||
-      elasticity.slack > 0.0f)
+  if (this->levels_.empty() || (this->bricks_.model().axes() > 1 && clusters.anyFree()) || this->bricks_.rotations() ||
+      this->bricks_.softLinks() || elasticity.slack > 0.0f)
   {
-    return std::nullopt;
+    return false;
   }
   this->energyBefore_ = this->energy(elasticity);
   this->start_.save();
@@ -641,6 +647,7 @@ std::optional<double> CoarseToFine::correct(
   launchPass(this->bricks_, context.kernel("correction.cl", this->bricks_.definesOfRows(), "residuals"), dirty.size(),
     this->bricks_.workItems(true), this->list_.holding(context, dirty), this->bricks_.state(nullptr, nullptr),
     this->residual_.buffer);
+  clusters.beginCorrection(this->handles_.voxels(), this->residual_);
   const Field* residual = &this->residual_;
   for (const std::unique_ptr<Level>& level : this->levels_)
   {
@@ -661,15 +668,16 @@ std::optional<double> CoarseToFine::correct(
     this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), timesAdded,
     this->residual_.buffer, this->start_.field().buffer, this->bricks_.displacement());
   this->putOthersBack();
-  clusters.begin(this->handles_.voxels());
+  this->smooth(clusters, elasticity, 0.0, checkpoint);
   this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
-  return this->judge(elasticity);
+  return true;
 }
 
-double CoarseToFine::judge(const Elasticity& elasticity)
+CoarseToFine::Judgement CoarseToFine::judge(const Elasticity& elasticity)
 {
   double kept = 1.0;
   const double whole = this->energy(elasticity);
+  double after = whole;
   if (this->bricks_.rotations())
   {
     // If the rotation of a bone differs between two feasible states, not all states between them are feasible. So the
@@ -691,14 +699,15 @@ double CoarseToFine::judge(const Elasticity& elasticity)
     const double bend = whole - 2.0 * half + this->energyBefore_;
     const double lowest = bend > 0.0 ? 0.5 - 0.25 * (whole - this->energyBefore_) / bend : 0.0;
     kept = std::max(0.0, shareStep * std::floor(lowest / shareStep));
-    this->start_.goBack(static_cast<float>(2.0 * kept));              // the state is half way already
-    if (kept > 0.0 && this->energy(elasticity) > this->energyBefore_) // in plastic tissue E is not quadratic
+    this->start_.goBack(static_cast<float>(2.0 * kept)); // the state is half way already
+    after = kept > 0.0 ? this->energy(elasticity) : this->energyBefore_;
+    if (after > this->energyBefore_) // in plastic tissue E is not quadratic
     {
       kept = 0.0;
       this->start_.goBack(0.0f);
     }
   }
-  return kept;
+  return { kept, kept > 0.0 ? 1.0 - after / this->energyBefore_ : 0.0 };
 }
 
 }

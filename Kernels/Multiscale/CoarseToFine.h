@@ -7,7 +7,6 @@
 #include "TissueComponents.h"
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 namespace chainmail
@@ -25,9 +24,9 @@ namespace chainmail
 /// move. Others are at rest as they are, or nothing holds them. But coarser grids cannot distinguish them from tissue
 /// close by, so they are put back.
 ///
-/// The result is rough, above all where links were beyond their limits. Its energy may be higher than before although
-/// it is close to the optimum. So judge() compares energies only after the first sweeps on the finest grid have
-/// smoothed it.
+/// The result is rough, above all where links were beyond their limits and around rigid clusters. Its energy may be
+/// higher than before although it is close to the optimum. So judge() compares energies only after the first sweeps on
+/// the finest grid have smoothed it.
 class CoarseToFine
 {
 public:
@@ -42,17 +41,20 @@ public:
 
   /// Runs one more cycle, for what the sweeps after judge() have left (correction.cl). Coarser grids solve for a
   /// correction here, not for the state itself, so what they show less well than the finest grid does no harm. Elements
-  /// that the limits of links keep where they are stay there. A correction is smooth, so it is judged at once. Returns
-  /// the share that is kept, or nothing where there are no corrections: where rigid clusters can move (corrections
-  /// would leave them behind, and sweeps find more in the same time), elements rotate, strain costs no energy at first,
-  /// and with soft links.
-  std::optional<double> correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint);
+  /// that the limits of links keep where they are stay there, and rigid clusters move as a whole. Returns whether there
+  /// are corrections, and judge() has to follow then as after run(). There are none where elements rotate, strain costs
+  /// no energy at first, with soft links, and where constraints differ by axis and rigid clusters can move.
+  bool correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint);
 
-  /// If the energy is higher than before run(), goes back along the straight line to the state before run(). It stops
-  /// at the lowest energy on this line; all states on it are feasible. Where elements rotate, it goes back to the state
-  /// before run() itself, also if the current state is infeasible.
-  /// Returns the share of the step that is kept, in [0, 1].
-  double judge(const Elasticity& elasticity);
+  /// If the energy is higher than before run() or correct(), goes back along the straight line to the state before it.
+  /// It stops at the lowest energy on this line; all states on it are feasible. Where elements rotate, it goes back to
+  /// the state before run() itself, also if the current state is infeasible.
+  struct Judgement
+  {
+    double kept; ///< the share of the step that is kept, in [0, 1]
+    double drop; ///< the share of the energy before the step that is gone
+  };
+  Judgement judge(const Elasticity& elasticity);
 
   /// To be called at the end of a relaxation, also of one that was stopped: frees what only cycles need.
   void release();
@@ -66,6 +68,7 @@ private:
   void build();
   double energy(const Elasticity& elasticity) const;
   void cycle(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
+  void smooth(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   std::vector<char> movingComponents();
   bool isStrained(int component, const std::vector<char>& hasStrain);
   bool isStrained(int component, int brick);

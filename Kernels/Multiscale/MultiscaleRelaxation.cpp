@@ -1,6 +1,7 @@
 #include "MultiscaleRelaxation.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace chainmail
 {
@@ -12,9 +13,6 @@ namespace
 /// time, whatever the sweeps are spent on.
 constexpr int sweepsOfCorrection = 12;
 
-/// Sweeps between two corrections.
-constexpr int sweepsBetween = 4;
-
 /// Further corrections find less than sweeps do: what is left is near limits of links.
 constexpr int mostCorrections = 6;
 
@@ -22,11 +20,16 @@ constexpr int mostCorrections = 6;
 constexpr double leastKept = 0.25;
 
 /// How far a state is from the optimum is estimated from how far a correction, or a round of sweeps, has just moved it.
-/// Pulls at random in scans were 0.1 to 1.2 times as far from it after corrections that moved them by more than 0.5 %,
-/// and 0.2 to 2.5 times after most rounds. Where blocked groups of elements move slowly, nothing shows how far they
-/// have to go.
-constexpr double timesCorrection = 0.8;
+/// Pulls at random in scans were 0.2 to 0.9 times as far from it after the first correction, if that moved them by more
+/// than 0.5 %, 0.2 to 0.6 times after such a further one, and 0.2 to 2.5 times after most rounds.
+constexpr double timesFirst = 0.65;
+constexpr double timesFurther = 0.45;
 constexpr double timesRound = 2.0;
+
+/// Where blocked groups of elements move slowly, no change shows how far they have to go, but the energy still falls,
+/// and it is quadratic in the distance. The distance of most pulls was 0.02 to 0.15 times the root of the share of the
+/// energy that the last correction and the sweeps after it had removed.
+constexpr double timesRootOfDrop = 0.07;
 
 /// Neither a correction nor the opening sweeps show a smaller distance than this. What they leave is near limits of
 /// links, and only longer rounds move it.
@@ -65,9 +68,13 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
     if (coarse)
     {
       this->sweep(task, clusters, CoarseToFine::sweepsToJudge, result);
-      result.coarseStep = this->coarseToFine_.judge(task.elasticity);
+      result.coarseStep = this->coarseToFine_.judge(task.elasticity).kept;
       this->range_ = result.coarseStep > 0.0 ? Range::Near : Range::Far;
       result.converged = result.converged && result.coarseStep == 1.0;
+      if (task.error > 0.0 && clusters.anyFree() && !result.converged)
+      {
+        this->sweepRound(task, clusters, result); // here the opening sweeps are often enough
+      }
       this->correct(task, clusters, result);
     }
   }
@@ -97,23 +104,25 @@ void MultiscaleRelaxation::correct(const RelaxationTask& task, RigidClusters& cl
 {
   double kept = *result.coarseStep;
   double shown = std::numeric_limits<double>::infinity(); // the distance from the optimum, of what corrections find
-  for (int n = 0; n < mostCorrections && kept >= leastKept && shown > task.error && !this->isNear(task) &&
-                  !result.converged && task.iterations - result.iterations >= sweepsOfCorrection + sweepsBetween;
+  for (int n = 0;
+       n < mostCorrections && kept >= leastKept && shown > task.error && !this->isNear(task) && !result.converged &&
+       task.iterations - result.iterations >= sweepsOfCorrection + CoarseToFine::sweepsToJudge;
        ++n)
   {
-    const std::optional<double> share =
-      this->coarseToFine_.correct(clusters, task.elasticity, [&] { task.checkpoint(result.iterations); });
-    if (!share)
+    if (!this->coarseToFine_.correct(clusters, task.elasticity, [&] { task.checkpoint(result.iterations); }))
     {
       return;
     }
-    kept = *share;
     result.iterations += sweepsOfCorrection;
     this->sweep_ = 0; // roughness is what is left now, so the plan of sweeps begins anew
-    this->sweep(task, clusters, sweepsBetween, result);
+    this->sweep(task, clusters, CoarseToFine::sweepsToJudge, result);
+    const CoarseToFine::Judgement judgement = this->coarseToFine_.judge(task.elasticity);
+    kept = judgement.kept;
+    result.converged = result.converged && kept == 1.0;
     if (task.error > 0.0 && kept >= leastKept)
     {
-      shown = timesCorrection / kept * this->start_.change();
+      shown = std::max((n == 0 ? timesFirst : timesFurther) / kept * this->start_.change(),
+        timesRootOfDrop * std::sqrt(std::max(0.0, judgement.drop)));
       this->distance_ = std::max(leastShown, shown);
     }
   }

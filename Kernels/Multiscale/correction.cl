@@ -3,10 +3,12 @@
 // limits let it follow, for each axis. It acts as a force on the coarser grid, whose elements start at rest and move
 // until their links balance it. That is the correction.
 //
-// Some elements are fixed in a correction: they keep their place. On the finest grid these are held and rigid ones
-// (there is no rigid one that could move), and those that the limit of a link keeps from following. A correction would
-// pull them out of their limits (truncated nonsmooth Newton multigrid; C. Graeser and R. Kornhuber, Journal of
-// Computational Mathematics 27, 2009). Their residual along x is INFINITY.
+// Some elements are fixed in a correction: they keep their place. On the finest grid these are held ones and those that
+// the limit of a link keeps from following. A correction would pull them out of their limits (truncated nonsmooth Newton
+// multigrid; C. Graeser and R. Kornhuber, Journal of Computational Mathematics 27, 2009). Their residual along x is
+// INFINITY. The host also fixes the members of rigid clusters that cannot move (RigidClusters::beginCorrection). The
+// residuals of the members of any other cluster add up to a force on it. Where constraints differ by axis, all rigid
+// elements are fixed: there are no corrections if one of them could move.
 //
 // The host guarantees: both grids have bricks of the same size; all 26 neighbours of a brick have a slot (brick.clh).
 
@@ -24,12 +26,13 @@ CHAINMAIL_INLINE void storeResiduals(const State* state, const Stencil* s, const
 {
   real c[AXES], u[3];
   Neighbours neighbours[3];
-  mask fixed = (mask)(0);
+  mask fixed = (mask)(0), rigid = (mask)(0);
   UNROLL
   for (int axis = 0; axis < AXES; ++axis)
   {
     c[axis] = LOAD(constraintAlong(state, axis) + s->self);
-    fixed |= (c[axis] > 0.0f) == 0;
+    fixed |= AXES == 1 ? isHeld(c[axis]) : (c[axis] > 0.0f) == 0;
+    rigid |= c[axis] == 0.0f;
   }
   UNROLL
   for (int axis = 0; axis < 3; ++axis)
@@ -57,8 +60,9 @@ CHAINMAIL_INLINE void storeResiduals(const State* state, const Stencil* s, const
   {
     const Neighbours n = neighbours[axis];
     const real step = n.pull / n.weight;
-    // Where no limit is in the way, rounding of the place must not change the residual.
-    const mask limited = (n.lower > u[axis] + step) | (n.upper < u[axis] + step);
+    // Where no limit is in the way, rounding of the place must not change the residual. A rigid element moves with its
+    // cluster, whatever its own links ask for.
+    const mask limited = (rigid == 0) & ((n.lower > u[axis] + step) | (n.upper < u[axis] + step));
     const real way = relaxedPlace(n, u[axis], 1.0f, 0.0f) - u[axis];
     fixed |= limited & (fabs(way) < KEPT_SHARE * fabs(step));
     each[axis] = select(n.pull, n.weight * way, limited);
@@ -102,8 +106,9 @@ kernel void residuals(global const int* list, STATE_ARGUMENTS, global float* res
 #define FIXED_WEIGHT 1e12f
 
 // Restriction: the residual of a coarser element is the sum of its children's, times `share`. It is fixed if one of
-// them is (`any`), or if all are. The State is that of the coarser grid; in place of the displacement of the finer grid
-// the host passes its residual. Group n writes the soft links of row n, with no displacement to begin with.
+// them is (`any`), or if all are. A rigid one, which moves with its cluster, is fixed only if all are. The State is that
+// of the coarser grid; in place of the displacement of the finer grid the host passes its residual. Group n writes the
+// soft links of row n, with no displacement to begin with.
 kernel void restrictResiduals(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float share, int any,
   global float* residual, global float* softLinks, float4 proportions)
 {
@@ -134,9 +139,9 @@ kernel void restrictResiduals(global const int* list, STATE_ARGUMENTS, FINER_ARG
         sum[axis] += select((real)(0.0f), part, isTissue & (isFixed == 0));
       }
     }
-    const mask isFixed = any ? fixed > 0.0f : fixed == tissue;
-    float fixes[WIDTH], each[3][WIDTH];
-    STORE(select((real)(0.0f), (real)(1.0f), isFixed), fixes);
+    float some[WIDTH], whole[WIDTH], each[3][WIDTH];
+    STORE(fixed, some);
+    STORE(tissue, whole);
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -146,11 +151,14 @@ kernel void restrictResiduals(global const int* list, STATE_ARGUMENTS, FINER_ARG
     {
       const uint inBrick = localAddress(at.x + n, at.y, at.z);
       const uint own = slot * ELEMENTS + inBrick;
-      bool free = fixes[n] == 0.0f;
+      bool rigid = false, held = false;
       for (int axis = 0; axis < AXES; ++axis)
       {
-        free = free && constraintAlong(&state, axis)[own] > 0.0f;
+        const float c = constraintAlong(&state, axis)[own];
+        rigid = rigid || c == 0.0f;
+        held = held || as_int(c) < 0 || (AXES > 1 && c == 0.0f);
       }
+      const bool free = !held && some[n] < (any && !rigid ? 1.0f : whole[n]);
       float weight = FORCE_WEIGHT;
 #ifdef CUTS
       weight = state.cut[own] ? CUT_WEIGHT : weight;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 namespace chainmail
@@ -125,18 +126,7 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels, const std:
   }
   this->active_.clear();
   this->bodyList_.clear();
-  this->soft_.begin(
-    [this](std::size_t voxel, const auto& add)
-    {
-      for (int axis = 0; axis < this->bricks_.model().axes(); ++axis)
-      {
-        const int id = this->clusterOf(voxel, axis);
-        if (id >= 0)
-        {
-          add(id);
-        }
-      }
-    });
+  this->beginSoft();
 
   for (const std::size_t voxel : heldVoxels)
   {
@@ -168,16 +158,84 @@ void RigidClusters::begin(const std::vector<std::size_t>& heldVoxels, const std:
   }
 }
 
-void RigidClusters::beginAtRest()
+/// Finds the soft links of all clusters.
+void RigidClusters::beginSoft()
 {
+  this->soft_.begin(
+    [this](std::size_t voxel, const auto& add)
+    {
+      for (int axis = 0; axis < this->bricks_.model().axes(); ++axis)
+      {
+        const int id = this->clusterOf(voxel, axis);
+        if (id >= 0)
+        {
+          add(id);
+        }
+      }
+    });
+}
+
+void RigidClusters::beginCorrection(const std::vector<std::size_t>& heldVoxels, const Field& residual)
+{
+  this->begin(heldVoxels);
+  const bool stay = this->bricks_.model().axes() > 1;
+  const std::vector<int> candidates = stay ? std::vector<int>() : this->movable();
   for (Cluster& cluster : this->clusters_)
   {
     cluster.held = true;
-    cluster.active = false;
   }
-  this->active_.clear();
-  this->bodyList_.clear();
-  this->soft_.begin([](std::size_t, const auto&) {});
+  const std::vector<float> residuals = this->membersOf(candidates).values(residual);
+  auto x = residuals.begin();
+  for (const int id : candidates)
+  {
+    Cluster& cluster = this->clusters_[id];
+    cluster.held = false;
+    for (std::size_t n = 0; n < cluster.count; ++n, x += 3)
+    {
+      cluster.held = cluster.held || std::isinf(*x);
+    }
+  }
+  Elements fixed(this->bricks_);
+  std::vector<std::size_t> moving;
+  for (const Cluster& cluster : this->clusters_)
+  {
+    for (std::size_t n = cluster.first; !stay && n < cluster.first + cluster.count; ++n)
+    {
+      const std::size_t voxel = this->voxels_[n];
+      const Index3 at = this->bricks_.model().grid().indexOf(voxel);
+      if (!cluster.held)
+      {
+        moving.push_back(voxel);
+      }
+      else if (this->bricks_.hasState(this->bricks_.brickAt(at[0], at[1], at[2])))
+      {
+        fixed.add(at);
+      }
+    }
+  }
+  fixed.set(residual, std::vector<float>(3 * fixed.size(), std::numeric_limits<float>::infinity()));
+  if (this->bricks_.softLinks())
+  {
+    std::sort(moving.begin(), moving.end());
+    this->bricks_.readSoftLinks(moving);
+    this->beginSoft();
+  }
+}
+
+/// The clusters that are not held and have a state in all of their bricks.
+std::vector<int> RigidClusters::movable() const
+{
+  std::vector<int> ids;
+  for (std::size_t id = 0; id < this->clusters_.size(); ++id)
+  {
+    const Cluster& cluster = this->clusters_[id];
+    if (!cluster.held && std::all_of(cluster.bricks.begin(), cluster.bricks.end(),
+                           [this](int brick) { return this->bricks_.hasState(brick); }))
+    {
+      ids.push_back(static_cast<int>(id));
+    }
+  }
+  return ids;
 }
 
 RotatingClusters::Body RigidClusters::bodyOf(const Cluster& cluster) const
@@ -211,11 +269,7 @@ void RigidClusters::projectToRigid(bool rotates)
     }
     return;
   }
-  Elements members(this->bricks_);
-  for (const int id : touched)
-  {
-    this->addMembers(this->clusters_[id], members);
-  }
+  const Elements members = this->membersOf(std::vector<int>(touched.begin(), touched.end()));
   std::vector<float> places = members.displacements();
   std::vector<float> rotations = members.rotations();
   std::size_t first = 0;
@@ -237,6 +291,17 @@ void RigidClusters::addMembers(const Cluster& cluster, Elements& elements) const
   {
     elements.add(this->voxels_[n]);
   }
+}
+
+/// The members of these clusters, one cluster after the other.
+Elements RigidClusters::membersOf(const std::vector<int>& clusters) const
+{
+  Elements members(this->bricks_);
+  for (const int id : clusters)
+  {
+    this->addMembers(this->clusters_[id], members);
+  }
+  return members;
 }
 
 /// Gives all members of a cluster of one axis the same displacement along this axis, and no rotation.

@@ -49,8 +49,11 @@ public:
   /// about its held elements (RotatingClusters). A cluster with elements of `rotated` may not, because their rotation
   /// is prescribed.
   void begin(const std::vector<std::size_t>& heldVoxels, const std::vector<std::size_t>& rotated = {});
-  /// Starts a relaxation in which no cluster becomes active.
-  void beginAtRest();
+  /// Starts the relaxation of a correction (correction.cl), where elements do not rotate. `residual`: where it is
+  /// INFINITY along x, elements are fixed. Clusters with a fixed member or with one in a brick without a state cannot
+  /// become active either. Fixes all members of clusters that cannot, there. Where constraints differ by axis, none
+  /// can.
+  void beginCorrection(const std::vector<std::size_t>& heldVoxels, const Field& residual);
 
   /// Where elements rotate: projects every displaced cluster to a rigid motion, after its elements were moved one by
   /// one. This is the pose nearest to the current places or, without `rotates`, the nearest one with the current
@@ -103,6 +106,9 @@ private:
   bool clustersRotate() const { return this->bricks_.rotations() && this->bricks_.model().axes() == 1; }
   RotatingClusters::Body bodyOf(const Cluster& cluster) const;
   void addMembers(const Cluster& cluster, Elements& elements) const;
+  Elements membersOf(const std::vector<int>& clusters) const;
+  std::vector<int> movable() const;
+  void beginSoft();
   void alignAxis(const Cluster& cluster);
   std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
   void list();

@@ -86,7 +86,7 @@ void use(const Settings& settings)
   other.position = { 30.0, 30.0, 30.0 };
   other.displacement = { -5.0, 4.0, 2.0 };
 
-  // Where no bone can move, relaxation is corrected on coarser grids.
+  // With bone that can move, corrections on coarser grids move it, too.
   for (const bool hasBone : { true, false })
   {
     Simulation simulation(block(hasBone), settings);
