@@ -46,14 +46,14 @@ public:
   /// no energy at first, with soft links, and where constraints differ by axis and rigid clusters can move.
   bool correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint);
 
-  /// If the energy is higher than before run() or correct(), goes back along the straight line to the state before it.
-  /// It stops at the lowest energy on this line; all states on it are feasible. Where elements rotate, it goes back to
-  /// the state before run() itself, also if the current state is infeasible.
   struct Judgement
   {
     double kept; ///< the share of the step that is kept, in [0, 1]
     double drop; ///< the share of the energy before the step that is gone
   };
+  /// If the energy is higher than before run() or correct(), goes back along the straight line to the state before it.
+  /// It stops at the lowest energy on this line; all states on it are feasible. Where elements rotate, it goes back to
+  /// the state before run() itself, also if the current state is infeasible.
   Judgement judge(const Elasticity& elasticity);
 
   /// To be called at the end of a relaxation, also of one that was stopped: frees what only cycles need.

@@ -139,9 +139,9 @@ kernel void restrictResiduals(global const int* list, STATE_ARGUMENTS, FINER_ARG
         sum[axis] += select((real)(0.0f), part, isTissue & (isFixed == 0));
       }
     }
-    float some[WIDTH], whole[WIDTH], each[3][WIDTH];
-    STORE(fixed, some);
-    STORE(tissue, whole);
+    float fixedChildren[WIDTH], children[WIDTH], each[3][WIDTH];
+    STORE(fixed, fixedChildren);
+    STORE(tissue, children);
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -158,7 +158,7 @@ kernel void restrictResiduals(global const int* list, STATE_ARGUMENTS, FINER_ARG
         rigid = rigid || c == 0.0f;
         held = held || as_int(c) < 0 || (AXES > 1 && c == 0.0f);
       }
-      const bool free = !held && some[n] < (any && !rigid ? 1.0f : whole[n]);
+      const bool free = !held && fixedChildren[n] < (any && !rigid ? 1.0f : children[n]);
       float weight = FORCE_WEIGHT;
 #ifdef CUTS
       weight = state.cut[own] ? CUT_WEIGHT : weight;

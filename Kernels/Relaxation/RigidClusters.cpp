@@ -178,34 +178,41 @@ void RigidClusters::beginSoft()
 void RigidClusters::beginCorrection(const std::vector<std::size_t>& heldVoxels, const Field& residual)
 {
   this->begin(heldVoxels);
-  const bool stay = this->bricks_.model().axes() > 1;
-  const std::vector<int> candidates = stay ? std::vector<int>() : this->movable();
-  for (Cluster& cluster : this->clusters_)
+  const bool allStay = this->bricks_.model().axes() > 1;
+  std::vector<int> free;
+  for (std::size_t id = 0; id < this->clusters_.size(); ++id)
   {
-    cluster.held = true;
-  }
-  const std::vector<float> residuals = this->membersOf(candidates).values(residual);
-  auto x = residuals.begin();
-  for (const int id : candidates)
-  {
-    Cluster& cluster = this->clusters_[id];
-    cluster.held = false;
-    for (std::size_t n = 0; n < cluster.count; ++n, x += 3)
+    this->clusters_[id].held = this->clusters_[id].held || allStay;
+    if (!this->clusters_[id].held)
     {
-      cluster.held = cluster.held || std::isinf(*x);
+      free.push_back(static_cast<int>(id));
     }
   }
+  const std::vector<float> residuals = this->membersOf(free).values(residual);
+  auto along = residuals.begin();
+  for (const int id : free)
+  {
+    Cluster& cluster = this->clusters_[id];
+    for (std::size_t n = 0; n < cluster.count; ++n, along += 3)
+    {
+      cluster.held = cluster.held || std::isinf(*along);
+    }
+  }
+  if (allStay)
+  {
+    return;
+  }
+
   Elements fixed(this->bricks_);
   std::vector<std::size_t> moving;
   for (const Cluster& cluster : this->clusters_)
   {
-    for (std::size_t n = cluster.first; !stay && n < cluster.first + cluster.count; ++n)
+    for (std::size_t n = cluster.first; n < cluster.first + cluster.count; ++n)
     {
-      const std::size_t voxel = this->voxels_[n];
-      const Index3 at = this->bricks_.model().grid().indexOf(voxel);
+      const Index3 at = this->bricks_.model().grid().indexOf(this->voxels_[n]);
       if (!cluster.held)
       {
-        moving.push_back(voxel);
+        moving.push_back(this->voxels_[n]);
       }
       else if (this->bricks_.hasState(this->bricks_.brickAt(at[0], at[1], at[2])))
       {
@@ -220,22 +227,6 @@ void RigidClusters::beginCorrection(const std::vector<std::size_t>& heldVoxels, 
     this->bricks_.readSoftLinks(moving);
     this->beginSoft();
   }
-}
-
-/// The clusters that are not held and have a state in all of their bricks.
-std::vector<int> RigidClusters::movable() const
-{
-  std::vector<int> ids;
-  for (std::size_t id = 0; id < this->clusters_.size(); ++id)
-  {
-    const Cluster& cluster = this->clusters_[id];
-    if (!cluster.held && std::all_of(cluster.bricks.begin(), cluster.bricks.end(),
-                           [this](int brick) { return this->bricks_.hasState(brick); }))
-    {
-      ids.push_back(static_cast<int>(id));
-    }
-  }
-  return ids;
 }
 
 RotatingClusters::Body RigidClusters::bodyOf(const Cluster& cluster) const

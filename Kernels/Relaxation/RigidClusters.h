@@ -49,10 +49,9 @@ public:
   /// about its held elements (RotatingClusters). A cluster with elements of `rotated` may not, because their rotation
   /// is prescribed.
   void begin(const std::vector<std::size_t>& heldVoxels, const std::vector<std::size_t>& rotated = {});
-  /// Starts the relaxation of a correction (correction.cl), where elements do not rotate. `residual`: where it is
-  /// INFINITY along x, elements are fixed. Clusters with a fixed member or with one in a brick without a state cannot
-  /// become active either. Fixes all members of clusters that cannot, there. Where constraints differ by axis, none
-  /// can.
+  /// Starts the relaxation of a correction (correction.cl), where elements do not rotate. Where `residual` is INFINITY
+  /// along x, elements are fixed. A cluster with a fixed member cannot become active either, and where constraints
+  /// differ by axis none can. Fixes all members of clusters that cannot. The soft links of the others are read again.
   void beginCorrection(const std::vector<std::size_t>& heldVoxels, const Field& residual);
 
   /// Where elements rotate: projects every displaced cluster to a rigid motion, after its elements were moved one by
@@ -107,7 +106,6 @@ private:
   RotatingClusters::Body bodyOf(const Cluster& cluster) const;
   void addMembers(const Cluster& cluster, Elements& elements) const;
   Elements membersOf(const std::vector<int>& clusters) const;
-  std::vector<int> movable() const;
   void beginSoft();
   void alignAxis(const Cluster& cluster);
   std::vector<int> bricksLinkedTo(const std::vector<int>& clusters) const;
