@@ -104,8 +104,9 @@ void MultiscaleRelaxation::correct(const RelaxationTask& task, RigidClusters& cl
 {
   double kept = *result.coarseStep;
   double shown = std::numeric_limits<double>::infinity(); // the distance from the optimum, of what corrections find
+  const double enough = task.error > 0.0 ? task.error : leastShown; // from there on sweeps find more
   for (int n = 0;
-       n < mostCorrections && kept >= leastKept && shown > task.error && !this->isNear(task) && !result.converged &&
+       n < mostCorrections && kept >= leastKept && shown > enough && !this->isNear(task) && !result.converged &&
        task.iterations - result.iterations >= sweepsOfCorrection + CoarseToFine::sweepsToJudge;
        ++n)
   {
@@ -119,7 +120,7 @@ void MultiscaleRelaxation::correct(const RelaxationTask& task, RigidClusters& cl
     const CoarseToFine::Judgement judgement = this->coarseToFine_.judge(task.elasticity);
     kept = judgement.kept;
     result.converged = result.converged && kept == 1.0;
-    if (task.error > 0.0 && kept >= leastKept)
+    if (kept >= leastKept)
     {
       shown = std::max((n == 0 ? timesFirst : timesFurther) / kept * this->start_.change(),
         timesRootOfDrop * std::sqrt(std::max(0.0, judgement.drop)));
