@@ -11,7 +11,7 @@ configure_and_build -DBUILD_TESTING=ON -DCMAKE_BUILD_TYPE=Release
 describe_machine
 export CHAINMAIL_VOLUMES=${CHAINMAIL_VOLUMES:-$root/../shared/volumes}
 export CHAINMAIL_OPTIMUM=$build/Testing/Trade/ChainMailOptimum
-packages=$(dirname "$(find "$build" -path '*/chainmail/ChainMailFilters*.so' -print -quit)")
+packages=$(dirname "$(find "$build" -path "$build/Testing" -prune -o -path '*/chainmail/ChainMailFilters*.so' -print -quit)")
 export PYTHONPATH=$(dirname "$packages")${PYTHONPATH:+:$PYTHONPATH}
 say "Measuring"
 pvpython "$root/Testing/Trade/measure.py" "$build/trade" "$@" || fail "The measurement stopped, see above."
