@@ -632,13 +632,8 @@ bool CoarseToFine::run(
   return true;
 }
 
-bool CoarseToFine::correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint)
+void CoarseToFine::correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint)
 {
-  if (this->levels_.empty() || (this->bricks_.model().axes() > 1 && clusters.anyFree()) || this->bricks_.rotations() ||
-      this->bricks_.softLinks() || elasticity.slack > 0.0f)
-  {
-    return false;
-  }
   this->energyBefore_ = this->energy(elasticity);
   this->start_.save();
   this->bricks_.addField(this->residual_);
@@ -670,7 +665,6 @@ bool CoarseToFine::correct(RigidClusters& clusters, const Elasticity& elasticity
   this->putOthersBack();
   this->smooth(clusters, elasticity, 0.0, checkpoint);
   this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
-  return true;
 }
 
 CoarseToFine::Judgement CoarseToFine::judge(const Elasticity& elasticity)

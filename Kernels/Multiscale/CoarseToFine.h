@@ -41,10 +41,16 @@ public:
 
   /// Runs one more cycle, for what the sweeps after judge() have left (correction.cl). Coarser grids solve for a
   /// correction here, not for the state itself, so what they show less well than the finest grid does no harm. Elements
-  /// that the limits of links keep where they are stay there, and rigid clusters move as a whole. Returns whether there
-  /// are corrections, and judge() has to follow then as after run(). There are none where elements rotate, strain costs
-  /// no energy at first, with soft links, and where constraints differ by axis and rigid clusters can move.
-  bool correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint);
+  /// that the limits of links keep where they are stay there, and rigid clusters move as a whole. judge() has to follow
+  /// as after run().
+  void correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint);
+  /// Whether there are corrections after run(): not where elements rotate, strain costs no energy at first, with soft
+  /// links, or where constraints differ by axis and rigid clusters can move.
+  bool corrects(const RigidClusters& clusters, const Elasticity& elasticity) const
+  {
+    return !(this->bricks_.model().axes() > 1 && clusters.anyFree()) && !this->bricks_.rotations() &&
+           !this->bricks_.softLinks() && elasticity.slack == 0.0f;
+  }
 
   struct Judgement
   {

@@ -62,6 +62,7 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
   const ReleasedAtEnd<CoarseToFine> released{ this->coarseToFine_ };
   if (this->sweep_ == 0)
   {
+    this->distance_ = std::numeric_limits<double>::infinity();
     const bool coarse = this->startsCoarse_ && this->mayStartCoarse_ && !task.waves &&
                         this->coarseToFine_.run(clusters, task.elasticity, task.tolerance, [&] { task.checkpoint(0); });
     this->range_ = coarse ? Range::Near : Range::Far;
@@ -71,16 +72,22 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
       result.coarseStep = this->coarseToFine_.judge(task.elasticity).kept;
       this->range_ = result.coarseStep > 0.0 ? Range::Near : Range::Far;
       result.converged = result.converged && result.coarseStep == 1.0;
-      if (task.error > 0.0 && clusters.anyFree() && !result.converged)
+      if (result.coarseStep >= leastKept && this->coarseToFine_.corrects(clusters, task.elasticity))
       {
-        this->sweepRound(task, clusters, result); // here the opening sweeps are often enough
+        this->correct(task, clusters, result);
       }
-      this->correct(task, clusters, result);
     }
   }
   while (result.iterations < task.iterations && !result.converged && !this->isNear(task))
   {
-    this->sweepRound(task, clusters, result);
+    if (task.error > 0.0 && this->range_ == Range::Near)
+    {
+      this->sweepRound(task, clusters, result);
+    }
+    else
+    {
+      this->sweep(task, clusters, task.iterations, result);
+    }
   }
   result.converged = (result.converged || this->isNear(task)) && !task.waves;
   return result;
@@ -99,21 +106,23 @@ void MultiscaleRelaxation::sweep(const RelaxationTask& task, RigidClusters& clus
   result.converged = sweeps.converged;
 }
 
-/// Corrects the state after a start on coarser grids, as long as that helps.
+/// Corrects the state after a start on coarser grids, as long as that helps. Where rigid clusters can move, the opening
+/// sweeps come before, which are often enough.
 void MultiscaleRelaxation::correct(const RelaxationTask& task, RigidClusters& clusters, RelaxResult& result)
 {
-  double kept = *result.coarseStep;
-  double shown = std::numeric_limits<double>::infinity(); // the distance from the optimum, of what corrections find
+  if (clusters.anyFree() && !result.converged && result.iterations < task.iterations)
+  {
+    this->sweepRound(task, clusters, result);
+  }
   const double enough = task.error > 0.0 ? task.error : leastShown; // from there on sweeps find more
+  double kept = 1.0;
+  double shown = this->distance_; // of what corrections find
   for (int n = 0;
        n < mostCorrections && kept >= leastKept && shown > enough && !this->isNear(task) && !result.converged &&
        task.iterations - result.iterations >= sweepsOfCorrection + CoarseToFine::sweepsToJudge;
        ++n)
   {
-    if (!this->coarseToFine_.correct(clusters, task.elasticity, [&] { task.checkpoint(result.iterations); }))
-    {
-      return;
-    }
+    this->coarseToFine_.correct(clusters, task.elasticity, [&] { task.checkpoint(result.iterations); });
     result.iterations += sweepsOfCorrection;
     this->sweep_ = 0; // roughness is what is left now, so the plan of sweeps begins anew
     this->sweep(task, clusters, CoarseToFine::sweepsToJudge, result);
@@ -129,14 +138,9 @@ void MultiscaleRelaxation::correct(const RelaxationTask& task, RigidClusters& cl
   }
 }
 
-/// Sweeps to the end of a round. Where no distance is asked for, or sweeps are not in rounds, makes all of them.
+/// Sweeps to the end of a round, after coarser grids.
 void MultiscaleRelaxation::sweepRound(const RelaxationTask& task, RigidClusters& clusters, RelaxResult& result)
 {
-  if (task.error == 0.0 || this->range_ == Range::Far)
-  {
-    this->sweep(task, clusters, task.iterations, result);
-    return;
-  }
   const bool opening = this->sweep_ < SweepPlan::roundsEnd(0);
   const int end = SweepPlan::roundsEnd(this->sweep_);
   this->start_.save();

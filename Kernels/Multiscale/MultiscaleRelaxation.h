@@ -30,7 +30,6 @@ public:
   {
     this->sweep_ = 0;
     this->mayStartCoarse_ = mayStartCoarse;
-    this->distance_ = std::numeric_limits<double>::infinity();
   }
   void tissueChanged() override;
 

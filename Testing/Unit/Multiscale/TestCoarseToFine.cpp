@@ -15,7 +15,7 @@ using namespace chainmail;
 constexpr double tolerance = 1e-5;
 
 std::vector<oracle::Vector3> relaxed(const Scene& scene, const std::vector<Probe>& probes, bool coarse, int sweeps,
-  double* energy, const Surface* blade = nullptr, const Index3& brick = { 0, 0, 0 })
+  double* energy, const Surface* blade = nullptr, const Index3& brick = { 0, 0, 0 }, double error = 0.0)
 {
   Simulation simulation = simulate(scene, brick);
   simulation.setCoarseToFine(coarse);
@@ -25,7 +25,7 @@ std::vector<oracle::Vector3> relaxed(const Scene& scene, const std::vector<Probe
   }
   simulation.pull(probes);
   const double before = simulation.measure().energy;
-  simulation.relax(sweeps, 1e-6);
+  simulation.relax(sweeps, 1e-6, error);
   *energy = simulation.measure().energy;
   EXPECT_LE(*energy, before * (1 + 1e-6));
   EXPECT_LE(simulation.measure().maxLinkExcess, tolerance);
@@ -52,7 +52,8 @@ TEST(CoarseToFine, AFewSweepsGetNearTheOptimum)
 
 TEST(CoarseToFine, CorrectionsFindWhatSweepsLeave)
 {
-  // With 20 iterations there is room for a correction, with 19 there is not, and sweeps take its place.
+  // With 20 iterations there is room for a correction, with 19 there is not, and sweeps take its place. Where bones can
+  // move, 16 more sweeps come first. They leave so little that a correction has to be asked for.
   for (const bool bones : { false, true })
   {
     Scene scene = randomScene({ 72, 60, 50 }, 1, 4500, 0.0, 0.0);
@@ -72,7 +73,7 @@ TEST(CoarseToFine, CorrectionsFindWhatSweepsLeave)
     const auto error = [&](int iterations)
     {
       double square = 0.0;
-      const auto u = relaxed(scene, probes, true, iterations, &energy);
+      const auto u = relaxed(scene, probes, true, iterations, &energy, nullptr, { 0, 0, 0 }, 1e-6);
       for (std::size_t v = 0; v < u.size(); ++v)
       {
         for (int a = 0; a < 3; ++a)
@@ -82,11 +83,11 @@ TEST(CoarseToFine, CorrectionsFindWhatSweepsLeave)
       }
       return std::sqrt(square / static_cast<double>(u.size()));
     };
-    const double without = error(19);
-    const double with = error(20);
+    const double without = error(bones ? 35 : 19);
+    const double with = error(bones ? 36 : 20);
     EXPECT_GE(energy, optimum * (1 - 1e-6)) << bones;
     EXPECT_GT(without, 0.005) << "hardly anything is left to correct";
-    EXPECT_LT(with, 0.6 * without) << bones;
+    EXPECT_LT(with, (bones ? 0.85 : 0.6) * without) << bones; // one more sweep instead gives 0.97
   }
 }
 
