@@ -29,6 +29,9 @@ std::string whatFits(const DeviceInfo& device)
          " million voxels, however much of it moves: crop the scan to that size.";
 }
 
+/// The values that each work-group clears or copies.
+constexpr cl_uint valuesPerGroup = 1 << 14;
+
 /// The new capacity in slots. Small capacities double, so copies are rare; large ones grow by a sixteenth, so little
 /// memory stays empty.
 int roomFor(int slots, int before, int most)
@@ -165,6 +168,16 @@ void BrickStorage::addField(Field& field, Field::Start start)
     field.buffer = this->allocate(field.runs * this->pitch() * field.bytes, field.purpose, start);
     field.start = start;
     this->fields_.push_back(&field);
+  }
+}
+
+void BrickStorage::addTemporary(Field& field)
+{
+  if (!field.buffer())
+  {
+    this->addField(field, Field::Start::Anything);
+    field.start = Field::Start::Zeros; // of bricks that get a state later
+    this->clear(field);
   }
 }
 
@@ -333,16 +346,19 @@ void BrickStorage::clear(const Field& field) const
 {
   if (field.buffer())
   {
-    this->context_->queue().enqueueFillBuffer(field.buffer, cl_uint(0), 0, field.runs * field.bytes * this->pitch());
+    const auto count = static_cast<cl_uint>(field.runs * this->pitch() * field.bytes / sizeof(cl_uint));
+    this->context_->launch(this->context_->kernel("scatter.cl", "", "clear"),
+      (count + valuesPerGroup - 1) / valuesPerGroup, this->options_.workItems(true), field.buffer, count,
+      valuesPerGroup);
   }
 }
 
 void BrickStorage::copy(const Field& from, const Field& to) const
 {
-  constexpr cl_uint perGroup = 1 << 14;
   const cl_uint count = 3 * this->pitch();
-  this->context_->launch(this->context_->kernel("scatter.cl", "", "copy"), (count + perGroup - 1) / perGroup,
-    this->options_.workItems(true), from.buffer, to.buffer, count, perGroup);
+  this->context_->launch(this->context_->kernel("scatter.cl", "", "copy"),
+    (count + valuesPerGroup - 1) / valuesPerGroup, this->options_.workItems(true), from.buffer, to.buffer, count,
+    valuesPerGroup);
 }
 
 void BrickStorage::copy(const Field& from, const Field& to, const std::vector<int>& slots) const

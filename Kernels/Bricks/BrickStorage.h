@@ -70,6 +70,9 @@ public:
   /// Allocates a state field, which has memory for all states from then on; removeField() frees it. The field must
   /// outlive the storage or be removed.
   void addField(Field& field, Field::Start start = Field::Start::Zeros);
+  /// The same for a field that is needed for a short time and starts at 0. It gets memory that is kept for such fields,
+  /// because a system takes long to provide new memory (Pages).
+  void addTemporary(Field& field);
   void removeField(Field& field);
   /// The distance between the runs of a state field, and of a tissue field [elements].
   cl_uint pitch() const { return static_cast<cl_uint>(this->capacity_) * this->elements_ + skew; }

@@ -50,7 +50,7 @@ SoftLinks::SoftLinks(Context& context, const BrickTable& table, const Grid& grid
       [](double place) { return static_cast<cl_float>(place); });
   }
   const char* purpose = "the soft probes";
-  this->allocate(context, rows, runs * elements * static_cast<std::size_t>(count), purpose);
+  this->allocate(context, rows, runs * elements * static_cast<std::size_t>(count), true, purpose);
   const cl::Buffer list = context.upload(addresses, purpose);
   context.launchOver(context.kernel("scatter.cl", "", "scatter"), addresses.size(), this->values_,
     static_cast<cl_uint>(elements), static_cast<cl_int>(runs), list, context.upload(values, purpose));
@@ -66,7 +66,7 @@ SoftLinks::SoftLinks(Context& context, const BrickTable& table, const Grid& grid
     rows[static_cast<std::size_t>(bricks[n])] = static_cast<cl_int>(n);
   }
   const std::size_t elements = static_cast<std::size_t>(table.elementsPerBrick());
-  this->allocate(context, rows, runs * elements * bricks.size(), "the correction of a relaxation");
+  this->allocate(context, rows, runs * elements * bricks.size(), false, "the correction of a relaxation");
 }
 
 void SoftLinks::read(
@@ -109,12 +109,14 @@ void SoftLinks::read(
   }
 }
 
-/// Uploads the row of each brick, and allocates so many values, all 0.
-void SoftLinks::allocate(Context& context, const std::vector<cl_int>& rows, std::size_t values, const char* purpose)
+/// Uploads the row of each brick, and allocates so many values, all 0 or with undefined content.
+void SoftLinks::allocate(
+  Context& context, const std::vector<cl_int>& rows, std::size_t values, bool zeros, const char* purpose)
 {
+  const std::size_t bytes = sizeof(cl_float) * values;
   this->rows_ = context.upload(rows, purpose);
-  this->values_ = context.allocate(sizeof(cl_float) * values, purpose);
-  this->bytes_ = sizeof(cl_int) * rows.size() + sizeof(cl_float) * values;
+  this->values_ = context.allocate(bytes, purpose, zeros ? bytes : 1);
+  this->bytes_ = sizeof(cl_int) * rows.size() + bytes;
 }
 
 const SoftLink* SoftLinks::of(std::size_t voxel) const

@@ -56,7 +56,7 @@ public:
   std::size_t bytes() const { return this->bytes_; }
 
 private:
-  void allocate(Context& context, const std::vector<cl_int>& rows, std::size_t values, const char* purpose);
+  void allocate(Context& context, const std::vector<cl_int>& rows, std::size_t values, bool zeros, const char* purpose);
 
   std::vector<SoftLink> links_;
   cl::Buffer rows_;

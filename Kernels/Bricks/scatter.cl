@@ -60,6 +60,17 @@ kernel void copyBricks(global const uint* from, global uint* to, uint pitch, uin
   }
 }
 
+// Sets the first `count` values to 0, `perGroup` in each work-group, as `copy` does.
+kernel void clear(global uint* field, uint count, uint perGroup)
+{
+  const uint first = get_group_id(0) * perGroup;
+  const uint end = min(first + perGroup, count);
+  for (uint n = first + get_local_id(0); n < end; n += get_local_size(0))
+  {
+    field[n] = 0;
+  }
+}
+
 // Copies the first `count` values, `perGroup` in each work-group. So all cores of a CPU share the copying and, for new
 // memory, the allocation of its pages, which happens on the first write.
 kernel void copy(global const uint* from, global uint* to, uint count, uint perGroup)

@@ -111,7 +111,7 @@ public:
 
   template <typename T> cl::Buffer upload(const std::vector<T>& values, const char* purpose)
   {
-    cl::Buffer buffer = this->allocate(sizeof(T) * std::max<std::size_t>(1, values.size()), purpose);
+    cl::Buffer buffer = this->allocate(sizeof(T) * std::max<std::size_t>(1, values.size()), purpose, 1);
     this->write(buffer, 0, values);
     return buffer;
   }

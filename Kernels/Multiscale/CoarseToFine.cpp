@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 
 namespace chainmail
@@ -201,39 +202,13 @@ public:
   /// Interpolates the displacements and rotations of this grid to the finer one. The result need not be feasible.
   void refine()
   {
-    std::set<int> needed;
-    const Index3 size = this->bricks_.size();
-    const Grid& fine = this->finer_.model().grid();
-    for (const int slot : this->bricks_.dirtySlots())
-    {
-      const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
-      for (int n = 0; n < 8; ++n)
-      {
-        const Index3 at{ 2 * origin[0] + (n & 1) * size[0], 2 * origin[1] + (n >> 1 & 1) * size[1],
-          2 * origin[2] + (n >> 2) * size[2] };
-        if (fine.contains(at[0], at[1], at[2]))
-        {
-          needed.insert(this->finer_.brickAt(at[0], at[1], at[2]));
-        }
-      }
-    }
-    const std::vector<int> bricks(needed.begin(), needed.end());
-    this->finer_.makeUpdatable(bricks);
-    const std::vector<int> slots = this->finer_.slotsOf(bricks);
-    this->finer_.markDirty(slots);
-    Context& context = this->bricks_.context();
-    const auto transfer = [&](const cl::Buffer& from, float scale, bool rotations, const cl::Buffer& to)
-    {
-      // The program is built for the cuts of this grid. Cuts of the finer grid have no effect here.
-      launchPass(this->finer_, context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "refine"), slots.size(),
-        this->bricks_.workItems(true), this->list_.holding(context, slots),
-        this->bricks_.stateWith(from, this->bricks_.rotations()), this->finer_.layout(), to, this->finer_.constraint(),
-        scale, static_cast<cl_int>(rotations));
-    };
-    transfer(this->bricks_.displacement(), 2.0f, false, this->finer_.displacement());
+    const std::vector<int> slots = this->touchFinerBricks();
+    this->interpolate(
+      slots, this->bricks_.displacement(), 2.0f, false, this->finer_.displacement(), {}, this->finer_.displacement());
     if (this->bricks_.rotations())
     {
-      transfer(this->bricks_.rotations()->spin.buffer, 1.0f, true, this->finer_.rotations()->spin.buffer);
+      const cl::Buffer& spin = this->finer_.rotations()->spin.buffer;
+      this->interpolate(slots, this->bricks_.rotations()->spin.buffer, 1.0f, true, spin, {}, spin);
       this->finer_.setRotated(true);
       this->bricks_.removeField(this->rotationsBefore_);
     }
@@ -256,7 +231,7 @@ public:
     const std::vector<int> bricks = this->touchBricks();
     const std::vector<int> slots = this->bricks_.slotsOf(bricks);
     this->bricks_.makeSoftLinks(bricks);
-    this->bricks_.addField(this->residual_);
+    this->bricks_.addTemporary(this->residual_);
     // The energy of a coarser link is that of the finer ones that it stands for, divided by their number, and its
     // displacement is half as large. The residual is a derivative of the energy.
     float share = 2.0f;
@@ -277,17 +252,60 @@ public:
   /// Relaxes the correction, from what the coarser grids found.
   void relaxCorrection(const Elasticity& unlimited, const Checkpoint& checkpoint)
   {
-    Context& context = this->bricks_.context();
-    const std::vector<int> slots = this->bricks_.dirtySlots();
-    context.launch(context.kernel("correction.cl", this->bricks_.definesOfRows(), "restFixed"), slots.size(),
-      this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), this->residual_.buffer,
-      this->bricks_.displacement());
     this->relaxation_.run(
       *this->clusters_, unlimited, nullptr, Range::Far, 0, correctionSweeps, 0.0, [&](int) { checkpoint(); });
     this->bricks_.setSoftLinks({});
   }
 
+  /// Adds `share` of the correction, interpolated, to the displacements of the finer grid. Elements whose `residual` is
+  /// infinite are fixed and get none.
+  void addCorrection(const Field& residual, float share)
+  {
+    this->interpolate(this->touchFinerBricks(), this->bricks_.displacement(), 2.0f, false, this->finer_.displacement(),
+      share, residual.buffer);
+  }
+
 private:
+  /// Makes the bricks of the finer grid that dirty ones stand for updatable and dirty, and returns their slots.
+  std::vector<int> touchFinerBricks()
+  {
+    std::set<int> needed;
+    const Index3 size = this->bricks_.size();
+    const Grid& fine = this->finer_.model().grid();
+    for (const int slot : this->bricks_.dirtySlots())
+    {
+      const Index3 origin = this->bricks_.origin(this->bricks_.brick(slot));
+      for (int n = 0; n < 8; ++n)
+      {
+        const Index3 at{ 2 * origin[0] + (n & 1) * size[0], 2 * origin[1] + (n >> 1 & 1) * size[1],
+          2 * origin[2] + (n >> 2) * size[2] };
+        if (fine.contains(at[0], at[1], at[2]))
+        {
+          needed.insert(this->finer_.brickAt(at[0], at[1], at[2]));
+        }
+      }
+    }
+    const std::vector<int> bricks(needed.begin(), needed.end());
+    this->finer_.makeUpdatable(bricks);
+    const std::vector<int> slots = this->finer_.slotsOf(bricks);
+    this->finer_.markDirty(slots);
+    return slots;
+  }
+
+  /// Interpolates `from`, on this grid, to the slots of the finer one. `correction`: the share of it that is added
+  /// where `fixed` is finite; otherwise it replaces what is in `to`.
+  void interpolate(const std::vector<int>& slots, const cl::Buffer& from, float scale, bool rotations,
+    const cl::Buffer& to, std::optional<float> correction, const cl::Buffer& fixed)
+  {
+    Context& context = this->bricks_.context();
+    // The program is built for the cuts of this grid. Cuts of the finer grid have no effect here.
+    launchPass(this->finer_, context.kernel("coarsen.cl", this->bricks_.definesOfRows(), "refine"), slots.size(),
+      this->bricks_.workItems(true), this->list_.holding(context, slots),
+      this->bricks_.stateWith(from, this->bricks_.rotations()), this->finer_.layout(), to, this->finer_.constraint(),
+      scale, static_cast<cl_int>(rotations), static_cast<cl_int>(correction.has_value()), correction.value_or(1.0f),
+      fixed);
+  }
+
   /// Makes the bricks that stand for dirty ones of the finer grid updatable and dirty, and returns them.
   std::vector<int> touchBricks()
   {
@@ -632,36 +650,31 @@ bool CoarseToFine::run(
   return true;
 }
 
-void CoarseToFine::correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint)
+void CoarseToFine::correct(
+  RigidClusters& clusters, const Elasticity& elasticity, double energy, const Checkpoint& checkpoint)
 {
-  this->energyBefore_ = this->energy(elasticity);
+  this->energyBefore_ = energy;
   this->start_.save();
-  this->bricks_.addField(this->residual_);
+  this->bricks_.addTemporary(this->residual_);
   Context& context = this->bricks_.context();
   const std::vector<int> dirty = this->bricks_.dirtySlots();
   launchPass(this->bricks_, context.kernel("correction.cl", this->bricks_.definesOfRows(), "residuals"), dirty.size(),
     this->bricks_.workItems(true), this->list_.holding(context, dirty), this->bricks_.state(nullptr, nullptr),
     this->residual_.buffer);
   clusters.beginCorrection(this->handles_.voxels(), this->residual_);
-  const Field* residual = &this->residual_;
+  std::vector<const Field*> residuals(1, &this->residual_); // of each grid, from the finest on
   for (const std::unique_ptr<Level>& level : this->levels_)
   {
-    level->restrictResidual(*residual, level == this->levels_.front());
-    residual = &level->residual();
+    level->restrictResidual(*residuals.back(), level == this->levels_.front());
+    residuals.push_back(&level->residual());
   }
-  this->bricks_.clearDisplacements();
-  this->bricks_.markDirty(dirty);
   Elasticity unlimited = elasticity;
   unlimited.limited = false;
   for (std::size_t n = this->levels_.size(); n-- > 0;)
   {
     this->levels_[n]->relaxCorrection(unlimited, checkpoint);
-    this->levels_[n]->refine();
+    this->levels_[n]->addCorrection(*residuals[n], n == 0 ? timesAdded : 1.0f); // the coarser ones start at rest
   }
-  const std::vector<int> slots = this->bricks_.dirtySlots();
-  context.launch(context.kernel("correction.cl", this->bricks_.definesOfRows(), "addCorrection"), slots.size(),
-    this->bricks_.workItems(true), this->list_.holding(context, slots), this->bricks_.pitch(), timesAdded,
-    this->residual_.buffer, this->start_.field().buffer, this->bricks_.displacement());
   this->putOthersBack();
   this->smooth(clusters, elasticity, 0.0, checkpoint);
   this->feasible_ = this->feasibility_.run(this->propagation_, checkpoint);
@@ -701,7 +714,7 @@ CoarseToFine::Judgement CoarseToFine::judge(const Elasticity& elasticity)
       this->start_.goBack(0.0f);
     }
   }
-  return { kept, kept > 0.0 ? 1.0 - after / this->energyBefore_ : 0.0 };
+  return { kept, kept > 0.0 ? after : this->energyBefore_, kept > 0.0 ? 1.0 - after / this->energyBefore_ : 0.0 };
 }
 
 }

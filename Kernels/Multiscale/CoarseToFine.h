@@ -42,8 +42,8 @@ public:
   /// Runs one more cycle, for what the sweeps after judge() have left (correction.cl). Coarser grids solve for a
   /// correction here, not for the state itself, so what they show less well than the finest grid does no harm. Elements
   /// that the limits of links keep where they are stay there, and rigid clusters move as a whole. judge() has to follow
-  /// as after run().
-  void correct(RigidClusters& clusters, const Elasticity& elasticity, const Checkpoint& checkpoint);
+  /// as after run(). `energy`: that of the state.
+  void correct(RigidClusters& clusters, const Elasticity& elasticity, double energy, const Checkpoint& checkpoint);
   /// Whether there are corrections after run(): not where elements rotate, strain costs no energy at first, with soft
   /// links, or where constraints differ by axis and rigid clusters can move.
   bool corrects(const RigidClusters& clusters, const Elasticity& elasticity) const
@@ -54,13 +54,17 @@ public:
 
   struct Judgement
   {
-    double kept; ///< the share of the step that is kept, in [0, 1]
-    double drop; ///< the share of the energy before the step that is gone
+    double kept;   ///< the share of the step that is kept, in [0, 1]
+    double energy; ///< of the state then
+    double drop;   ///< the share of the energy before the step that is gone
   };
   /// If the energy is higher than before run() or correct(), goes back along the straight line to the state before it.
   /// It stops at the lowest energy on this line; all states on it are feasible. Where elements rotate, it goes back to
   /// the state before run() itself, also if the current state is infeasible.
   Judgement judge(const Elasticity& elasticity);
+
+  /// The energy of the state.
+  double energy(const Elasticity& elasticity) const;
 
   /// To be called at the end of a relaxation, also of one that was stopped: frees what only cycles need.
   void release();
@@ -72,7 +76,6 @@ private:
   class Level;
 
   void build();
-  double energy(const Elasticity& elasticity) const;
   void cycle(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   void smooth(RigidClusters& clusters, const Elasticity& elasticity, double tolerance, const Checkpoint& checkpoint);
   std::vector<char> movingComponents();

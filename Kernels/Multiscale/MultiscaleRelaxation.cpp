@@ -69,12 +69,13 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
     if (coarse)
     {
       this->sweep(task, clusters, CoarseToFine::sweepsToJudge, result);
-      result.coarseStep = this->coarseToFine_.judge(task.elasticity).kept;
+      const CoarseToFine::Judgement judgement = this->coarseToFine_.judge(task.elasticity);
+      result.coarseStep = judgement.kept;
       this->range_ = result.coarseStep > 0.0 ? Range::Near : Range::Far;
       result.converged = result.converged && result.coarseStep == 1.0;
       if (result.coarseStep >= leastKept && this->coarseToFine_.corrects(clusters, task.elasticity))
       {
-        this->correct(task, clusters, result);
+        this->correct(task, clusters, judgement.energy, result);
       }
     }
   }
@@ -107,12 +108,14 @@ void MultiscaleRelaxation::sweep(const RelaxationTask& task, RigidClusters& clus
 }
 
 /// Corrects the state after a start on coarser grids, as long as that helps. Where rigid clusters can move, the opening
-/// sweeps come before, which are often enough.
-void MultiscaleRelaxation::correct(const RelaxationTask& task, RigidClusters& clusters, RelaxResult& result)
+/// sweeps come before, which are often enough. `energy`: of the state.
+void MultiscaleRelaxation::correct(
+  const RelaxationTask& task, RigidClusters& clusters, double energy, RelaxResult& result)
 {
   if (clusters.anyFree() && !result.converged && result.iterations < task.iterations)
   {
     this->sweepRound(task, clusters, result);
+    energy = this->coarseToFine_.energy(task.elasticity);
   }
   const double enough = task.error > 0.0 ? task.error : leastShown; // from there on sweeps find more
   double kept = 1.0;
@@ -122,12 +125,13 @@ void MultiscaleRelaxation::correct(const RelaxationTask& task, RigidClusters& cl
        task.iterations - result.iterations >= sweepsOfCorrection + CoarseToFine::sweepsToJudge;
        ++n)
   {
-    this->coarseToFine_.correct(clusters, task.elasticity, [&] { task.checkpoint(result.iterations); });
+    this->coarseToFine_.correct(clusters, task.elasticity, energy, [&] { task.checkpoint(result.iterations); });
     result.iterations += sweepsOfCorrection;
     this->sweep_ = 0; // roughness is what is left now, so the plan of sweeps begins anew
     this->sweep(task, clusters, CoarseToFine::sweepsToJudge, result);
     const CoarseToFine::Judgement judgement = this->coarseToFine_.judge(task.elasticity);
     kept = judgement.kept;
+    energy = judgement.energy;
     result.converged = result.converged && kept == 1.0;
     if (kept >= leastKept)
     {

@@ -35,7 +35,7 @@ public:
 
 private:
   void sweep(const RelaxationTask& task, RigidClusters& clusters, int most, RelaxResult& result);
-  void correct(const RelaxationTask& task, RigidClusters& clusters, RelaxResult& result);
+  void correct(const RelaxationTask& task, RigidClusters& clusters, double energy, RelaxResult& result);
   void sweepRound(const RelaxationTask& task, RigidClusters& clusters, RelaxResult& result);
   bool isNear(const RelaxationTask& task) const { return task.error > 0.0 && this->distance_ <= task.error; }
 

@@ -39,8 +39,7 @@ public:
   void release() { this->bricks_.removeField(this->start_); }
 
 private:
-  struct Change;
-  Change measure(float unit);
+  float largest();
 
   Bricks& bricks_;
   Field start_{ 3, sizeof(cl_float), "the displacement before a relaxation" };

@@ -248,9 +248,19 @@ CHAINMAIL_INLINE void shorten(const Finer* finer, uint at)
 }
 #endif
 
+// What becomes of an interpolated displacement: the displacement of the finer element, or a correction to it
+// (correction.cl), of which `share` is added. Elements whose `fixed` is infinite, the residual along x, get none.
+typedef struct
+{
+  int adds;
+  float share;
+  global const float* fixed; // [address], read only if it `adds`
+} Correction;
+
 // Moves the children, except held ones, of the elements of a window. `children`: addresses of the children of its first
 // element, at index x + 2 y + 4 z. Children of the same index, of consecutive elements, have consecutive addresses.
-NOINLINE void refineAt(Finer finer, Window window, const uint* children, float scale, int rotations)
+NOINLINE void refineAt(
+  Finer finer, Window window, const uint* children, float scale, int rotations, Correction correction)
 {
 #ifdef ROTATIONS
   real nearest[27];
@@ -322,9 +332,15 @@ NOINLINE void refineAt(Finer finer, Window window, const uint* children, float s
         next = select(next, scale * rigidSum[child] / rigidWeight[child], isRigid);
       }
       // false in air, too: its sign bit is set
-      const mask isFree = AS_MASK(LOAD(finer.constraint + children[child])) >= 0;
+      mask moves = AS_MASK(LOAD(finer.constraint + children[child])) >= 0;
       global float* to = finer.displacement + axis * finer.layout.pitch + children[child];
-      STORE(select(LOAD(to), next, isFree), to);
+      const real last = LOAD(to);
+      if (correction.adds)
+      {
+        next = fma(correction.share, next, last);
+        moves &= isinf(LOAD(correction.fixed + children[child])) == 0;
+      }
+      STORE(select(last, next, moves), to);
     }
   }
 #ifdef ROTATIONS
@@ -338,11 +354,13 @@ NOINLINE void refineAt(Finer finer, Window window, const uint* children, float s
 // Prolongation: displaces the elements of the finer grid that are not held. The displacement of a child is interpolated
 // between the up to eight coarser elements around it. Those that a cut separates from its own coarser element do not
 // count (shareOut). For rigid children only the rigid ones among these count, separately on each axis. So finer bone is
-// where the coarser bone is. `scale`: 2 for displacements, 1 for rotations.
-kernel void refine(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float scale, int rotations)
+// where the coarser bone is. `scale`: 2 for displacements, 1 for rotations. `adds`, `share` and `fixed`: see Correction.
+kernel void refine(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, float scale, int rotations, int adds,
+  float share, global const float* fixed)
 {
   const State state = STATE;
   const Finer finer = FINER;
+  const Correction correction = { adds, share, fixed };
   local float layers[3 * LAYER];
   const uint finerSlot = list[get_group_id(0)];
   const int3 corner = brickOf(&finer.layout, finerSlot) * (int3)(HALF, BY / 2, BZ / 2) - 1;
@@ -360,7 +378,7 @@ kernel void refine(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, flo
         const int j = 2 * window.y + (child >> 1 & 1), k = 2 * (z - 2) + (child >> 2);
         children[child] = finerSlot * ELEMENTS + ((child ^ j ^ k) & 1) * COLOUR + (k * BY + j) * HALF + window.x;
       }
-      refineAt(finer, window, children, scale, rotations);
+      refineAt(finer, window, children, scale, rotations, correction);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }

@@ -10,6 +10,8 @@
 // residuals of the members of any other cluster add up to a force on it. Where constraints differ by axis, all rigid
 // elements are fixed: there are no corrections if one of them could move.
 //
+// Prolongation is that of coarsen.cl, with a Correction.
+//
 // The host guarantees: both grids have bricks of the same size; all 26 neighbours of a brick have a slot (brick.clh).
 
 #include "brick.clh"
@@ -170,35 +172,6 @@ kernel void restrictResiduals(global const int* list, STATE_ARGUMENTS, FINER_ARG
         residual[axis * state.layout.pitch + own] = free ? each[axis][n] : axis == 0 ? INFINITY : 0.0f;
         soft[(1 + axis) * ELEMENTS] = free ? each[axis][n] / (weight * alongAxis(proportions, axis)) : 0.0f;
       }
-    }
-  }
-}
-
-// Adds `share` of a correction to the displacement before it. Fixed elements keep their place.
-kernel void addCorrection(global const int* list, uint pitch, float share, global const float* residual,
-  global const float* before, global float* displacement)
-{
-  const uint first = list[get_group_id(0)] * ELEMENTS;
-  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
-  {
-    const bool fixed = isinf(residual[first + n]);
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      const uint at = axis * pitch + first + n;
-      displacement[at] = fixed ? before[at] : fma(share, displacement[at], before[at]);
-    }
-  }
-}
-
-// Sets fixed elements of a coarser grid to rest, after interpolation to it.
-kernel void restFixed(global const int* list, uint pitch, global const float* residual, global float* displacement)
-{
-  const uint first = list[get_group_id(0)] * ELEMENTS;
-  for (int n = get_local_id(0); n < ELEMENTS; n += get_local_size(0))
-  {
-    for (int axis = 0; axis < 3 && isinf(residual[first + n]); ++axis)
-    {
-      displacement[axis * pitch + first + n] = 0.0f;
     }
   }
 }

@@ -2,18 +2,43 @@
 
 #include "brick.clh"
 
-#define FIGURES 3
+#define FIGURES 2
 
 // Squares of changes are counted in units of 2^-48, up to 8.
 #define UNITS 0x1p48f
 #define MOST_UNITS 0x1p51f
 
-// Measures a step, one row of figures for each brick. `scale`: of each axis, to the unit of lengths.
+// Finds the largest displacement squared in each brick. `scale`: of each axis, to the unit of lengths.
+kernel void largestSquare(global const int* list, uint pitch, global const float* displacement, float4 scale,
+  local float* partial, global float* result)
+{
+  global const float* u = displacement + list[get_group_id(0)] * ELEMENTS;
+  const int lid = get_local_id(0);
+  real largest = (real)(0.0f);
+  for (int n = lid * WIDTH; n < ELEMENTS; n += get_local_size(0) * WIDTH)
+  {
+    const real x = LOAD_WHOLE(u + n) * scale.x, y = LOAD_WHOLE(u + pitch + n) * scale.y,
+               z = LOAD_WHOLE(u + 2 * pitch + n) * scale.z;
+    largest = max(largest, x * x + y * y + z * z);
+  }
+  partial[lid] = largestOf(largest);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (lid == 0)
+  {
+    float whole = partial[0];
+    for (int n = 1; n < (int)get_local_size(0); ++n)
+    {
+      whole = max(whole, partial[n]);
+    }
+    result[get_group_id(0)] = whole;
+  }
+}
+
+// Measures a step, one row of figures for each brick.
 //
-// result[group * 3], per brick:
+// result[group * 2], per brick:
 //   0   the sum of the squares of all changes since the start, in units and rounded down
 //   1   the number of elements whose displacement squared is above `floor`
-//   2   the largest displacement squared, as the bits of a float, whose order is that of the numbers
 kernel void measureStep(global const int* list, uint pitch, global const float* start,
   global const float* displacement, float4 scale, float floor, local ulong* partial,
   global ulong* result)
@@ -21,7 +46,6 @@ kernel void measureStep(global const int* list, uint pitch, global const float* 
   const uint first = list[get_group_id(0)] * ELEMENTS;
   const int lid = get_local_id(0);
   ulong squares = 0, displaced = 0;
-  float largest = 0.0f;
   for (int n = lid; n < ELEMENTS; n += get_local_size(0))
   {
     const uint at = first + n;
@@ -32,19 +56,16 @@ kernel void measureStep(global const int* list, uint pitch, global const float* 
     const float moved = change.x * change.x + change.y * change.y + change.z * change.z;
     squares += (ulong)min(UNITS * moved, MOST_UNITS);
     displaced += square > floor ? 1 : 0;
-    largest = max(largest, square);
   }
   partial[lid * FIGURES] = squares;
   partial[lid * FIGURES + 1] = displaced;
-  partial[lid * FIGURES + 2] = as_uint(largest);
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int f = lid; f < FIGURES; f += get_local_size(0))
   {
     ulong whole = partial[f];
     for (int n = 1; n < (int)get_local_size(0); ++n)
     {
-      const ulong part = partial[n * FIGURES + f];
-      whole = f == 2 ? max(whole, part) : whole + part;
+      whole += partial[n * FIGURES + f];
     }
     result[get_group_id(0) * FIGURES + f] = whole;
   }
