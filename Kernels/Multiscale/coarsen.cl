@@ -112,26 +112,51 @@ kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, fl
 #endif
 #define LAYER (FIELDS * SPAN_Y * SPAN_X)
 
+// Loads element number n of a layer, whose address is `at`.
+CHAINMAIL_INLINE void loadElement(const State* state, uint at, local float* layer, int n)
+{
+  const uint atRest = state->layout.pitch - SKEW; // see brick.clh
+  const bool air = isinf(state->constraint[at]);
+  UNROLL
+  for (int axis = 0; axis < 3; ++axis)
+  {
+    layer[axis * SPAN_Y * SPAN_X + n] = air ? 0.0f : displacementAlong(state, axis)[min(at, atRest)];
+  }
+  UNROLL
+  for (int axis = 0; axis < AXES; ++axis)
+  {
+    layer[(3 + axis) * SPAN_Y * SPAN_X + n] = constraintAlong(state, axis)[at];
+  }
+#ifdef CUTS
+  layer[(3 + AXES) * SPAN_Y * SPAN_X + n] = as_float((int)state->cut[at]);
+#endif
+}
+
 // Loads a layer whose first element is at `corner`. All items of the group have to call it.
 inline void loadLayer(const State* state, int3 corner, local float* layer)
 {
-  const uint atRest = state->layout.pitch - SKEW; // see brick.clh
+#if WIDTH == 1
   for (int n = get_local_id(0); n < SPAN_Y * SPAN_X; n += get_local_size(0))
   {
-    const uint at = addressOf(&state->layout, corner + (int3)(n % SPAN_X, n / SPAN_X, 0));
-    const bool air = isinf(state->constraint[at]);
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      layer[axis * SPAN_Y * SPAN_X + n] = air ? 0.0f : displacementAlong(state, axis)[min(at, atRest)];
-    }
-    for (int axis = 0; axis < AXES; ++axis)
-    {
-      layer[(3 + axis) * SPAN_Y * SPAN_X + n] = constraintAlong(state, axis)[at];
-    }
-#ifdef CUTS
-    layer[(3 + AXES) * SPAN_Y * SPAN_X + n] = as_float((int)state->cut[at]);
-#endif
+    loadElement(state, addressOf(&state->layout, corner + (int3)(n % SPAN_X, n / SPAN_X, 0)), layer, n);
   }
+#else
+  // The elements of a row, except the first and the last, are in one brick, where they have two colours in turn.
+  for (int y = get_local_id(0); y < SPAN_Y; y += get_local_size(0))
+  {
+    const int3 first = corner + (int3)(0, y, 0);
+    const int row = y * SPAN_X;
+    const uint even = addressOf(&state->layout, first + (int3)(1, 0, 0));
+    const uint odd = even % ELEMENTS < COLOUR ? even + COLOUR : even - COLOUR;
+    loadElement(state, addressOf(&state->layout, first), layer, row);
+    for (int n = 0; n < HALF / 2; ++n)
+    {
+      loadElement(state, even + n, layer, row + 1 + 2 * n);
+      loadElement(state, odd + n, layer, row + 2 + 2 * n);
+    }
+    loadElement(state, addressOf(&state->layout, first + (int3)(SPAN_X - 1, 0, 0)), layer, row + SPAN_X - 1);
+  }
+#endif
 }
 
 // WIDTH consecutive coarser elements in a row, the first at (x, y) of layer number `middle`. That layer and the two

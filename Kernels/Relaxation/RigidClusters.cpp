@@ -17,6 +17,9 @@ namespace
 /// The number of links that one work-item sums up. It is fixed, so sums do not depend on the layout of the state.
 constexpr int chunkLength = 16;
 
+/// A processor takes less time for so many chunks than for two launches. Eight members take as long as a chunk.
+constexpr std::size_t fewChunks = 512;
+
 }
 
 RigidClusters::RigidClusters(Bricks& bricks)
@@ -521,6 +524,11 @@ void RigidClusters::relax(float omega, float still, const Elasticity& elasticity
     std::make_tuple(pass, this->bricks_.state(this->bricks_.rotations(), this->bricks_.softLinks()), this->arguments(),
       omega, still, elasticity.slack, static_cast<cl_int>(elasticity.limited));
 
+  if (!context.info().takesManyItems() && this->chunkList_.size() + this->memberList_.size() / 8 <= fewChunks)
+  {
+    launchPass(this->bricks_, kernel("clusterPass"), 1, 1, arguments, this->counts());
+    return;
+  }
   if (!this->chunkList_.empty())
   {
     context.launchOver(kernel("clusterGather"), this->chunkList_.size(), arguments);

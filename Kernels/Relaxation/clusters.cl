@@ -3,7 +3,7 @@
 // The host guarantees: all members of a cluster have the same displacement and none is held; the other ends of its
 // links are not rigid; the bricks of members and other ends have a state; WIDTH is 1.
 //
-// All kernels have the same arguments, except for the number of work-items at the end.
+// All kernels have the same arguments, except for numbers at the end.
 
 #include "brick.clh"
 #include "state.clh"
@@ -76,6 +76,17 @@ kernel void clusterMove(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, MET
   }
   moves[id] = move;
   recordMove(&pass, move);
+}
+
+// Does all three steps by a single work-item. It serves clusters so few that three launches would take longer than the
+// steps. The results are the same to the bit.
+kernel void clusterPass(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, int4 counts)
+{
+  const Pass pass = PASS;
+  const State state = STATE;
+  const Clusters clusters = CLUSTERS;
+  const Method method = METHOD;
+  relaxClusters(&state, &clusters, &method, &pass, counts);
 }
 
 // Gives the members the new displacement of their cluster, one work-item each.

@@ -120,45 +120,6 @@ kernel void relax(PASS_ARGUMENTS, STATE_ARGUMENTS, int colour, METHOD_ARGUMENTS 
 
 #if WIDTH > 1 && !defined(WAVES)
 
-// The colour pass of all rigid clusters. `counts`: the numbers of chunks, clusters and members.
-inline void relaxClusters(
-  const State* state, const Clusters* clusters, const Method* method, const Pass* pass, int4 counts)
-{
-  if (isCalledOff(pass))
-  {
-    callOff(pass);
-    return;
-  }
-  for (int n = 0; n < 3 * counts.x; ++n)
-  {
-    gatherChunk(state, clusters, method->slack, n / 3, n % 3);
-  }
-  for (int id = 0; id < counts.y; ++id)
-  {
-    const int4 head = clusters->heads[id];
-    float move = 0.0f;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      if (head.z >= 0 && head.z != axis)
-      {
-        continue;
-      }
-      Neighbours sum = noNeighbours();
-      for (int lane = 0; lane < min(LANES, head.y); ++lane)
-      {
-        neighboursJoin(&sum, laneOfCluster(clusters, id, lane, axis));
-      }
-      move = max(move, moveAlong(state, clusters, method, id, axis, sum));
-    }
-    clusters->moves[id] = move;
-    recordMove(pass, move);
-  }
-  for (int n = 0; n < counts.z; ++n)
-  {
-    scatterMember(state, clusters, pass, n);
-  }
-}
-
 // The colour pass of all bricks.
 inline void relaxBricks(const State* state, const Method* method, const Pass* pass, int kind, int slots)
 {
@@ -179,7 +140,7 @@ inline void relaxBricks(const State* state, const Method* method, const Pass* pa
 // Several passes, one after the other, over all bricks and rigid clusters of a grid, by a single work-item. It serves
 // grids so small that a launch for each pass would take longer than the pass. The results are the same to the bit.
 //
-// batch: see sweepaccount.clh; `passes` is the number of its rows. counts: see relaxClusters().
+// batch: see sweepaccount.clh; `passes` is the number of its rows. counts: see relaxClusters() in cluster.clh.
 kernel void relaxBatch(global int* activity, global int* log, global const int* batch, int passes, int slots,
   STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, int4 counts, float still, float slack, int limited)
 {
