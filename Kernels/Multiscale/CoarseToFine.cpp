@@ -692,6 +692,7 @@ CoarseToFine::Judgement CoarseToFine::judge(const Elasticity& elasticity)
     if (!this->feasible_ || whole > this->energyBefore_)
     {
       kept = 0.0;
+      after = this->energyBefore_;
       this->start_.restore();
       restoreRotations(this->bricks_, this->rotationsBefore_);
       this->bricks_.setRotated(this->rotatedBefore_);
@@ -711,10 +712,11 @@ CoarseToFine::Judgement CoarseToFine::judge(const Elasticity& elasticity)
     if (after > this->energyBefore_) // in plastic tissue E is not quadratic
     {
       kept = 0.0;
+      after = this->energyBefore_;
       this->start_.goBack(0.0f);
     }
   }
-  return { kept, kept > 0.0 ? after : this->energyBefore_, kept > 0.0 ? 1.0 - after / this->energyBefore_ : 0.0 };
+  return { kept, after, 1.0 - after / this->energyBefore_ };
 }
 
 }

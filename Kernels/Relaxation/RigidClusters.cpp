@@ -17,7 +17,8 @@ namespace
 /// The number of links that one work-item sums up. It is fixed, so sums do not depend on the layout of the state.
 constexpr int chunkLength = 16;
 
-/// A processor takes less time for so many chunks than for two launches. Eight members take as long as a chunk.
+/// Up to so many chunks a processor does a pass in one launch, see clusterPass(). Eight members count as a chunk.
+/// Blocks with 342 took 0.8 to 1.0 times as long as in three launches, blocks with 760 1.1 to 1.5 times.
 constexpr std::size_t fewChunks = 512;
 
 }

@@ -78,17 +78,6 @@ kernel void clusterMove(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, MET
   recordMove(&pass, move);
 }
 
-// Does all three steps by a single work-item. It serves clusters so few that three launches would take longer than the
-// steps. The results are the same to the bit.
-kernel void clusterPass(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, int4 counts)
-{
-  const Pass pass = PASS;
-  const State state = STATE;
-  const Clusters clusters = CLUSTERS;
-  const Method method = METHOD;
-  relaxClusters(&state, &clusters, &method, &pass, counts);
-}
-
 // Gives the members the new displacement of their cluster, one work-item each.
 kernel void clusterScatter(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, uint count)
 {
@@ -99,4 +88,15 @@ kernel void clusterScatter(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, 
   {
     scatterMember(&state, &clusters, &pass, get_global_id(0));
   }
+}
+
+// Does all three steps by a single work-item. It serves clusters so few that three launches would take longer than the
+// steps. The results are the same to the bit.
+kernel void clusterPass(PASS_ARGUMENTS, STATE_ARGUMENTS, CLUSTERS_ARGUMENTS, METHOD_ARGUMENTS, int4 counts)
+{
+  const Pass pass = PASS;
+  const State state = STATE;
+  const Clusters clusters = CLUSTERS;
+  const Method method = METHOD;
+  relaxClusters(&state, &clusters, &method, &pass, counts);
 }
