@@ -539,7 +539,7 @@ RelaxResult Simulation::Impl::relax(int iterations, double tolerance, double err
 {
   if (iterations < 0 || !(tolerance >= 0.0) || !(error >= 0.0))
   {
-    throw InputError("The number of iterations, the tolerance and the error of a relaxation have to be 0 or more.");
+    throw InputError("The number of iterations, the tolerance and the error of a relaxation must be 0 or more.");
   }
   return this->stoppable(
     [&]
