@@ -16,9 +16,12 @@
 
 #include "bounds.clh"
 
+#include "halo.clh"
+
 // Whether a link of any element of a lane group exceeds its limit, in which case `bound` would change its bounds.
 CHAINMAIL_INLINE int isViolated(const int odd, const State* state, const Stencil* s)
 {
+  const Stencil moving = stateStencil(s);
   mask beyond = (mask)(0);
 #ifdef ROTATIONS
   real restOffsets[6][3];
@@ -33,16 +36,16 @@ CHAINMAIL_INLINE int isViolated(const int odd, const State* state, const Stencil
       loadLinks(odd, state, axis, s, links);
     }
     global const float* displacement = displacementAlong(state, axis);
-    const real u = LOAD(displacement + stateAddress(s, s->self));
+    const real u = LOAD(displacement + moving.self);
     UNROLL
     for (int d = 0; d < 6; ++d)
     {
 #ifdef ROTATIONS
       // Rounding between two elements of a rotated rigid cluster is no violation.
       const real other =
-        select(neighbour(displacement, s, d, odd) - restOffsets[d][axis], u, links[d].rigid);
+        select(neighbour(displacement, &moving, d, odd) - restOffsets[d][axis], u, links[d].rigid);
 #else
-      const real other = neighbour(displacement, s, d, odd);
+      const real other = neighbour(displacement, &moving, d, odd);
 #endif
       // In exact arithmetic two tests suffice. With rounding the neighbour's own two differ from them.
       const real limit = links[d].limit;
@@ -55,19 +58,25 @@ CHAINMAIL_INLINE int isViolated(const int odd, const State* state, const Stencil
 // Whether a work-item's part of a brick has such elements. Every link joins elements of different colours. So one
 // colour covers all links if the bricks around those that moved are listed, too. With ROTATIONS these are not listed,
 // since bricks with links beyond their limits are tested again one by one (contradictions.cl). Then both colours are
-// tested.
+// tested. `last`: the last slot.
 #ifdef ROTATIONS
 #define COLOURS_SEEN 2
 #else
 #define COLOURS_SEEN 1
 #endif
-NOINLINE int anyViolated(const State* given, int lid, int items, uint slot)
+NOINLINE int anyViolated(const State* given, int lid, int items, uint slot, uint last)
 {
   const State state = *given;
   int any = 0;
   for (int work = lid; !any && work < COLOURS_SEEN * VECTORS; work += items)
   {
     const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
+#if WIDTH > 1
+    if (work < VECTORS) // this prefetches both colours
+    {
+      prefetchAhead(&state, &s, slot, last, 0);
+    }
+#endif
     any = isViolated(s.odd, &state, &s);
   }
   return any;
@@ -77,7 +86,7 @@ NOINLINE int anyViolated(const State* given, int lid, int items, uint slot)
 kernel void violated(global const int* list, STATE_ARGUMENTS, global int* found)
 {
   const State state = STATE;
-  if (anyViolated(&state, get_local_id(0), get_local_size(0), list[get_group_id(0)]))
+  if (anyViolated(&state, get_local_id(0), get_local_size(0), list[get_group_id(0)], list[get_num_groups(0) - 1]))
   {
     atomic_or(&found[get_group_id(0)], 1);
   }
