@@ -133,7 +133,8 @@ void Relaxation::addSweep(const Run& run, int sweep, float stopThreshold, bool i
 /// rest after it. An active-set step then follows, or the relaxation ends.
 float Relaxation::restingMoveAfter(const Run& run, int sweeps) const
 {
-  const bool groupsMayMove = !run.waves && this->sweepsSinceActiveSet_ + sweeps >= this->activeSetPeriod_;
+  const bool groupsMayMove =
+    !run.waves && run.elasticity.limited && this->sweepsSinceActiveSet_ + sweeps >= this->activeSetPeriod_;
   return std::max(run.tolerance, groupsMayMove ? restingMove : 0.0f);
 }
 

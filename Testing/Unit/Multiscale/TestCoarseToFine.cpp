@@ -197,6 +197,32 @@ TEST(CoarseToFine, CorrectionsDoNotDependOnBricks)
   }
 }
 
+// Progress is reported before each launch of a sweep. A correction makes 30 sweeps on each of three coarser grids, and
+// launches none of them in vain, however little its elements move.
+TEST(CoarseToFine, ACorrectionLaunchesItsSweepsOnce)
+{
+  Scene scene = randomScene({ 40, 34, 30 }, 1, 4530, 0.1, 0.0);
+  scene.anchors.faces[0] = true;
+  const auto calls = [&](int iterations)
+  {
+    Simulation simulation = simulate(scene);
+    simulation.setCoarseToFine(true);
+    simulation.pull({ probeAt(scene, { 30, 16, 16 }, { 0.4, -0.3, 0.2 }, 2.0) });
+    int count = 0;
+    simulation.setProgress(
+      [&](double)
+      {
+        ++count;
+        return true;
+      });
+    simulation.relax(iterations, 0.0, 1e-6);
+    return count;
+  };
+  const int more = calls(20) - calls(19); // 12 of the 20 iterations are a correction, in place of 15 sweeps of 19
+  EXPECT_GT(more, 60);
+  EXPECT_LT(more, 120);
+}
+
 TEST(CoarseToFine, ACorrectionThatWasStoppedLeavesNoTrace)
 {
   Scene scene = randomScene({ 40, 34, 30 }, 1, 4530, 0.1, 0.0);
