@@ -28,7 +28,7 @@ kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, fl
   const int3 brick = brickOf(&state.layout, slot);
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
-    const int i = work % (BX / WIDTH) * WIDTH, j = work / (BX / WIDTH) % BY, k = work / (BX / WIDTH) / BY;
+    const int3 at = (int3)(work % (BX / WIDTH) * WIDTH, work / (BX / WIDTH) % BY, work / (BX / WIDTH) / BY);
     real free[3], held[3], first[3], numberFree = (real)(0.0f), numberHeld = (real)(0.0f);
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -36,14 +36,14 @@ kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, fl
     }
     for (int d = 0; d < 8; ++d)
     {
-      const uint at = childAddress(&finer.layout, brick, (int3)(i, j, k), d);
-      const real c = LOAD(finer.constraint + at);
+      const uint child = childAddress(&finer.layout, brick, at, d);
+      const real c = LOAD(finer.constraint + child);
       const mask isOfHeld = isHeld(c), isFree = AS_MASK(c) >= 0;
       real u[3];
       UNROLL
       for (int axis = 0; axis < 3; ++axis)
       {
-        u[axis] = LOAD(finer.displacement + axis * finer.layout.pitch + min(at, finer.layout.pitch - SKEW));
+        u[axis] = LOAD(finer.displacement + axis * finer.layout.pitch + min(child, finer.layout.pitch - SKEW));
       }
 #ifdef ROTATIONS
       if (rotations)
@@ -89,12 +89,7 @@ kernel void coarsen(global const int* list, STATE_ARGUMENTS, FINER_ARGUMENTS, fl
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
-      float each[WIDTH];
-      STORE(mean[axis], each);
-      for (int n = 0; n < WIDTH; ++n)
-      {
-        displacementAlong(&state, axis)[slot * ELEMENTS + localAddress(i + n, j, k)] = each[n];
-      }
+      storeRow(mean[axis], displacementAlong(&state, axis) + slot * ELEMENTS, at);
     }
   }
 }

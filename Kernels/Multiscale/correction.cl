@@ -141,37 +141,30 @@ kernel void restrictResiduals(global const int* list, STATE_ARGUMENTS, FINER_ARG
         sum[axis] += select((real)(0.0f), part, isTissue & (isFixed == 0));
       }
     }
-    float fixedChildren[WIDTH], children[WIDTH], each[3][WIDTH];
-    STORE(fixed, fixedChildren);
-    STORE(tissue, children);
+    mask rigid = (mask)(0), held = (mask)(0);
+    UNROLL
+    for (int axis = 0; axis < AXES; ++axis)
+    {
+      const real c = loadRow(constraintAlong(&state, axis) + slot * ELEMENTS, at);
+      rigid |= c == 0.0f;
+      held |= AXES > 1 ? (c > 0.0f) == 0 : AS_MASK(c) < 0;
+    }
+    const mask needed = (mask)(any ? -1 : 0) & (rigid == 0); // one fixed child is enough to fix these
+    const mask free = (held == 0) & (fixed < select(tissue, (real)(1.0f), needed));
+    real weight = (real)(FORCE_WEIGHT);
+#ifdef CUTS
+    weight = select(weight, (real)(CUT_WEIGHT), loadRowOfBytes(state.cut + slot * ELEMENTS, at) != 0);
+#endif
+    global float* const soft = softLinks + 4 * ELEMENTS * (uint)get_group_id(0);
+    storeRow(select((real)(FIXED_WEIGHT), weight, free), soft, at);
     UNROLL
     for (int axis = 0; axis < 3; ++axis)
     {
-      STORE(share * sum[axis], each[axis]);
-    }
-    for (int n = 0; n < WIDTH; ++n)
-    {
-      const uint inBrick = localAddress(at.x + n, at.y, at.z);
-      const uint own = slot * ELEMENTS + inBrick;
-      bool rigid = false, held = false;
-      for (int axis = 0; axis < AXES; ++axis)
-      {
-        const float c = constraintAlong(&state, axis)[own];
-        rigid = rigid || c == 0.0f;
-        held = held || as_int(c) < 0 || (AXES > 1 && c == 0.0f);
-      }
-      const bool free = !held && fixedChildren[n] < (any && !rigid ? 1.0f : children[n]);
-      float weight = FORCE_WEIGHT;
-#ifdef CUTS
-      weight = state.cut[own] ? CUT_WEIGHT : weight;
-#endif
-      global float* soft = softLinks + 4 * ELEMENTS * (uint)get_group_id(0) + inBrick;
-      soft[0] = free ? weight : FIXED_WEIGHT;
-      for (int axis = 0; axis < 3; ++axis)
-      {
-        residual[axis * state.layout.pitch + own] = free ? each[axis][n] : axis == 0 ? INFINITY : 0.0f;
-        soft[(1 + axis) * ELEMENTS] = free ? each[axis][n] / (weight * alongAxis(proportions, axis)) : 0.0f;
-      }
+      const real each = share * sum[axis];
+      const real none = (real)(0.0f);
+      storeRow(select(axis == 0 ? (real)(INFINITY) : none, each, free),
+        residual + axis * state.layout.pitch + slot * ELEMENTS, at);
+      storeRow(select(none, each / (weight * alongAxis(proportions, axis)), free), soft + (1 + axis) * ELEMENTS, at);
     }
   }
 }

@@ -7,6 +7,14 @@
 // Squares of changes are counted in units of 2^-48, up to 8.
 #define UNITS 0x1p48f
 #define MOST_UNITS 0x1p51f
+#if WIDTH == 1
+typedef ulong units;
+#define TO_UNITS(v) convert_ulong(v)
+#else
+typedef PASTE(ulong, WIDTH) units;
+#define TO_UNITS(v) PASTE(convert_ulong, WIDTH)(v)
+#endif
+REDUCE(sumOfUnits, ulong, PLUS)
 
 // Finds the largest displacement squared in each brick. `scale`: of each axis, to the unit of lengths.
 kernel void largestSquare(global const int* list, uint pitch, global const float* displacement, float4 scale,
@@ -45,20 +53,26 @@ kernel void measureStep(global const int* list, uint pitch, global const float* 
 {
   const uint first = list[get_group_id(0)] * ELEMENTS;
   const int lid = get_local_id(0);
-  ulong squares = 0, displaced = 0;
-  for (int n = lid; n < ELEMENTS; n += get_local_size(0))
+  units squares = (units)(0);
+  real displaced = (real)(0.0f);
+  for (int n = lid * WIDTH; n < ELEMENTS; n += get_local_size(0) * WIDTH)
   {
-    const uint at = first + n;
-    const float3 u =
-      (float3)(displacement[at], displacement[pitch + at], displacement[2 * pitch + at]) * scale.xyz;
-    const float3 change = u - (float3)(start[at], start[pitch + at], start[2 * pitch + at]) * scale.xyz;
-    const float square = u.x * u.x + u.y * u.y + u.z * u.z;
-    const float moved = change.x * change.x + change.y * change.y + change.z * change.z;
-    squares += (ulong)min(UNITS * moved, MOST_UNITS);
-    displaced += square > floor ? 1 : 0;
+    real square = (real)(0.0f), moved = (real)(0.0f);
+    UNROLL
+    for (int axis = 0; axis < 3; ++axis)
+    {
+      const uint at = axis * pitch + first + n;
+      const float factor = axis == 0 ? scale.x : axis == 1 ? scale.y : scale.z;
+      const real u = LOAD_WHOLE(displacement + at) * factor;
+      const real change = u - LOAD_WHOLE(start + at) * factor;
+      square += u * u;
+      moved += change * change;
+    }
+    squares += TO_UNITS(min(UNITS * moved, (real)(MOST_UNITS)));
+    displaced += select((real)(0.0f), (real)(1.0f), square > floor);
   }
-  partial[lid * FIGURES] = squares;
-  partial[lid * FIGURES + 1] = displaced;
+  partial[lid * FIGURES] = sumOfUnits(squares);
+  partial[lid * FIGURES + 1] = (ulong)sumOf(displaced);
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int f = lid; f < FIGURES; f += get_local_size(0))
   {
