@@ -15,6 +15,7 @@
 
 #ifdef __linux__
 #include <sys/mman.h>
+#include <sys/sysinfo.h>
 #include <unistd.h>
 #endif
 
@@ -47,6 +48,13 @@ std::shared_ptr<char> newPages(std::size_t bytes)
   return { static_cast<char*>(memory), [bytes](char* begin) { munmap(begin, bytes); } };
 }
 
+/// Whether pages of any process may be on a disk.
+bool anySwapped()
+{
+  struct sysinfo system;
+  return sysinfo(&system) != 0 || system.freeswap != system.totalswap;
+}
+
 bool isZero(const char* page, std::size_t size)
 {
   std::uint64_t first = 0;
@@ -54,8 +62,15 @@ bool isZero(const char* page, std::size_t size)
   return first == 0 && std::memcmp(page, page + sizeof(first), size - sizeof(first)) == 0;
 }
 
-/// Calls visit(page, end, isThere) for runs of pages of the buffer that are all in memory, or all not, from several
-/// threads.
+/// Where pages are.
+enum class Place
+{
+  Memory,
+  Nowhere, ///< never written
+  Disk     ///< or nowhere
+};
+
+/// Calls visit(page, end, place) for runs of pages of the buffer that are in the same place, from several threads.
 template <typename Visit> void forRunsOfPages(const LentMemory& buffer, const Visit& visit)
 {
   const std::size_t size = sizeOfPage();
@@ -67,14 +82,15 @@ template <typename Visit> void forRunsOfPages(const LentMemory& buffer, const Vi
       char* const begin = buffer.GetData() + n * portion;
       const std::size_t pages = std::min(portion, whole - n * portion) / size;
       std::vector<unsigned char> isThere(pages, 1);
-      mincore(begin, pages * size, isThere.data()); // where it fails, pages count as being there
+      mincore(begin, pages * size, isThere.data());                    // where it fails, pages count as being there
+      const Place other = anySwapped() ? Place::Disk : Place::Nowhere; // asked afterwards: no page goes unseen
       for (std::size_t first = 0, last = 0; first < pages; first = last)
       {
         while (last < pages && (isThere[last] & 1) == (isThere[first] & 1))
         {
           ++last;
         }
-        visit(begin + first * size, begin + last * size, (isThere[first] & 1) != 0);
+        visit(begin + first * size, begin + last * size, (isThere[first] & 1) != 0 ? Place::Memory : other);
       }
     });
 }
@@ -88,19 +104,20 @@ void dropPages(char* first, char* end)
   }
 }
 
-/// Pages that are not in memory may have been moved to a disk, so they are dropped as well.
+/// Pages that may be on a disk are dropped. Others that are not in memory are zeros as they are. To drop each of the
+/// many runs between rows of moved tissue, too, would take long: where threads do so at the same time, the system
+/// interrupts all cores for each of them.
 void makeZero(const LentMemory& buffer)
 {
   const std::size_t size = sizeOfPage();
   forRunsOfPages(buffer,
-    [size](char* first, char* end, bool isThere)
+    [size](char* first, char* end, Place place)
     {
-      if (!isThere)
+      if (place == Place::Disk)
       {
         dropPages(first, end);
-        return;
       }
-      for (char* page = first; page != end; page += size)
+      for (char* page = first; place == Place::Memory && page != end; page += size)
       {
         if (!isZero(page, size)) // who reads pages that were never written has one page of zeros for all of them
         {
@@ -115,10 +132,10 @@ void dropIdlePages(const LentMemory& buffer, std::vector<unsigned char>& idleFor
   const std::size_t size = sizeOfPage();
   idleFor.resize((buffer.GetSize() + size - 1) / size, 0);
   forRunsOfPages(buffer,
-    [&](char* first, char* end, bool isThere)
+    [&](char* first, char* end, Place place)
     {
       unsigned char* idle = idleFor.data() + static_cast<std::size_t>(first - buffer.GetData()) / size;
-      if (!isThere)
+      if (place != Place::Memory)
       {
         std::fill_n(idle, static_cast<std::size_t>(end - first) / size, static_cast<unsigned char>(0));
         return;
