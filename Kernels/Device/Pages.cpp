@@ -46,6 +46,19 @@ void toSystem(char* memory, std::size_t bytes)
   munmap(memory, bytes);
 }
 
+/// Moves a page to the address of another one, which goes back to the system. Returns false where the system refuses:
+/// then both stay.
+bool movePage(char* from, char* to)
+{
+  if (mremap(from, pageSize, pageSize, MREMAP_MAYMOVE | MREMAP_FIXED, to) != MAP_FAILED)
+  {
+    return true;
+  }
+  // A system without memory may have let go of the other page.
+  mmap(to, pageSize, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
+  return false;
+}
+
 #else
 
 char* fromSystem(std::size_t)
@@ -55,6 +68,11 @@ char* fromSystem(std::size_t)
 
 void toSystem(char*, std::size_t)
 {
+}
+
+bool movePage(char*, char*)
+{
+  return false;
 }
 
 #endif
@@ -97,7 +115,8 @@ std::size_t Pages::kept() const
   return this->keptBytes_;
 }
 
-/// Takes from the smallest kept range that is large enough (best fit); null if there is none.
+/// Takes from the smallest kept range that is large enough (best fit), or gathers smaller ones. Null if nothing is
+/// kept.
 char* Pages::takeKept(std::size_t bytes)
 {
   auto best = this->kept_.end();
@@ -110,7 +129,7 @@ char* Pages::takeKept(std::size_t bytes)
   }
   if (best == this->kept_.end())
   {
-    return nullptr;
+    return this->gatherKept(bytes);
   }
   char* const memory = best->first;
   const std::size_t left = best->second - bytes;
@@ -121,6 +140,40 @@ char* Pages::takeKept(std::size_t bytes)
   }
   this->keptBytes_ -= bytes;
   return memory;
+}
+
+/// Moves kept pages to a new range of addresses, those of the smallest ranges first, so large ones stay whole. Pages
+/// that are missing are new. Null if nothing is kept.
+char* Pages::gatherKept(std::size_t bytes)
+{
+  char* const begin = this->kept_.empty() ? nullptr : fromSystem(bytes);
+  for (char* page = begin; begin && page != begin + bytes && !this->kept_.empty(); page += pageSize)
+  {
+    const auto smallest = this->smallestKept();
+    if (!movePage(smallest->first + smallest->second - pageSize, page))
+    {
+      break;
+    }
+    this->shorten(smallest, pageSize);
+  }
+  return begin;
+}
+
+Pages::Ranges::iterator Pages::smallestKept()
+{
+  return std::min_element(this->kept_.begin(), this->kept_.end(),
+    [](const Ranges::value_type& a, const Ranges::value_type& b) { return a.second < b.second; });
+}
+
+/// Removes the last `bytes` bytes of a kept range.
+void Pages::shorten(Ranges::iterator range, std::size_t bytes)
+{
+  range->second -= bytes;
+  this->keptBytes_ -= bytes;
+  if (range->second == 0)
+  {
+    this->kept_.erase(range);
+  }
 }
 
 void Pages::give(char* memory, std::size_t bytes, bool zeros)
@@ -172,16 +225,10 @@ void Pages::trim(std::size_t most)
 {
   while (this->keptBytes_ > most)
   {
-    const auto smallest = std::min_element(this->kept_.begin(), this->kept_.end(),
-      [](const Ranges::value_type& a, const Ranges::value_type& b) { return a.second < b.second; });
+    const auto smallest = this->smallestKept();
     const std::size_t goes = std::min(smallest->second, this->keptBytes_ - most);
-    smallest->second -= goes;
-    toSystem(smallest->first + smallest->second, goes);
-    this->keptBytes_ -= goes;
-    if (smallest->second == 0)
-    {
-      this->kept_.erase(smallest);
-    }
+    toSystem(smallest->first + smallest->second - goes, goes);
+    this->shorten(smallest, goes);
   }
 }
 

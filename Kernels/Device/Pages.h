@@ -15,9 +15,9 @@ namespace chainmail
 /// Buffers of zeros get new pages, which return to the system with the buffer. (A heap would keep freed memory below
 /// other memory in use.) Buffers with undefined content are temporary: they come and go with each update. Their pages
 /// are kept for the next temporary buffers, because a system takes long to provide new ones, and a virtual machine
-/// longer. Kept bytes are at most twice the bytes in use, so none remain after the last buffer. Kept and used bytes
-/// together never exceed the peak of the used ones, both for temporary buffers and for all. May be called from any
-/// thread.
+/// longer. Where no kept range is large enough, pages of smaller ones are moved together. Kept bytes are at most twice
+/// the bytes in use, so none remain after the last buffer. Kept and used bytes together never exceed the peak of the
+/// used ones, both for temporary buffers and for all. May be called from any thread.
 class Pages
 {
 public:
@@ -53,6 +53,9 @@ private:
   using Ranges = std::map<char*, std::size_t>; ///< sizes [bytes] by address; no two ranges are adjacent
 
   char* takeKept(std::size_t bytes);
+  char* gatherKept(std::size_t bytes);
+  Ranges::iterator smallestKept();
+  void shorten(Ranges::iterator range, std::size_t bytes);
   void give(char* memory, std::size_t bytes, bool zeros);
   void keep(char* memory, std::size_t bytes);
   std::size_t mostKept() const;

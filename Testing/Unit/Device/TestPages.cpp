@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <vector>
@@ -43,6 +44,39 @@ TEST_F(PagesTest, WhatIsFreedServesTheNextBuffers)
   offsets.reset();
   EXPECT_EQ(this->take(6 * page - 5).get(), at);
   EXPECT_EQ(reinterpret_cast<std::uintptr_t>(at) % page, 0u);
+}
+
+// A buffer that no kept range is large enough for gets the pages of several.
+TEST_F(PagesTest, ApartPagesServeOneBufferTogether)
+{
+  const Pages::Memory field = this->take(20 * page, true);
+  std::vector<Pages::Memory> parts;
+  for (int n = 0; n < 4; ++n)
+  {
+    parts.push_back(this->take(2 * page));
+    std::memset(parts.back().get(), 1 + n, 2 * page);
+  }
+  const Pages::Memory between = this->take(page); // may lie beside one of them
+  parts[2].reset();
+  parts[0].reset();
+  ASSERT_EQ(this->pages->kept(), 4 * page);
+  const Pages::Memory whole = this->take(5 * page);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(this->pages->kept(), 0u);
+  std::array<int, 5> counts{}; // of pages by what was written to them before; 0: new ones
+  for (std::size_t n = 0; n < 5; ++n)
+  {
+    const char* first = whole.get() + n * page;
+    ASSERT_TRUE(std::all_of(first, first + page, [first](char value) { return value == *first; }));
+    ++counts.at(static_cast<std::size_t>(*first));
+  }
+  EXPECT_EQ(counts, (std::array<int, 5>{ 1, 2, 0, 2, 0 }));
+  std::memset(whole.get(), 9, 5 * page);
+  for (const std::size_t n : { std::size_t(1), std::size_t(3) })
+  {
+    EXPECT_EQ(parts[n].get()[0], static_cast<char>(1 + n));
+    EXPECT_EQ(parts[n].get()[2 * page - 1], static_cast<char>(1 + n));
+  }
 }
 
 TEST_F(PagesTest, ZerosAreZeros)
