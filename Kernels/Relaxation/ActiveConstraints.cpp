@@ -130,8 +130,8 @@ std::vector<std::size_t> elementsAtLimits(Bricks& bricks)
   const std::size_t perBrick = bricks.elementsPerBrick();
   std::vector<std::uint8_t> found(slots.size() * perBrick);
   const cl::Buffer list = context.upload(slots, "the list of bricks");
-  const cl::Buffer foundBuffer = context.allocate(found.size(), "links at their limits");
-  context.launch(context.kernel("activeconstraints.cl", bricks.defines(true), "activeConstraints"), slots.size(),
+  const cl::Buffer foundBuffer = context.allocate(found.size(), "links at their limits", 1);
+  context.launch(context.kernel("activeconstraints.cl", bricks.definesOfRows(), "activeConstraints"), slots.size(),
     bricks.workItems(true), list, bricks.state(bricks.rotations()), foundBuffer);
   context.read(foundBuffer, found);
 
