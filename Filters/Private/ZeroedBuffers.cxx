@@ -14,8 +14,8 @@
 #include <vector>
 
 #ifdef __linux__
+#include <fcntl.h>
 #include <sys/mman.h>
-#include <sys/sysinfo.h>
 #include <unistd.h>
 #endif
 
@@ -48,13 +48,6 @@ std::shared_ptr<char> newPages(std::size_t bytes)
   return { static_cast<char*>(memory), [bytes](char* begin) { munmap(begin, bytes); } };
 }
 
-/// Whether pages of any process may be on a disk.
-bool anySwapped()
-{
-  struct sysinfo system;
-  return sysinfo(&system) != 0 || system.freeswap != system.totalswap;
-}
-
 bool isZero(const char* page, std::size_t size)
 {
   std::uint64_t first = 0;
@@ -62,12 +55,54 @@ bool isZero(const char* page, std::size_t size)
   return first == 0 && std::memcmp(page, page + sizeof(first), size - sizeof(first)) == 0;
 }
 
-/// Where pages are.
+/// Where a page is.
 enum class Place
 {
   Memory,
-  Nowhere, ///< never written
-  Disk     ///< or nowhere
+  Nowhere, ///< it was never written
+  Disk     ///< or, where the system does not tell, nowhere
+};
+
+/// The system's table of the pages of this process (pagemap in the manual of Linux).
+class PageTable
+{
+public:
+  PageTable() = default;
+  PageTable(const PageTable&) = delete;
+  PageTable& operator=(const PageTable&) = delete;
+  ~PageTable()
+  {
+    if (this->File >= 0)
+    {
+      close(this->File);
+    }
+  }
+
+  /// The places of `count` pages from an address on.
+  std::vector<Place> PlacesOf(char* begin, std::size_t count) const
+  {
+    std::vector<Place> places(count, Place::Memory);
+    std::vector<std::uint64_t> entries(count);
+    const std::size_t bytes = count * sizeof(entries[0]);
+    const auto first = reinterpret_cast<std::uintptr_t>(begin) / sizeOfPage() * sizeof(entries[0]);
+    if (this->File >= 0 &&
+        pread(this->File, entries.data(), bytes, static_cast<off_t>(first)) == static_cast<ssize_t>(bytes))
+    {
+      std::transform(entries.begin(), entries.end(), places.begin(),
+        [](std::uint64_t entry) {
+          return entry >> 63 & 1 ? Place::Memory : entry >> 62 & 1 ? Place::Disk : Place::Nowhere;
+        });
+      return places;
+    }
+    std::vector<unsigned char> isThere(count, 1);
+    mincore(begin, count * sizeOfPage(), isThere.data()); // where it fails, pages count as being there
+    std::transform(isThere.begin(), isThere.end(), places.begin(),
+      [](unsigned char there) { return there & 1 ? Place::Memory : Place::Disk; });
+    return places;
+  }
+
+private:
+  int File = open("/proc/self/pagemap", O_RDONLY | O_CLOEXEC);
 };
 
 /// Calls visit(page, end, place) for runs of pages of the buffer that are in the same place, from several threads.
@@ -76,21 +111,20 @@ template <typename Visit> void forRunsOfPages(const LentMemory& buffer, const Vi
   const std::size_t size = sizeOfPage();
   const std::size_t portion = size << 10;
   const std::size_t whole = (buffer.GetSize() + size - 1) / size * size;
+  const PageTable table;
   chainmail::inParallel((whole + portion - 1) / portion,
     [&](std::size_t n)
     {
       char* const begin = buffer.GetData() + n * portion;
       const std::size_t pages = std::min(portion, whole - n * portion) / size;
-      std::vector<unsigned char> isThere(pages, 1);
-      mincore(begin, pages * size, isThere.data());                    // where it fails, pages count as being there
-      const Place other = anySwapped() ? Place::Disk : Place::Nowhere; // asked afterwards: no page goes unseen
+      const std::vector<Place> places = table.PlacesOf(begin, pages);
       for (std::size_t first = 0, last = 0; first < pages; first = last)
       {
-        while (last < pages && (isThere[last] & 1) == (isThere[first] & 1))
+        while (last < pages && places[last] == places[first])
         {
           ++last;
         }
-        visit(begin + first * size, begin + last * size, (isThere[first] & 1) != 0 ? Place::Memory : other);
+        visit(begin + first * size, begin + last * size, places[first]);
       }
     });
 }
@@ -104,9 +138,9 @@ void dropPages(char* first, char* end)
   }
 }
 
-/// Pages that may be on a disk are dropped. Others that are not in memory are zeros as they are. To drop each of the
-/// many runs between rows of moved tissue, too, would take long: where threads do so at the same time, the system
-/// interrupts all cores for each of them.
+/// Pages that may be on a disk are dropped. Pages that were never written are zeros as they are. To drop each of the
+/// many runs of them between rows of moved tissue, too, would take long: where threads do so at the same time, the
+/// system interrupts all cores for each of them.
 void makeZero(const LentMemory& buffer)
 {
   const std::size_t size = sizeOfPage();
