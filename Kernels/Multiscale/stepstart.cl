@@ -9,7 +9,7 @@
 #define MOST_UNITS 0x1p51f
 #if WIDTH == 1
 typedef ulong units;
-#define TO_UNITS(v) convert_ulong(v)
+#define TO_UNITS(v) ((ulong)(v))
 #else
 typedef PASTE(ulong, WIDTH) units;
 #define TO_UNITS(v) PASTE(convert_ulong, WIDTH)(v)
