@@ -94,7 +94,8 @@ public:
     else
     {
       static_assert(Name == CL_DEVICE_MAX_COMPUTE_UNITS || Name == CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT ||
-                      Name == CL_DEVICE_AVAILABLE || Name == CL_DEVICE_COMPILER_AVAILABLE,
+                      Name == CL_DEVICE_AVAILABLE || Name == CL_DEVICE_COMPILER_AVAILABLE ||
+                      Name == CL_DEVICE_HOST_UNIFIED_MEMORY,
         "HostOpenCL has no such query: add it here");
       return cl_uint(1);
     }
