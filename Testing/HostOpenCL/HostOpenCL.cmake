@@ -9,7 +9,8 @@ if (CHAINMAIL_SANITIZE)
 endif ()
 
 target_sources(ChainMailKernels PRIVATE "${CMAKE_CURRENT_LIST_DIR}/HostOpenCL.cpp")
-target_include_directories(ChainMailKernels BEFORE PRIVATE "${CMAKE_CURRENT_LIST_DIR}")
+# The unit tests use classes that hold buffers, so they need the same header.
+target_include_directories(ChainMailKernels BEFORE PUBLIC "$<BUILD_INTERFACE:${CMAKE_CURRENT_LIST_DIR}>")
 set(definitions
   "HOST_OPENCL_FOLDER=\"${folder}\""
   "HOST_OPENCL_COMPILER=\"${CMAKE_CXX_COMPILER}\""
