@@ -4,6 +4,7 @@
 #include "Error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -17,11 +18,8 @@ namespace
 /// both.
 constexpr std::size_t voxelsPerBatch = std::size_t(1) << 22;
 
-/// The edge of a cube with about as many voxels.
-constexpr int edgeOfCube = 160;
-
-/// The edge of a window: a cube of batches, for which displacements that are not all made at once are made together.
-constexpr int edgeOfWindow = 2 * edgeOfCube;
+/// Batches for which displacements that are not all made at once are made together.
+constexpr std::size_t batchesPerWindow = 8;
 
 /// Words of a conflict (DISPUTE in cover.cl). There is room for one conflict per `voxelsPerDispute` voxels at first.
 constexpr std::size_t wordsOfDispute = 5;
@@ -70,34 +68,35 @@ cl_int4 int4(const Index3& v)
   return { { v[0], v[1], v[2], 0 } };
 }
 
-/// The cube of this edge [voxels] in which an output brick lies, counted along z, y and x.
-Index3 cubeOf(const OutputFrame& frame, std::size_t brick, int edge)
+/// Divides listed output bricks, from `begin` to `end` - 1, into as few parts of at most `most` as possible, and adds
+/// the end of each to `ends`. A part is in the order of bricks. Bricks that reach across the border of two batches are
+/// processed in both. Each cut is across the axis where they are the smallest share.
+void bisect(const OutputFrame& frame, std::vector<std::size_t>& listed, std::size_t begin, std::size_t end,
+  std::size_t most, std::vector<std::size_t>& ends)
 {
-  const Index3 at = frame.bricks.indexOf(brick);
-  Index3 cube;
+  const auto at = [&listed](std::size_t n) { return listed.begin() + static_cast<std::ptrdiff_t>(n); };
+  const std::size_t parts = (end - begin + most - 1) / most;
+  if (parts <= 1)
+  {
+    std::sort(at(begin), at(end));
+    ends.push_back(end);
+    return;
+  }
+  BrickBox box;
+  std::for_each(at(begin), at(end), [&](std::size_t brick) { box.include(frame.bricks.indexOf(brick)); });
+  constexpr double reach = 32.0; // of a brick beyond itself [voxels]: about as far as tissue is displaced
+  std::array<double, 3> lengths; // of the box, as multiples of the length that a brick reaches
   for (int a = 0; a < 3; ++a)
   {
-    cube[2 - a] = at[a] / std::max(1, edge / frame.brickSize[a]);
+    lengths[a] = (box.last[a] - box.first[a] + 1) * frame.brickSize[a] / (frame.brickSize[a] + reach);
   }
-  return cube;
-}
-
-/// Sorts output bricks by the cubes that they lie in, of about the size of a batch, and these by windows: cells at the
-/// border of two batches are processed in both.
-void sortByCubes(const OutputFrame& frame, std::vector<std::size_t>& bricks)
-{
-  const auto keyOf = [&](std::size_t brick)
-  { return std::make_pair(cubeOf(frame, brick, edgeOfWindow), cubeOf(frame, brick, edgeOfCube)); };
-  std::stable_sort(bricks.begin(), bricks.end(), [&](std::size_t a, std::size_t b) { return keyOf(a) < keyOf(b); });
-}
-
-/// The end of the output bricks that lie in the same window as the one at `begin`.
-std::size_t endOfWindow(const OutputFrame& frame, const std::vector<std::size_t>& bricks, std::size_t begin)
-{
-  const Index3 window = cubeOf(frame, bricks[begin], edgeOfWindow);
-  const auto end = std::find_if(bricks.begin() + static_cast<std::ptrdiff_t>(begin), bricks.end(),
-    [&](std::size_t brick) { return cubeOf(frame, brick, edgeOfWindow) != window; });
-  return static_cast<std::size_t>(end - bricks.begin());
+  const auto axis = std::max_element(lengths.begin(), lengths.end()) - lengths.begin();
+  // The first part is the largest one, so buffers do not grow from batch to batch.
+  const std::size_t middle = begin + ((end - begin) * (parts / 2) + parts - 1) / parts;
+  const auto keyOf = [&](std::size_t brick) { return std::make_pair(frame.bricks.indexOf(brick)[axis], brick); };
+  std::nth_element(at(begin), at(middle), at(end), [&](std::size_t a, std::size_t b) { return keyOf(a) < keyOf(b); });
+  bisect(frame, listed, begin, middle, most, ends);
+  bisect(frame, listed, middle, end, most, ends);
 }
 
 /// The number of voxels along the longest axis of a part of the output.
@@ -423,7 +422,6 @@ Resampled Resampling::run(const Index3& padding, std::uint64_t since, CutSurface
     }
     this->bricks_.cutDistances().toDevice(this->bricks_.context());
   }
-  sortByCubes(frame, wanted);
   this->locateAll(frame, reaches, wanted, checkpoint, visit);
   for (Scratch* scratch :
     { &this->claims_, &this->disputed_, &this->disputes_, &this->offsets_, &this->coverage_, &this->behind_ })
@@ -536,25 +534,33 @@ Sources Resampling::sources(const Index3& padding, CutSurfaces cuts, const Outpu
 
 /// Computes the offsets of the voxels of these output bricks, batch by batch.
 void Resampling::locateAll(const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
-  const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit)
+  std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit)
 {
   const Index3 size = this->bricks_.size();
   const int finer = this->detail_.finer;
   const Index3 step{ 3, 3 * finer * size[0], 3 * finer * size[0] * finer * size[1] };
   const std::size_t perBrick = this->voxelsPerBrick();
   const std::size_t perBatch = std::max<std::size_t>(1, voxelsPerBatch / perBrick);
+  std::vector<std::size_t> windows; // the end of each
+  std::vector<std::size_t> batches;
+  bisect(frame, wanted, 0, wanted.size(),
+    this->inParts_ ? batchesPerWindow * perBatch : std::max<std::size_t>(1, wanted.size()), windows);
+  for (std::size_t n = 0; n < windows.size(); ++n)
+  {
+    bisect(frame, wanted, n == 0 ? 0 : windows[n - 1], windows[n], perBatch, batches);
+  }
   std::vector<ResampledBox> boxes;
-  std::size_t endOfPart = 0;
-  bool isLoaded = false; // all that this part needs
+  std::size_t endOfWindow = 0;
+  bool isLoaded = false; // all that this window needs
   for (std::size_t begin = 0, end = 0; begin < wanted.size(); begin = end)
   {
     checkpoint(static_cast<double>(begin) / wanted.size());
-    if (begin >= endOfPart)
+    if (begin >= endOfWindow)
     {
-      endOfPart = this->inParts_ ? endOfWindow(frame, wanted, begin) : wanted.size();
-      isLoaded = !this->inParts_ || this->load(makeBatch(this->bricks_, frame, reaches, wanted, begin, endOfPart));
+      endOfWindow = *std::upper_bound(windows.begin(), windows.end(), begin);
+      isLoaded = !this->inParts_ || this->load(makeBatch(this->bricks_, frame, reaches, wanted, begin, endOfWindow));
     }
-    end = std::min(begin + perBatch, endOfPart);
+    end = *std::upper_bound(batches.begin(), batches.end(), begin);
     Batch batch = makeBatch(this->bricks_, frame, reaches, wanted, begin, end);
     while (batch.cells.voxels() >= mostCells || (!isLoaded && !this->load(batch)))
     {

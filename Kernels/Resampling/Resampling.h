@@ -60,7 +60,7 @@ private:
   void noteChanges(const OutputFrame& frame);
   bool load(const Batch& batch);
   void locateAll(const OutputFrame& frame, const std::vector<BrickExtents>& reaches,
-    const std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
+    std::vector<std::size_t>& wanted, const std::function<void(double)>& checkpoint, const BoxVisitor& visit);
   /// Computes the offsets of all voxels of a batch, brick by brick, 3 floats each. Where cut surfaces are smooth it
   /// also computes their coverage.
   const cl::Buffer& locate(const Batch& batch);
