@@ -95,12 +95,10 @@ kernel void measure(global const int* list, STATE_ARGUMENTS, float slack, local 
     {
       const Stencil s = stencilOf(&state.layout, slot, colour, work);
       const Stencil moving = stateStencil(&s);
-#if WIDTH > 1
       if (colour == 0) // this prefetches both colours
       {
         prefetchAhead(&state, &s, slot, list[get_num_groups(0) - 1], colour);
       }
-#endif
       mask displaced = (mask)(0);
       for (int axis = 0; axis < 3; ++axis)
       {

@@ -71,12 +71,10 @@ NOINLINE int anyViolated(const State* given, int lid, int items, uint slot, uint
   for (int work = lid; !any && work < COLOURS_SEEN * VECTORS; work += items)
   {
     const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
-#if WIDTH > 1
     if (work < VECTORS) // this prefetches both colours
     {
       prefetchAhead(&state, &s, slot, last, 0);
     }
-#endif
     any = isViolated(s.odd, &state, &s);
   }
   return any;

@@ -21,12 +21,10 @@ kernel void activeConstraints(global const int* list, STATE_ARGUMENTS, global uc
   for (int work = get_local_id(0); work < 2 * VECTORS; work += get_local_size(0))
   {
     const Stencil s = stencilOf(&state.layout, slot, work / VECTORS, work % VECTORS);
-#if WIDTH > 1
     if (work < VECTORS) // this prefetches both colours
     {
       prefetchAhead(&state, &s, slot, list[get_num_groups(0) - 1], 0);
     }
-#endif
     mask found = (mask)(0);
 #ifdef ROTATIONS
     real restOffsets[6][3];
