@@ -31,11 +31,13 @@ public:
   bool finished() const { return this->finished_; }
 
   /// Continues for at most `iterations` (0: until nothing changes). Each one visits once every brick that changes have
-  /// reached. An extreme of more than `stopThreshold` ends the run early. Returns the number of iterations.
+  /// reached, but for those that it postpones (fixedpoint.clh). An extreme of more than `stopThreshold` ends the run
+  /// early. Returns the number of iterations.
   ///
   /// Every value that a kernel passes on must be that of a path of links that visits no element twice. Each iteration
-  /// makes the values of paths one element longer final, so there are at most as many iterations as elements. A kernel
-  /// that violates this would never end: where `iterations` is 0, Error is thrown.
+  /// that postpones nothing makes the values of paths one element longer final. Only a fixed number of iterations may
+  /// postpone, so there are at most that many more than elements. A kernel that violates this would never end: where
+  /// `iterations` is 0, Error is thrown.
   int run(int iterations, float stopThreshold, const Checkpoint& checkpoint, const OwnArguments& own);
 
   /// Clears these flags of VISIT_STATE for all bricks.
@@ -74,6 +76,8 @@ private:
   bool goesOn_[2] = {}; ///< for each parity: whether its last pass left something to do
   int parity_ = 0;      ///< of the next pass
   bool waited_ = false;
+  float postponed_[2] = {};    ///< LOG_POSTPONED of each parity's last launch
+  float passed_ = 0.0f;        ///< LOG_PASSED of the last launch
   std::size_t iterations_ = 0; ///< since the start
 };
 

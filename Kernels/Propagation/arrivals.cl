@@ -68,7 +68,7 @@ NOINLINE void arriveIn(const State* given, Wave wave, Launch launch, Visit visit
   const State state = *given;
   const int mayHaveMoved = visit.slot < (uint)wave.states;
   FIXED_POINT(&state.layout, arriveAt(&state, &s, &wave, mayHaveMoved))
-  passOn(&launch, &state.layout, &visit, faces);
+  passOn(&launch, &state.layout, &visit, faces, 0);
 }
 
 kernel void arrive(FIXED_POINT_ARGUMENTS, STATE_ARGUMENTS, WAVE_ARGUMENTS)

@@ -298,10 +298,10 @@ NOINLINE void propagateIn(const State* given, Wave wave, Launch launch, Visit vi
   {
     if (conflict[n] > 0.0f)
     {
-      atomic_max(&launch.log[launch.number * ROW_OF_LOG + 1 + n], as_int(conflict[n]));
+      atomic_max(&launch.log[launch.number * ROW_OF_LOG + LOG_ROW + n], as_int(conflict[n]));
     }
   }
-  passOn(&launch, &state.layout, &visit, faces);
+  passOn(&launch, &state.layout, &visit, faces, 0);
 }
 
 kernel void propagate(FIXED_POINT_ARGUMENTS, STATE_ARGUMENTS, WAVE_ARGUMENTS)
