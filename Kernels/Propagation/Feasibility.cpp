@@ -77,13 +77,14 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
     { own.add(rotating ? this->lower_.buffer : this->bricks_.before().buffer(), this->upper_.buffer); });
   bool feasible = this->fixedPoint_.finished();
   const std::vector<int> changed = this->fixedPoint_.changed();
-  const std::vector<int> bricks = this->bricks_.bricksOf(changed);
   this->bricks_.markDirty(changed);
   if (rotating)
   {
     this->bricks_.before().save(changed);
   }
   Context& context = this->bricks_.context();
+  std::vector<cl_int> found(changed.size(), 0);
+  const cl::Buffer& foundBuffer = this->found_.holding(context, found);
   context.launch(
     context.kernel("feasibility.cl", this->bricks_.definesOfRows(this->bricks_.activeRotations()), "settle"),
     changed.size(), this->bricks_.workItems(true), this->list_.holding(context, changed), this->bricks_.pitch(),
@@ -95,11 +96,13 @@ bool Feasibility::run(EnvelopePropagation& propagation, const Checkpoint& checkp
         own.add(this->lower_.buffer);
       }
     },
-    this->bricks_.before().buffer(), this->bricks_.displacement());
+    this->bricks_.before().buffer(), this->bricks_.displacement(), foundBuffer);
+  context.read(foundBuffer, found);
   if (feasible)
   {
-    // The wave also removes the rounding of the means, so it starts in all bricks that have any.
-    propagation.start(bricks);
+    // With rotations the wave also removes the rounding of the means, so it starts in all bricks that have any.
+    // Without, links may exceed their limits by that rounding, as after a sweep.
+    propagation.start(rotating ? this->bricks_.bricksOf(changed) : this->bricks_.bricksWhere(changed, found));
     propagation.run(0, std::numeric_limits<float>::infinity(), checkpoint);
     feasible = !rotating || propagation.conflict().largest() <= rounding;
   }

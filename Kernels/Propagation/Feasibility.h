@@ -9,8 +9,9 @@ namespace chainmail
 
 /// Projects any state to a feasible one (feasibility.cl), a method of this project. Every element goes to the mean of
 /// min_j(u(j) + d(i, j)) and max_j(u(j) - d(i, j)), with d(i, j) the length of the shortest path of links between two
-/// elements. Both bounds are feasible states, so their mean is, too. A feasible state does not change. An envelope wave
-/// then puts held elements back where they were, so held elements must be compatible with each other.
+/// elements. Both bounds are feasible states, so their mean is, too, but for its rounding. A feasible state does not
+/// change. An envelope wave then puts held elements back where they were, so held elements must be compatible with each
+/// other.
 class Feasibility
 {
 public:

@@ -91,10 +91,12 @@ kernel void violated(global const int* list, STATE_ARGUMENTS, global int* found)
 }
 
 // Writes the mean to `before` and, except for held elements, to `displacement`. For an envelope wave that starts from
-// this state, held elements are moved from the mean back to where they are held.
+// this state, held elements are moved from the mean back to where they are held. `found` is set to 1 for bricks in which
+// there are such elements.
 kernel void settle(global const int* list, uint pitch, uint tissuePitch, global const float* constraint,
-  global const float* upper SHIFTED_ARGUMENTS, global float* before, global float* displacement)
+  global const float* upper SHIFTED_ARGUMENTS, global float* before, global float* displacement, global int* found)
 {
+  int any = 0;
   const uint slot = list[get_group_id(0)];
   for (int axis = 0; axis < 3; ++axis)
   {
@@ -111,6 +113,11 @@ kernel void settle(global const int* list, uint pitch, uint tissuePitch, global 
       {
         displacement[at] = mean;
       }
+      any |= displacement[at] != mean;
     }
+  }
+  if (any)
+  {
+    atomic_or(&found[get_group_id(0)], 1);
   }
 }
