@@ -1,7 +1,7 @@
 // Envelope propagation: every element is clamped to the bounds that its moved neighbours set (element.clh), until
 // nothing in the brick changes. Raised values only grow and lowered ones only fall, so elements are updated in place,
-// in any order. An element is updated again only where one of its links exceeds its limit. With ROTATIONS, and in lane
-// groups beside held tissue, it is updated again whenever a neighbour has moved.
+// in any order. An element is updated again only where one of its links exceeds its limit. In lane groups beside held
+// tissue it is updated again whenever a neighbour has moved.
 //
 // With ROTATIONS the rotations of elements stay constant during a wave. The unknowns are the shifts s = u - before. The
 // strain of a link before the wave is e(i, j) = before(j) - before(i) - w(i, j). The rest offset w is the mean of those
@@ -63,14 +63,19 @@ typedef struct
 #endif
 
 // Whether neighbours at `other` need an update after elements went from u to `next`; u0 is their state before the wave.
-// An element that moved further away from u0 affects a neighbour only if their link now exceeds its limit. So the wave
-// does not return to where it came from. Neither the elements nor their neighbours are held.
-CHAINMAIL_INLINE mask isFollowed(real next, real u, real u0, real other, real limit)
+// An element that moved further away from u0 affects a neighbour only if it is now more than `above` above it, or more
+// than `below` below it. So the wave does not return to where it came from. Neither the elements nor their neighbours
+// are held.
+CHAINMAIL_INLINE mask isFollowed(real next, real u, real u0, real other, real below, real above)
 {
   const mask raised = (next > u) & (u >= u0);
   const mask lowered = (next < u) & (u <= u0);
-  return !(raised | lowered) | (raised & (next - limit > other)) | (lowered & (next + limit < other));
+  return !(raised | lowered) | (raised & (next - above > other)) | (lowered & (next + below < other));
 }
+
+// The two ends of a link between elements that rotate find strains that differ by rounding. So a neighbour is updated
+// again a little before the link exceeds its limit [fractions of the spacing].
+#define FOLLOWED_EARLY 1e-4f
 
 // The links of a lane group to its neighbours, on one axis.
 typedef struct
@@ -80,6 +85,7 @@ typedef struct
   real other[6]; // the neighbour's displacement or, where elements rotate, its shift
 #ifdef ROTATIONS
   real restOffset[6];
+  real below[6], above[6]; // the lengths for isFollowed()
 #endif
 } WaveLinks;
 
@@ -115,6 +121,8 @@ CHAINMAIL_INLINE Envelope envelopeOf(const int odd, const State* state, const Wa
     const mask rigid = links->link[d].rigid;
     const real least = select(none, (real)(-INFINITY), held & (mask)(wave->poses));
     const real shift = neighbour(wave->shift + run, s, d, odd);
+    links->below[d] = select(max(below, none), none, rigid) - FOLLOWED_EARLY;
+    links->above[d] = select(max(above, none), none, rigid) - FOLLOWED_EARLY;
     envelopeAddMoved(&e, shift, none, held, select(select(max(below, least), none, rigid), below, own),
       select(select(max(above, least), none, rigid), above, own));
     envelopeAddStill(&e, shift, none, held, below, above);
@@ -187,19 +195,20 @@ CHAINMAIL_INLINE int updateWave(const int odd, const int nearHeld, const State* 
         LOAD_WHOLE(wave->before + axis * pitch + s->self) + next, displacementAlong(state, axis) + s->self);
 #else
       STORE_WHOLE(next, displacementAlong(state, axis) + s->self);
+#endif
       UNROLL
       for (int d = 0; d < 6; ++d)
       {
-        followed[d] |= goes & isFollowed(next, u, u0, links.other[d], links.link[d].limit);
-      }
+#ifdef ROTATIONS
+        const real below = links.below[d], above = links.above[d];
+#else
+        const real below = links.link[d].limit, above = below;
 #endif
+        followed[d] |= goes & isFollowed(next, u, u0, links.other[d], below, above);
+      }
     }
   }
-#ifdef ROTATIONS
-  return changedAround(s, moved);
-#else
   return nearHeld ? changedAround(s, moved) : changedBeyond(s, moved, followed);
-#endif
 }
 
 // Whether an element of a lane group, or a neighbour of one, is held on any axis.
