@@ -8,7 +8,6 @@
 #include "Scene.h"
 
 #include <algorithm>
-#include <limits>
 #include <set>
 
 namespace
