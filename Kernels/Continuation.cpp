@@ -12,12 +12,14 @@ namespace chainmail
 namespace
 {
 
-/// Handles that fall short of their targets, and the sum of the missing displacements [mm], each on its worst axis.
+/// Handles that fall short of their targets, and the sums of the missing and of the requested displacements [mm], each
+/// on its worst axis.
 struct Lacking
 {
   Handles::Change handles;
   std::vector<Pose> reached; ///< the pose of each of them
   double lack = 0.0;
+  double requested = 0.0;
   int furtherWaves = 0; ///< the most waves that one of them needs for the rest of its path, moving in steps
 };
 
@@ -72,9 +74,11 @@ Lacking lackingOf(Handles& handles)
     }
     const Pose reached{ results[n].reached, results[n].rotated };
     const double ofProbe = lengthOf(longestWay(*handle, reached, handle->asked()));
-    if (ofProbe > rounding * lengthOf(longestWay(*handle, Pose(), handle->asked())))
+    const double requested = lengthOf(longestWay(*handle, Pose(), handle->asked()));
+    if (ofProbe > rounding * requested)
     {
       all.lack += ofProbe;
+      all.requested += requested;
       all.handles.moved.push_back(handle);
       all.reached.push_back(reached);
       all.furtherWaves = std::max(all.furtherWaves, Waves::wavesFor(*handle));
@@ -83,11 +87,14 @@ Lacking lackingOf(Handles& handles)
   return all;
 }
 
-/// Moves handles by a small share of their missing displacements, which takes a wave of few steps. Returns which
-/// fraction of that they gained.
-double tryShare(
-  double share, Waves& waves, Handles& handles, const Lacking& lacking, const Checkpoint& checkpoint, int& iterations)
+/// Moves handles that fall short by a share of their missing displacements. Returns which fraction of that they gained.
+double moveByShare(double share, Waves& waves, Handles& handles, const Checkpoint& checkpoint, int& iterations)
 {
+  const Lacking lacking = lackingOf(handles);
+  if (lacking.handles.moved.empty())
+  {
+    return 0.0;
+  }
   const auto ask = [](Handle& handle, const Pose& pose)
   {
     handle.probe.displacement = pose.shift;
@@ -119,6 +126,21 @@ double tryShare(
   }
   askAgain();
   return (lacking.lack - lackingOf(handles).lack) / (share * lacking.lack);
+}
+
+/// Moves them by a share of their missing displacements and, as long as that fits, further in each wave. A wave that is
+/// much too long would propagate far before it is shortened. Returns which fraction of the first share they gained.
+double moveStepwise(double share, Waves& waves, Handles& handles, const Checkpoint& checkpoint, int& iterations)
+{
+  constexpr double timesFurther = 4.0;
+  constexpr double fits = 0.9;
+  const double first = moveByShare(share, waves, handles, checkpoint, iterations);
+  for (double gained = first; gained >= fits && share < 1.0;)
+  {
+    share = std::min(1.0, timesFurther * share);
+    gained = moveByShare(share, waves, handles, checkpoint, iterations);
+  }
+  return first;
 }
 
 /// Whether a voxel is in a joint of two bodies, or adjacent to a link across a free joint.
@@ -184,7 +206,9 @@ std::vector<std::pair<std::size_t, std::size_t>> jointsOn(const std::vector<std:
 Continued continueWaves(Waves& waves, Handles& handles, const Settle& settle, const Checkpoint& checkpoint)
 {
   constexpr int mostWaves = 40;
-  constexpr double leastGain = 0.02; // fraction of Lacking::lack
+  constexpr double leastGain = 0.01;        // fraction of Lacking::requested
+  constexpr double leastGainOfPoses = 0.02; // where probes rotate: fraction of Lacking::lack
+  constexpr double trial = 0.02;            // share of the first step
   Continued further;
   double before = std::numeric_limits<double>::infinity();
   int most = mostWaves;
@@ -199,7 +223,9 @@ Continued continueWaves(Waves& waves, Handles& handles, const Settle& settle, co
     };
     const bool isOnItsWay = any([](const Handle& handle) { return handle.isOnItsWay; });
     const bool anyRotates = any([](const Handle& handle) { return handle.rotates() || handle.rotatesBody; });
-    const bool gains = isOnItsWay || lacking.lack <= (1.0 - leastGain) * before;
+    const double gain = before - lacking.lack; // of the last wave
+    const bool gains = isOnItsWay || (anyRotates ? lacking.lack <= (1.0 - leastGainOfPoses) * before
+                                                 : gain >= leastGain * lacking.requested);
     if (lacking.handles.moved.empty() || (!gains && !(anyRotates && mayStop > 0)))
     {
       break;
@@ -208,13 +234,21 @@ Continued continueWaves(Waves& waves, Handles& handles, const Settle& settle, co
     most = wave == 0 ? most + lacking.furtherWaves : most;
     before = lacking.lack;
     settle(anyRotates, !gains);
-    // If the rotation of bones gains nothing, a wave for the full displacement would only be taken back.
-    if (wave == 0 && !anyRotates && tryShare(leastGain, waves, handles, lacking, checkpoint, further.iterations) < 0.1)
+    if (anyRotates)
     {
-      break;
+      waves.add(lacking.handles);
+      further.iterations += waves.run(0, checkpoint).iterations;
     }
-    waves.add(lacking.handles);
-    further.iterations += waves.run(0, checkpoint).iterations;
+    else
+    {
+      // The first step is a trial: if the rotation of bones gains nothing, it would only be taken back. Later ones
+      // gain less and less.
+      const double share = wave == 0 ? trial : std::clamp(2.0 * gain / lacking.lack, trial, 1.0);
+      if (moveStepwise(share, waves, handles, checkpoint, further.iterations) < 0.1 && wave == 0)
+      {
+        break;
+      }
+    }
     further.travelled = true;
   }
   return further;

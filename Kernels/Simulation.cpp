@@ -35,6 +35,10 @@ RotationSettings rotatingOf(const Settings& settings)
   return { settings.rotations, settings.poissonRatio };
 }
 
+/// Between two waves, tissue that moves less than this in a sweep can wait for the sweeps after the last wave
+/// [fractions of the spacing].
+constexpr double still = 0.005;
+
 std::uint64_t nextNumber()
 {
   static std::atomic<std::uint64_t> last{ 0 };
@@ -423,7 +427,9 @@ PropagateResult Simulation::Impl::propagate(int iterations)
       PropagateResult result = this->waves_.run(iterations, checkpoint);
       if (iterations == 0 && this->bricks_.rotations())
       {
-        bool coarse = true; // once coarser grids gain nothing, they never do again: bones only rotate further
+        // Once coarser grids lower the energy little, sweeps of the finest one rotate bones as far in less time.
+        bool coarse = true;
+        double tolerance = 0.0; // not all pulls have another wave, so the first settling is thorough
         const auto sweep = [&](int sweeps, double tolerance)
         {
           const RelaxationTask task{ [this]() -> RigidClusters& { return this->rigidClusters(); }, this->elasticity_,
@@ -440,12 +446,15 @@ PropagateResult Simulation::Impl::propagate(int iterations)
           // These sweeps rotate bones about as far as a wave moves them. Fewer are needed where coarser grids have
           // rotated bones before.
           constexpr int few = 4;
+          constexpr double leastDrop = 0.3;
           this->relaxer().restart(coarse);
-          coarse = sweep(few, 0.0).coarseStep > 0.0;
-          if (!coarse)
+          const RelaxResult start = sweep(few, tolerance);
+          if (!(start.coarseStep > 0.0))
           {
-            sweep(few, 0.0);
+            sweep(few, tolerance);
           }
+          coarse = start.coarseStep > 0.0 && start.coarseDrop >= leastDrop;
+          tolerance = still;
         };
         const Continued further = continueWaves(this->waves_, this->handles_, settle, checkpoint);
         result.iterations += further.iterations;
@@ -459,16 +468,15 @@ PropagateResult Simulation::Impl::propagate(int iterations)
 }
 
 /// Relaxes the tissue around rotating probes by `sweep(sweeps, tolerance)`, until further sweeps lower the energy
-/// little. The energy falls near the probes, so coarser grids help little. Tissue that hardly moves can wait for the
-/// sweeps after the last wave. After a wave that gained nothing (`thoroughly`), coarser grids take part and no tissue
-/// waits.
+/// little. The energy falls near the probes, so coarser grids help little. After a wave that gained nothing
+/// (`thoroughly`), coarser grids take part and no tissue waits.
 template <typename F> void Simulation::Impl::settleAround(const F& sweep, bool thoroughly)
 {
   constexpr int first = 8;
   constexpr int more = 16;
   constexpr int mostRounds = 8;
   constexpr double little = 0.1;
-  const double tolerance = thoroughly ? 0.0 : 0.005;
+  const double tolerance = thoroughly ? 0.0 : still;
   this->relaxer().restart(thoroughly);
   sweep(first, tolerance);
   double energy = this->energy();

@@ -203,6 +203,7 @@ struct RelaxResult
   bool converged = false;
   std::optional<double> coarseStep; ///< where coarser grids took part (Simulation::setCoarseToFine()): the share of
                                     ///< their correction that was applied, 1 all, 0 none
+  double coarseDrop = 0.0; ///< then: the share of the energy that this correction and the sweeps after it removed
 };
 
 /// Figures of the whole state: that of the reduced model where the model is reduced.

@@ -71,6 +71,7 @@ RelaxResult MultiscaleRelaxation::run(const RelaxationTask& task)
       this->sweep(task, clusters, CoarseToFine::sweepsToJudge, result);
       const CoarseToFine::Judgement judgement = this->coarseToFine_.judge(task.elasticity);
       result.coarseStep = judgement.kept;
+      result.coarseDrop = judgement.drop;
       this->range_ = result.coarseStep > 0.0 ? Range::Near : Range::Far;
       result.converged = result.converged && result.coarseStep == 1.0;
       if (result.coarseStep >= leastKept && this->coarseToFine_.corrects(clusters, task.elasticity))

@@ -43,6 +43,7 @@ void expectSame(const UpdateResult& a, const UpdateResult& b)
   EXPECT_EQ(a.relaxation.largestMove, b.relaxation.largestMove);
   EXPECT_EQ(a.relaxation.converged, b.relaxation.converged);
   EXPECT_EQ(a.relaxation.coarseStep, b.relaxation.coarseStep);
+  EXPECT_EQ(a.relaxation.coarseDrop, b.relaxation.coarseDrop);
   ASSERT_EQ(a.probes.size(), b.probes.size());
   for (std::size_t n = 0; n < a.probes.size(); ++n)
   {

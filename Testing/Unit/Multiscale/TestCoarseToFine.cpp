@@ -633,7 +633,9 @@ TEST(CoarseToFine, TheEnergyNeverRises)
     EXPECT_EQ(result.coarseStep.has_value(), before > 0.0);
     EXPECT_GE(result.coarseStep.value_or(0.0), 0.0);
     EXPECT_LE(result.coarseStep.value_or(0.0), 1.0);
-    EXPECT_LE(simulation.measure().energy, before * (1 + 1e-6));
+    const double after = simulation.measure().energy;
+    EXPECT_LE(after, before * (1 + 1e-6));
+    EXPECT_NEAR(result.coarseDrop, before > 0.0 ? 1.0 - after / before : 0.0, 1e-6);
     EXPECT_LE(simulation.measure().maxLinkExcess, tolerance);
   }
 }
