@@ -206,9 +206,8 @@ std::vector<std::pair<std::size_t, std::size_t>> jointsOn(const std::vector<std:
 Continued continueWaves(Waves& waves, Handles& handles, const Settle& settle, const Checkpoint& checkpoint)
 {
   constexpr int mostWaves = 40;
-  constexpr double leastGain = 0.01;        // fraction of Lacking::requested
-  constexpr double leastGainOfPoses = 0.02; // where probes rotate: fraction of Lacking::lack
-  constexpr double trial = 0.02;            // share of the first step
+  constexpr double leastGain = 0.02; // fraction of what was requested or, where probes rotate, of what was missing
+  constexpr double trial = 0.02;     // share of the first step
   Continued further;
   double before = std::numeric_limits<double>::infinity();
   int most = mostWaves;
@@ -224,8 +223,7 @@ Continued continueWaves(Waves& waves, Handles& handles, const Settle& settle, co
     const bool isOnItsWay = any([](const Handle& handle) { return handle.isOnItsWay; });
     const bool anyRotates = any([](const Handle& handle) { return handle.rotates() || handle.rotatesBody; });
     const double gain = before - lacking.lack; // of the last wave
-    const bool gains = isOnItsWay || (anyRotates ? lacking.lack <= (1.0 - leastGainOfPoses) * before
-                                                 : gain >= leastGain * lacking.requested);
+    const bool gains = isOnItsWay || gain >= leastGain * (anyRotates ? before : lacking.requested);
     if (lacking.handles.moved.empty() || (!gains && !(anyRotates && mayStop > 0)))
     {
       break;
