@@ -206,8 +206,9 @@ std::vector<std::pair<std::size_t, std::size_t>> jointsOn(const std::vector<std:
 Continued continueWaves(Waves& waves, Handles& handles, const Settle& settle, const Checkpoint& checkpoint)
 {
   constexpr int mostWaves = 40;
-  constexpr double leastGain = 0.02; // fraction of what was requested or, where probes rotate, of what was missing
-  constexpr double trial = 0.02;     // share of the first step
+  constexpr double leastGain = 0.02;  // fraction of what was requested or, where probes rotate, of what was missing
+  constexpr double closeToEnd = 0.25; // gaining this fraction of what was missing is enough, too
+  constexpr double trial = 0.02;      // share of the first step
   Continued further;
   double before = std::numeric_limits<double>::infinity();
   int most = mostWaves;
@@ -223,7 +224,9 @@ Continued continueWaves(Waves& waves, Handles& handles, const Settle& settle, co
     const bool isOnItsWay = any([](const Handle& handle) { return handle.isOnItsWay; });
     const bool anyRotates = any([](const Handle& handle) { return handle.rotates() || handle.rotatesBody; });
     const double gain = before - lacking.lack; // of the last wave
-    const bool gains = isOnItsWay || gain >= leastGain * (anyRotates ? before : lacking.requested);
+    const bool gains =
+      isOnItsWay ||
+      gain >= (anyRotates ? leastGain * before : std::min(leastGain * lacking.requested, closeToEnd * before));
     if (lacking.handles.moved.empty() || (!gains && !(anyRotates && mayStop > 0)))
     {
       break;

@@ -20,10 +20,10 @@ struct Continued
 /// followed. `thoroughly`: after a wave that gained nothing.
 using Settle = std::function<void(bool anyRotates, bool thoroughly)>;
 
-/// Repeats the waves of probes that fell short of their targets, as long as they gain: 1 % of the requested
-/// displacement or more, where no probe rotates. Waves translate bones and do not rotate them. Where elements rotate, a
-/// probe can reach further once bones have rotated. Probes that rotate move in steps. If none rotates, a small trial
-/// step after the first settling tests whether settling helps at all.
+/// Repeats the waves of probes that fell short of their targets, as long as they gain: 2 % of the requested
+/// displacement or a quarter of what is missing, where no probe rotates. Waves translate bones and do not rotate them.
+/// Where elements rotate, a probe can reach further once bones have rotated. Probes that rotate move in steps. If none
+/// rotates, a small trial step after the first settling tests whether settling helps at all.
 Continued continueWaves(Waves& waves, Handles& handles, const Settle& settle, const Checkpoint& checkpoint);
 
 /// Simulation::limiter(), where no wave is under way. `reduction` is null where the model is not reduced; `bricks` are
