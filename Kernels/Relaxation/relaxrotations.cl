@@ -61,7 +61,7 @@
 // A sweep with rotations takes 1.6 times as long as one in which elements only move. So elements rotate in some sweeps
 // only (SweepPlan), and keep their rotation in the others. Data/Method.md says what this costs.
 //
-// With SOFT, E also contains soft links (softlinks.clh). Their energy mayMove not depend on the rotation of an element.
+// With SOFT, E also contains soft links (softlinks.clh). Their energy does not depend on the rotation of an element.
 //
 // The limits of links apply to the strain, |u(j) - u(i) - rest offset| <= D, on every axis of the grid.
 //
@@ -414,7 +414,7 @@ CHAINMAIL_INLINE real shareWithin(const RotatingLinks* links, real axes[3][3], r
 }
 
 // Shortens rotation steps that would take a link beyond its limit, or further beyond it than before. Where the
-// shortened step still mayMove, the element keeps its rotation. Other elements are unchanged. `beyond`: elements whose
+// shortened step still does, the element keeps its rotation. Other elements are unchanged. `beyond`: elements whose
 // whole step leaves a negative room.
 CHAINMAIL_INLINE void shortenRotation(const RotatingLinks* links, const real* own, real axes[3][3], float4 proportions,
   mask beyond, real* next, real nextAxes[3][3], RotatingNeighbours* all)
@@ -572,7 +572,7 @@ CHAINMAIL_INLINE mask rotateElements(const RotatingLinks* links, float4 proporti
 }
 
 // The over-relaxed move of elements to where their energy is least, without limits. Returns which elements may exceed a
-// limit by it. An element without links mayMove not move, because its residual is not a number and compares false.
+// limit by it. An element without links does not move, because its residual is not a number and compares false.
 CHAINMAIL_INLINE mask unlimitedMove(
   const RotatingNeighbours* all, const mask* relaxes, const Method* method, real* move)
 {
