@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds, measures and reports: bash Testing/Benchmarks/run.sh [options of the programs]. Takes an hour on two cores.
+# Builds, measures and reports: bash Testing/Benchmarks/run.sh [options of the programs]. Takes 75 to 90 minutes
+# on two cores.
 #
 # Leaves the table and all results in Testing/Benchmarks/Results.md, the numbers in Results.json beside it and the plots in
 # Data/Images. With --small, which only shows that everything runs, they go to benchmarks/ in the build folder.
