@@ -81,6 +81,9 @@ Pull softPullAt(const PatchAxis& axis, std::size_t n)
 /// counts three times on each axis.
 constexpr double axesAtOnce = 3.0;
 
+/// The over-relaxation factor of groups. They are what is slowest to come to rest, like errors over many elements.
+constexpr double groupOmega = 1.9;
+
 /// A link from element n to m.
 struct Link
 {
@@ -547,7 +550,7 @@ float moveGroup(const Group& group, PatchAxis& axis, const Elasticity& elasticit
     weight += scale * axesAtOnce * axis.patch.lambda[volumetricStrain.element] * volumetricStrain.byMove *
               volumetricStrain.byMove;
   }
-  const float wanted = weight > 0.0 ? static_cast<float>(force / weight) : 0.0f;
+  const float wanted = weight > 0.0 ? static_cast<float>(groupOmega * force / weight) : 0.0f;
   const float way = std::min(std::max(wanted, lower), upper);
   // A group never moves against its pull. If rounding has left its box empty, it does not move.
   if (!(lower <= upper) || !(std::fabs(way) > still) || way * wanted <= 0.0f)
