@@ -120,14 +120,14 @@ TEST(SweepPlan, Rotations)
   EXPECT_TRUE(farPlan().showsRest(1));
 }
 
-// After coarser grids and the opening there is an active-set step after every second sweep; elsewhere there is none.
+// After coarser grids and the opening there is an active-set step every 10 sweeps; elsewhere there is none.
 TEST(SweepPlan, StepsAtFixedIntervals)
 {
   const SweepPlan plan(Range::Near, false, 0.0, 300, 0, iterations);
   for (int s = 0; s < 200; ++s)
   {
-    EXPECT_EQ(plan.isTimedStepAfter(s), s > 20 && s % 2 == 1) << s;
-    EXPECT_EQ(plan.sweepsToTimedStep(s), s < 20 ? 22 - s : 2 - s % 2) << s;
+    EXPECT_EQ(plan.isTimedStepAfter(s), s > 20 && s % 10 == 9) << s;
+    EXPECT_EQ(plan.sweepsToTimedStep(s), s < 20 ? 30 - s : 10 - s % 10) << s;
   }
   for (const SweepPlan& none : { farPlan(), SweepPlan(Range::Near, true, 0.0, 300, 0, iterations),
          SweepPlan(Range::Near, false, 0.0, 0, 0, iterations) })
